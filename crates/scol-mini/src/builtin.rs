@@ -10,6 +10,22 @@ use crate::value::coordinates;
 /// A function, or a constructor of a vector value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Builtin {
+    Numeric(Numeric),
+    Max,
+    Min,
+    Point,
+    Trans,
+    Payload,
+    Din,
+    Dout,
+    Bcdin,
+    Gain,
+    Torque,
+}
+
+/// A function of one or two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Numeric {
     Int,
     Sin,
     Cos,
@@ -25,38 +41,28 @@ pub(crate) enum Builtin {
     Exp,
     Ln,
     Log10,
-    Max,
-    Min,
     Mod,
-    Point,
-    Trans,
-    Payload,
-    Din,
-    Dout,
-    Bcdin,
-    Gain,
-    Torque,
 }
 
 const BUILTINS: &[(&str, Builtin)] = &[
-    ("INT", Builtin::Int),
-    ("SIN", Builtin::Sin),
-    ("COS", Builtin::Cos),
-    ("TAN", Builtin::Tan),
-    ("ASIN", Builtin::Asin),
-    ("ACOS", Builtin::Acos),
-    ("ATAN", Builtin::Atan),
-    ("ATAN2", Builtin::Atan2),
-    ("SQRT", Builtin::Sqrt),
-    ("ABS", Builtin::Abs),
-    ("SGN", Builtin::Sgn),
-    ("REAL", Builtin::Real),
-    ("EXP", Builtin::Exp),
-    ("LN", Builtin::Ln),
-    ("LOG10", Builtin::Log10),
+    ("INT", Builtin::Numeric(Numeric::Int)),
+    ("SIN", Builtin::Numeric(Numeric::Sin)),
+    ("COS", Builtin::Numeric(Numeric::Cos)),
+    ("TAN", Builtin::Numeric(Numeric::Tan)),
+    ("ASIN", Builtin::Numeric(Numeric::Asin)),
+    ("ACOS", Builtin::Numeric(Numeric::Acos)),
+    ("ATAN", Builtin::Numeric(Numeric::Atan)),
+    ("ATAN2", Builtin::Numeric(Numeric::Atan2)),
+    ("SQRT", Builtin::Numeric(Numeric::Sqrt)),
+    ("ABS", Builtin::Numeric(Numeric::Abs)),
+    ("SGN", Builtin::Numeric(Numeric::Sgn)),
+    ("REAL", Builtin::Numeric(Numeric::Real)),
+    ("EXP", Builtin::Numeric(Numeric::Exp)),
+    ("LN", Builtin::Numeric(Numeric::Ln)),
+    ("LOG10", Builtin::Numeric(Numeric::Log10)),
     ("MAX", Builtin::Max),
     ("MIN", Builtin::Min),
-    ("MOD", Builtin::Mod),
+    ("MOD", Builtin::Numeric(Numeric::Mod)),
     ("POINT", Builtin::Point),
     ("TRANS", Builtin::Trans),
     ("PAYLOAD", Builtin::Payload),
@@ -93,13 +99,13 @@ impl Builtin {
     /// Fewest and most arguments.
     pub fn arity(self, arm: Arm) -> (usize, usize) {
         match self {
-            Builtin::Atan2 | Builtin::Mod | Builtin::Bcdin => (2, 2),
+            Builtin::Numeric(Numeric::Atan2 | Numeric::Mod) | Builtin::Bcdin => (2, 2),
             Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
             Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
             Builtin::Point => (0, coordinates(arm) + 1),
             Builtin::Trans => (0, crate::value::Trans::order(arm).len()),
             Builtin::Payload => (0, crate::value::Payload::width(arm)),
-            _ => (1, 1),
+            Builtin::Numeric(_) | Builtin::Gain | Builtin::Torque => (1, 1),
         }
     }
 }

@@ -7,10 +7,10 @@
 
 use alloc::vec::Vec;
 
-use crate::builtin::Builtin;
+use crate::builtin::Numeric;
 use crate::cell::Cell;
 use crate::request::Number;
-use crate::tree::{Binary, Unary};
+use crate::tree::{Binary, Relation, Unary};
 
 /// Cells for the intermediate results of one statement; a statement that needs more becomes [`Op::Step`].
 pub(crate) const TEMPORARIES: usize = 24;
@@ -91,7 +91,7 @@ pub(crate) enum Op {
     },
     /// Goes on where the relation holds, to `otherwise` where it does not.
     Branch {
-        relation: Binary,
+        relation: Relation,
         a: Register,
         b: Register,
         otherwise: Target,
@@ -103,7 +103,7 @@ pub(crate) enum Op {
     },
     /// A function of one or two numbers.
     Function {
-        builtin: Builtin,
+        function: Numeric,
         to: Register,
         a: Register,
         b: Register,

@@ -140,9 +140,10 @@ impl Layout {
                 text.push(' ');
             }
             let spelling = source.get(lexeme.span.start..lexeme.span.end).unwrap_or_default();
-            match lexeme.token {
-                Token::Text(_) => text.push_str(spelling),
-                _ => text.push_str(&spelling.to_ascii_uppercase()),
+            if let Token::Text(_) = lexeme.token {
+                text.push_str(spelling);
+            } else {
+                text.push_str(&spelling.to_ascii_uppercase());
             }
         }
         text

@@ -118,12 +118,12 @@ impl Outline {
 
 impl Part {
     fn new(row: &Row) -> Part {
-        let mut words = row.body.iter().skip(1).filter_map(|lexeme| match &lexeme.token {
-            Token::Word(text) => Some(Name {
-                text: text.clone(),
-                span: lexeme.span,
-            }),
-            _ => None,
+        let mut words = row.body.iter().skip(1).filter_map(|lexeme| {
+            let Token::Word(text) = &lexeme.token else {
+                return None;
+            };
+            let (text, span) = (text.clone(), lexeme.span);
+            Some(Name { text, span })
         });
         Part {
             name: words.next(),
@@ -188,7 +188,7 @@ impl Row {
                 Token::Word(text) if depth == 0 && begins && text != "DIM" => {
                     names.push((text.as_str(), lexeme.span));
                 }
-                _ => {}
+                Token::Word(_) | Token::Sign(_) | Token::Integer(_) | Token::Real(_) | Token::Text(_) => {}
             }
         }
         names
@@ -254,10 +254,10 @@ pub(crate) fn word(lexeme: Option<&Lexeme>) -> &str {
 
 /// The sign this is.
 pub(crate) fn sign(lexeme: Option<&Lexeme>) -> Option<Sign> {
-    match lexeme?.token {
-        Token::Sign(sign) => Some(sign),
-        _ => None,
-    }
+    let Token::Sign(sign) = lexeme?.token else {
+        return None;
+    };
+    Some(sign)
 }
 
 /// The names among tokens: words that are not reserved and no letter of a coordinate.

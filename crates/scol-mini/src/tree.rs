@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use crate::builtin::{Builtin, System};
 use crate::diagnostic::Span;
 use crate::request::Channel;
-use crate::value::Value;
+use crate::value::{Value, ValueKind};
 
 /// A name as written, in upper case, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,18 +44,24 @@ pub(crate) struct Variable {
 pub(crate) enum Binary {
     Or,
     And,
-    Equal,
-    NotEqual,
-    Less,
-    LessEqual,
-    Greater,
-    GreaterEqual,
+    Relation(Relation),
     Add,
     Subtract,
     Multiply,
     Divide,
     Modulo,
     Power,
+}
+
+/// Operators that compare two numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Relation {
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
 }
 
 /// Operators with one operand.
@@ -102,25 +108,24 @@ pub(crate) enum Condition {
     Accur,
 }
 
-impl Binary {
-    /// Whether it compares two numbers.
-    pub fn is_relation(self) -> bool {
-        matches!(
-            self,
-            Binary::Equal
-                | Binary::NotEqual
-                | Binary::Less
-                | Binary::LessEqual
-                | Binary::Greater
-                | Binary::GreaterEqual
-        )
-    }
-}
-
 impl Condition {
     /// Whether it is a coordinate system.
     pub fn is_frame(self) -> bool {
         matches!(self, Condition::Work | Condition::Tool | Condition::Base)
+    }
+
+    /// What it can be set to.
+    pub fn takes(self) -> Takes {
+        match self {
+            Condition::Speed
+            | Condition::Accel
+            | Condition::Decel
+            | Condition::Config
+            | Condition::Pass
+            | Condition::Accur => Takes::Number,
+            Condition::Payload => Takes::Exactly(ValueKind::Load),
+            Condition::Work | Condition::Tool | Condition::Base => Takes::Exactly(ValueKind::Coordinate),
+        }
     }
 }
 
@@ -138,6 +143,17 @@ pub(crate) enum Feature {
     Nowait,
     /// The monitors of the task; the bare words.
     Monitors,
+}
+
+/// What a statement takes as an operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Takes {
+    Number,
+    Exactly(ValueKind),
+    /// A value of any kind: the argument of a call.
+    Any,
+    /// What the variable that is assigned takes.
+    Assigned,
 }
 
 /// The shape of a motion.
@@ -244,131 +260,86 @@ pub(crate) enum Statement {
 }
 
 impl Statement {
-    /// Calls `visit` with every expression of the statement, outermost only.
-    pub fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
-        match self {
+    /// Calls `visit` with the statement and those within its IF or ON, outermost first.
+    pub fn each(&mut self, visit: &mut dyn FnMut(&mut Statement)) {
+        visit(self);
+        if let Statement::If { then, otherwise, .. } = self {
+            then.each(visit);
+            otherwise.iter_mut().for_each(|otherwise| otherwise.each(visit));
+        } else if let Statement::On { action, .. } = self {
+            action.each(visit);
+        }
+    }
+
+    /// Calls `visit` with every expression of the statement, outermost only, and what it has to be.
+    pub fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
+        self.each(&mut |statement| match statement {
             Statement::Simple(simple) => simple.expressions(visit),
-            Statement::Wait(e) | Statement::Select(e, _) => visit(e),
-            Statement::If {
-                condition,
-                then,
-                otherwise,
-            } => {
-                visit(condition);
-                then.expressions(visit);
-                if let Some(otherwise) = otherwise {
-                    otherwise.expressions(visit);
-                }
-            }
+            Statement::Wait(e)
+            | Statement::Select(e, _)
+            | Statement::If { condition: e, .. }
+            | Statement::On { condition: e, .. } => visit(e, Takes::Number),
             Statement::For { from, to, step, .. } => {
-                visit(from);
-                visit(to);
-                step.iter_mut().for_each(visit);
+                let numbers = [from, to].into_iter().chain(step);
+                numbers.for_each(|e| visit(e, Takes::Number));
             }
-            Statement::Call(_, arguments) => arguments.iter_mut().for_each(visit),
-            Statement::On { condition, action } => {
-                visit(condition);
-                action.expressions(visit);
-            }
+            Statement::Call(_, arguments) => arguments.iter_mut().for_each(|e| visit(e, Takes::Any)),
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
-        }
-    }
-
-    /// Calls `visit` with every name that the statement restores.
-    pub fn restored(&self, visit: &mut dyn FnMut(&Name)) {
-        match self {
-            Statement::Simple(Simple::Restore(names)) => names.iter().for_each(visit),
-            Statement::If { then, otherwise, .. } => {
-                then.restored(visit);
-                if let Some(otherwise) = otherwise {
-                    otherwise.restored(visit);
-                }
-            }
-            Statement::On { action, .. } => action.restored(visit),
-            _ => {}
-        }
-    }
-
-    /// Calls `visit` with every position a motion of the statement leads to or through.
-    pub fn targeted(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
-        match self {
-            Statement::Simple(Simple::Move { motion, .. }) => match motion {
-                MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
-                MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
-                    visit(a);
-                    visit(b);
-                }
-                MotionKind::Axis(..) | MotionKind::AxisBy(..) | MotionKind::Ready => {}
-            },
-            Statement::If { then, otherwise, .. } => {
-                then.targeted(visit);
-                if let Some(otherwise) = otherwise {
-                    otherwise.targeted(visit);
-                }
-            }
-            Statement::On { action, .. } => action.targeted(visit),
-            _ => {}
-        }
+        });
     }
 
     /// Calls `visit` with every variable the statement gives a value to.
     pub fn targets(&mut self, visit: &mut dyn FnMut(&mut Variable)) {
-        match self {
-            Statement::Simple(Simple::Assign { target, .. }) | Statement::For { variable: target, .. } => {
-                visit(target);
-            }
-            Statement::Simple(Simple::Input { targets, .. }) => targets.iter_mut().for_each(visit),
-            Statement::Simple(Simple::Task {
+        self.each(&mut |statement| {
+            if let Statement::Simple(Simple::Assign { target, .. })
+            | Statement::For { variable: target, .. }
+            | Statement::Simple(Simple::Task {
                 target: Some(target), ..
-            }) => visit(target),
-            Statement::On { action, .. } => action.targets(visit),
-            Statement::If { then, otherwise, .. } => {
-                then.targets(visit);
-                if let Some(otherwise) = otherwise {
-                    otherwise.targets(visit);
-                }
+            }) = statement
+            {
+                visit(target);
+            } else if let Statement::Simple(Simple::Input { targets, .. }) = statement {
+                targets.iter_mut().for_each(&mut *visit);
             }
-            _ => {}
-        }
+        });
     }
 }
 
 impl Simple {
-    fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
+    fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
+        let position = Takes::Exactly(ValueKind::Position);
         match self {
-            Simple::Assign { value, .. }
-            | Simple::Set(_, value)
-            | Simple::Delay(value)
-            | Simple::Timer(value)
-            | Simple::Kill(value) => visit(value),
+            Simple::Assign { value, .. } => visit(value, Takes::Assigned),
+            Simple::Set(condition, value) => visit(value, condition.takes()),
+            Simple::Delay(value) | Simple::Timer(value) | Simple::Kill(value) => visit(value, Takes::Number),
             Simple::Pulse(a, b) | Simple::SetGain(a, b) => {
-                visit(a);
-                visit(b);
+                [a, b].into_iter().for_each(|e| visit(e, Takes::Number));
             }
-            Simple::Bcd(operands) => operands.iter_mut().for_each(visit),
-            Simple::PerAxis(_, values) => values.iter_mut().for_each(visit),
+            Simple::Bcd(list) => list.iter_mut().for_each(|e| visit(e, Takes::Number)),
+            Simple::PerAxis(_, list) | Simple::Outputs(list) => {
+                list.iter_mut().for_each(|e| visit(e, Takes::Number));
+            }
             Simple::Move { motion, with } => {
                 match motion {
-                    MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
-                    MotionKind::Arc(a, b)
-                    | MotionKind::Arch(a, b)
-                    | MotionKind::Axis(a, b)
-                    | MotionKind::AxisBy(a, b) => {
-                        visit(a);
-                        visit(b);
+                    MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a, position),
+                    MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
+                        [a, b].into_iter().for_each(|e| visit(e, position));
+                    }
+                    MotionKind::Axis(a, b) | MotionKind::AxisBy(a, b) => {
+                        [a, b].into_iter().for_each(|e| visit(e, Takes::Number));
                     }
                     MotionKind::Ready => {}
                 }
-                with.iter_mut().for_each(|(_, value)| visit(value));
+                with.iter_mut()
+                    .for_each(|(condition, value)| visit(value, condition.takes()));
             }
             Simple::Print { items, .. } => {
                 for item in items {
                     if let Item::Value(value) = item {
-                        visit(value);
+                        visit(value, Takes::Number);
                     }
                 }
             }
-            Simple::Outputs(lines) => lines.iter_mut().for_each(visit),
             Simple::FreeLoad
             | Simple::Stop
             | Simple::Input { .. }
@@ -418,7 +389,12 @@ impl Expression {
                 right.terms(visit);
             }
             Node::Binary(Binary::Multiply, left, _) => left.terms(visit),
-            _ => {}
+            Node::Binary(..)
+            | Node::Literal(_)
+            | Node::Component(..)
+            | Node::Unary(..)
+            | Node::Function(..)
+            | Node::System(_) => {}
         }
     }
 

@@ -26,7 +26,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
     match parse(statement, base) {
         Ok(mut parsed) => {
             let created = names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
-            kinds::check_statement(&parsed, &symbols, &mut sink);
+            kinds::check_statement(&mut parsed, &symbols, &mut sink);
             if let (Statement::Simple(simple), false) = (parsed, sink.has_errors()) {
                 let step = |operation, head| Step {
                     line: 1,

@@ -227,7 +227,7 @@ impl Emitter<'_> {
             }
         };
         condition.variables(&mut look);
-        action.expressions(&mut |e| e.variables(&mut look));
+        action.expressions(&mut |e, _| e.variables(&mut look));
         action.targets(&mut look);
         if let Some(name) = parameter {
             let message = format!(

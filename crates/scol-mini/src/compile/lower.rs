@@ -11,7 +11,7 @@ use crate::machine::constant_number;
 use crate::options::LanguageOptions;
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
 use crate::request::Number;
-use crate::tree::{Binary, Expression, Node, Reference, Simple, Unary, Variable};
+use crate::tree::{Binary, Expression, Node, Reference, Simple, Variable};
 
 /// The code of these steps.
 pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options: &LanguageOptions) -> Code {
@@ -38,10 +38,10 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
 pub(crate) fn plain(steps: &[Step]) -> Code {
     let mut code = Code::default();
     for (number, step) in (0..).zip(steps) {
-        let op = match step.operation {
-            Operation::Jump(target) => Op::Jump(wide(target)),
-            Operation::Return => Op::Return,
-            _ => Op::Step,
+        let op = if matches!(step.operation, Operation::Return) {
+            Op::Return
+        } else {
+            Op::Step
         };
         let cost = u8::from(step.head);
         code.entries.push(number);
@@ -57,16 +57,16 @@ fn resolve(code: &mut Code) {
     let entries = &code.entries;
     let entry = |step: &mut Target| *step = entries.get(*step as usize).copied().unwrap_or(end);
     for instruction in &mut code.instructions {
-        match &mut instruction.op {
-            Op::Jump(target)
-            | Op::Next { body: target, .. }
-            | Op::Branch {
-                otherwise: target, ..
-            }
-            | Op::Truth {
-                otherwise: target, ..
-            } => entry(target),
-            _ => {}
+        if let Op::Jump(target)
+        | Op::Next { body: target, .. }
+        | Op::Branch {
+            otherwise: target, ..
+        }
+        | Op::Truth {
+            otherwise: target, ..
+        } = &mut instruction.op
+        {
+            entry(target);
         }
     }
     code.choices.iter_mut().for_each(entry);
@@ -170,12 +170,10 @@ impl Lowering<'_> {
     }
 
     fn branch(&mut self, condition: &Expression, otherwise: Target) -> Option<()> {
-        if let Node::Binary(operator, left, right) = &condition.node
-            && operator.is_relation()
-        {
+        if let Node::Binary(Binary::Relation(relation), left, right) = &condition.node {
             let (a, b) = (self.register(left)?, self.register(right)?);
             self.push(Op::Branch {
-                relation: *operator,
+                relation: *relation,
                 a,
                 b,
                 otherwise,
@@ -231,39 +229,33 @@ impl Lowering<'_> {
 
     /// The register an expression is in once its instructions are done.
     fn register(&mut self, expression: &Expression) -> Option<Register> {
-        match &expression.node {
-            Node::Variable(variable) if variable.subscripts.is_empty() => match variable.reference {
-                Reference::Slot { .. } => self.plain(variable),
-                Reference::Parameter(_) => self.compute(expression, None),
-                Reference::Unresolved => None,
-            },
-            _ if expression.is_constant() => self.constant(constant_number(expression, self.options)?),
-            _ => self.compute(expression, None),
+        if expression.is_constant() {
+            return self.constant(constant_number(expression, self.options)?);
         }
+        if let Node::Variable(variable) = &expression.node
+            && let Reference::Slot { .. } = variable.reference
+            && variable.subscripts.is_empty()
+        {
+            return self.plain(variable);
+        }
+        self.compute(expression, None)
     }
 
     /// Writes the instructions of an expression, the last of them with the result to `to`, or to a temporary.
     fn compute(&mut self, expression: &Expression, to: Option<Register>) -> Option<Register> {
-        let constant = expression.is_constant();
+        if expression.is_constant() {
+            let a = self.register(expression)?;
+            let to = self.target(to)?;
+            self.push(Op::Copy { to, a });
+            return Some(to);
+        }
         match &expression.node {
-            _ if constant => {
-                let a = self.register(expression)?;
-                let to = self.target(to)?;
-                self.push(Op::Copy { to, a });
-                Some(to)
-            }
             Node::Variable(variable) => self.variable(variable, to),
             Node::Unary(operator, of) => {
                 let a = self.register(of)?;
                 let to = self.target(to)?;
-                self.push(match operator {
-                    Unary::Plus => Op::Copy { to, a },
-                    operator => Op::Unary {
-                        operator: *operator,
-                        to,
-                        a,
-                    },
-                });
+                let operator = *operator;
+                self.push(Op::Unary { operator, to, a });
                 Some(to)
             }
             Node::Binary(operator, left, right) => {
@@ -273,7 +265,12 @@ impl Lowering<'_> {
                     Binary::Add => Op::Add { to, a, b },
                     Binary::Subtract => Op::Subtract { to, a, b },
                     Binary::Multiply => Op::Multiply { to, a, b },
-                    operator => Op::Binary { operator, to, a, b },
+                    operator @ (Binary::Or
+                    | Binary::And
+                    | Binary::Relation(_)
+                    | Binary::Divide
+                    | Binary::Modulo
+                    | Binary::Power) => Op::Binary { operator, to, a, b },
                 });
                 Some(to)
             }
@@ -312,22 +309,9 @@ impl Lowering<'_> {
         arguments: &[Expression],
         to: Option<Register>,
     ) -> Option<Register> {
-        let of_numbers = !matches!(
-            builtin,
-            Builtin::Din
-                | Builtin::Dout
-                | Builtin::Bcdin
-                | Builtin::Gain
-                | Builtin::Torque
-                | Builtin::Point
-                | Builtin::Trans
-                | Builtin::Payload
-                | Builtin::Max
-                | Builtin::Min
-        );
-        if !of_numbers {
+        let Builtin::Numeric(function) = builtin else {
             return None;
-        }
+        };
         let (first, second) = match arguments {
             [only] => (only, only),
             [first, second] => (first, second),
@@ -340,7 +324,7 @@ impl Lowering<'_> {
             a
         };
         let to = self.target(to)?;
-        self.push(Op::Function { builtin, to, a, b });
+        self.push(Op::Function { function, to, a, b });
         Some(to)
     }
 

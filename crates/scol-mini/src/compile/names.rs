@@ -12,7 +12,8 @@ use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
-use crate::tree::{Expression, Node, Reference, Simple, Statement, Variable};
+use crate::tree::{Name, Node, Reference, Simple, Statement, Takes, Variable};
+use crate::value::ValueKind;
 
 /// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
 /// own, with the value of the datum at first.
@@ -103,34 +104,27 @@ fn positions(statement: &mut Statement) -> BTreeSet<String> {
     let mut take = |variable: &Variable| {
         names.insert(variable.name.text.clone());
     };
-    statement.targeted(&mut |target| target.terms(&mut take));
-    statement.expressions(&mut |expression| expression.positions(&mut take));
+    statement.expressions(&mut |expression, takes| {
+        if takes == Takes::Exactly(ValueKind::Position) {
+            expression.terms(&mut take);
+        }
+        expression.positions(&mut take);
+    });
     names
 }
 
 /// Plain variables handed to a subprogram, which may give them a value.
 fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
-    match statement {
-        Statement::Call(_, arguments) => {
-            for argument in arguments {
-                if let Expression {
-                    node: Node::Variable(variable),
-                    ..
-                } = argument
-                {
-                    visit(variable);
-                }
+    statement.each(&mut |statement| {
+        let Statement::Call(_, arguments) = statement else {
+            return;
+        };
+        for argument in arguments {
+            if let Node::Variable(variable) = &mut argument.node {
+                visit(variable);
             }
         }
-        Statement::If { then, otherwise, .. } => {
-            passed(then, visit);
-            if let Some(otherwise) = otherwise {
-                passed(otherwise, visit);
-            }
-        }
-        Statement::On { action, .. } => passed(action, visit),
-        _ => {}
-    }
+    });
 }
 
 struct Scope<'a> {
@@ -182,15 +176,20 @@ impl Scope<'_> {
 
     /// Resolves what a statement reads, and looks for what it restores.
     fn read(&self, statement: &mut Statement, sink: &mut Sink) {
-        statement.restored(&mut |name| {
+        let mut restored = |name: &Name| {
             if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
                 let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
                 let problem = Problem::new("E0201", name.span, message);
                 sink.error(problem.help("RESTORE writes into the file what stands in GLOBAL and DATA"));
             }
+        };
+        statement.each(&mut |statement| {
+            if let Statement::Simple(Simple::Restore(names)) = statement {
+                names.iter().for_each(&mut restored);
+            }
         });
         let positions = positions(statement);
-        statement.expressions(&mut |e| {
+        statement.expressions(&mut |e, _| {
             e.variables(&mut |variable| {
                 if self.is_missing(variable) && positions.contains(&variable.name.text) {
                     sink.error(no_point(variable));

@@ -22,14 +22,14 @@ pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
                 && sign(Some(equals)) == Some(Sign::Assign)
             {
                 let name = word(Some(target));
-                match value.token {
-                    Token::Integer(_) => {
-                        integers.entry(name).or_insert(row.line.number);
-                    }
-                    Token::Real(real) => truncated(name, real, value, &integers, sink),
-                    _ => {
-                        integers.entry(name).or_insert(0);
-                    }
+                if let Token::Real(real) = value.token {
+                    truncated(name, real, value, &integers, sink);
+                } else {
+                    // 0: it began as something else.
+                    let integer = matches!(value.token, Token::Integer(_));
+                    integers
+                        .entry(name)
+                        .or_insert(if integer { row.line.number } else { 0 });
                 }
             }
         }
@@ -88,7 +88,7 @@ fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
         let outside = match value.token {
             Token::Integer(percent) => !(1..=100).contains(&percent),
             Token::Real(percent) => !(1.0..=100.0).contains(&percent),
-            _ => false,
+            Token::Word(_) | Token::Text(_) | Token::Sign(_) => false,
         };
         if outside {
             let message = format!("{condition} takes 1 to 100 percent");

@@ -9,7 +9,7 @@ use alloc::format;
 use super::{Result, RuntimeError};
 use crate::options::{IntDivision, LanguageOptions};
 use crate::request::{FaultKind, Number};
-use crate::tree::{Binary, Unary};
+use crate::tree::{Binary, Relation, Unary};
 use crate::value::{Value, ValueKind};
 
 pub(super) fn double(number: Number) -> f64 {
@@ -103,28 +103,21 @@ pub(super) fn binary(
     right: Number,
     options: &LanguageOptions,
 ) -> Result<Number> {
-    let within = options.equal_within;
-    let holds = match operator {
-        Binary::Or => truth(left) || truth(right),
-        Binary::And => truth(left) && truth(right),
-        Binary::Divide | Binary::Modulo if !truth(right) => {
-            return Err(RuntimeError::new(FaultKind::DivisionByZero, "division by zero"));
-        }
-        _ => {
-            return match (left, right) {
-                (Number::Integer(left), Number::Integer(right)) => integers(operator, left, right, options),
-                _ => reals(operator, single(left), single(right), within),
-            };
-        }
-    };
-    Ok(Number::Integer(i32::from(holds)))
+    match (left, right) {
+        (Number::Integer(left), Number::Integer(right)) => integers(operator, left, right, options),
+        _ => reals(operator, single(left), single(right), options.equal_within),
+    }
 }
 
 fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) -> Result<Number> {
     match operator {
+        Binary::Or => Ok(truth_value(left != 0 || right != 0)),
+        Binary::And => Ok(truth_value(left != 0 && right != 0)),
+        Binary::Relation(relation) => Ok(truth_value(integers_hold(relation, left, right))),
         Binary::Add => integer(left.checked_add(right)),
         Binary::Subtract => integer(left.checked_sub(right)),
         Binary::Multiply => integer(left.checked_mul(right)),
+        Binary::Divide | Binary::Modulo if right == 0 => Err(division_by_zero()),
         Binary::Divide if options.int_division == IntDivision::Real => real(left as f32 / right as f32),
         Binary::Divide => integer(left.checked_div(right)),
         Binary::Modulo => Ok(Number::Integer(left.wrapping_rem(right))),
@@ -132,15 +125,18 @@ fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) 
             Ok(exponent) => integer(left.checked_pow(exponent)),
             Err(_) => reals(operator, left as f32, right as f32, 0.0),
         },
-        _ => Ok(Number::Integer(i32::from(integers_hold(operator, left, right)))),
     }
 }
 
 fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number> {
     match operator {
+        Binary::Or => Ok(truth_value(left != 0.0 || right != 0.0)),
+        Binary::And => Ok(truth_value(left != 0.0 && right != 0.0)),
+        Binary::Relation(relation) => Ok(truth_value(reals_hold(relation, left, right, within))),
         Binary::Add => real(left + right),
         Binary::Subtract => real(left - right),
         Binary::Multiply => real(left * right),
+        Binary::Divide | Binary::Modulo if right == 0.0 => Err(division_by_zero()),
         Binary::Divide => real(left / right),
         Binary::Modulo => real(libm::fmodf(left, right)),
         Binary::Power => {
@@ -151,37 +147,41 @@ fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number>
             }
             real(power)
         }
-        _ => Ok(Number::Integer(i32::from(reals_hold(
-            operator, left, right, within,
-        )))),
     }
+}
+
+fn truth_value(holds: bool) -> Number {
+    Number::Integer(i32::from(holds))
+}
+
+fn division_by_zero() -> Box<RuntimeError> {
+    RuntimeError::new(FaultKind::DivisionByZero, "division by zero")
 }
 
 /// Whether a relation holds between two integers.
 #[inline(always)]
-pub(super) fn integers_hold(relation: Binary, left: i32, right: i32) -> bool {
-    match relation {
-        Binary::Equal => left == right,
-        Binary::NotEqual => left != right,
-        Binary::Less => left < right,
-        Binary::LessEqual => left <= right,
-        Binary::Greater => left > right,
-        _ => left >= right,
-    }
+pub(super) fn integers_hold(relation: Relation, left: i32, right: i32) -> bool {
+    holds(relation, &left, &right)
 }
 
 /// Whether a relation holds between two reals, of which those that differ by `within` or less are equal.
-pub(super) fn reals_hold(relation: Binary, left: f32, right: f32, within: f32) -> bool {
+#[inline(always)]
+pub(super) fn reals_hold(relation: Relation, left: f32, right: f32, within: f32) -> bool {
     if within > 0.0 && near(left, right, within) {
-        return integers_hold(relation, 0, 0);
+        return holds(relation, &left, &left);
     }
+    holds(relation, &left, &right)
+}
+
+#[inline(always)]
+fn holds<T: PartialOrd>(relation: Relation, left: &T, right: &T) -> bool {
     match relation {
-        Binary::Equal => left == right,
-        Binary::NotEqual => left != right,
-        Binary::Less => left < right,
-        Binary::LessEqual => left <= right,
-        Binary::Greater => left > right,
-        _ => left >= right,
+        Relation::Equal => left == right,
+        Relation::NotEqual => left != right,
+        Relation::Less => left < right,
+        Relation::LessEqual => left <= right,
+        Relation::Greater => left > right,
+        Relation::GreaterEqual => left >= right,
     }
 }
 
@@ -197,10 +197,6 @@ fn near(a: f32, b: f32, within: f32) -> bool {
 mod tests {
     use super::*;
 
-    fn holds(operator: Binary, a: f32, b: f32, within: f32) -> bool {
-        reals_hold(operator, a, b, within)
-    }
-
     #[test]
     fn reals_within_the_difference_are_equal_and_neither_less_nor_greater() {
         for (a, b, within, equal) in [
@@ -213,13 +209,13 @@ mod tests {
             (1.0, 1.0, 0.0, true),
             (1.0, 1.5, 0.5, true),
         ] {
-            let holds = |operator| holds(operator, a, b, within);
-            assert_eq!(holds(Binary::Equal), equal, "{a} {b}");
-            assert_eq!(holds(Binary::NotEqual), !equal, "{a} {b}");
-            assert_eq!(holds(Binary::Less), !equal && a < b, "{a} {b}");
-            assert_eq!(holds(Binary::Greater), !equal && a > b, "{a} {b}");
-            assert_eq!(holds(Binary::LessEqual), equal || a < b, "{a} {b}");
-            assert_eq!(holds(Binary::GreaterEqual), equal || a > b, "{a} {b}");
+            let holds = |relation| reals_hold(relation, a, b, within);
+            assert_eq!(holds(Relation::Equal), equal, "{a} {b}");
+            assert_eq!(holds(Relation::NotEqual), !equal, "{a} {b}");
+            assert_eq!(holds(Relation::Less), !equal && a < b, "{a} {b}");
+            assert_eq!(holds(Relation::Greater), !equal && a > b, "{a} {b}");
+            assert_eq!(holds(Relation::LessEqual), equal || a < b, "{a} {b}");
+            assert_eq!(holds(Relation::GreaterEqual), equal || a > b, "{a} {b}");
         }
     }
 }

@@ -38,6 +38,7 @@ impl Machine {
                     next = *otherwise;
                 }
             }
+            Operation::Jump(target) => next = *target,
             Operation::Select { selector, targets } => {
                 // Counted from 1; the next statement follows when the number names none of them.
                 let number = usize::try_from(context.integer(selector)?).unwrap_or(0);
@@ -81,8 +82,8 @@ impl Machine {
                 self.state = RunPhase::Ended;
                 return Ok(());
             }
-            // These are always instructions.
-            Operation::Jump(_) | Operation::Return => {}
+            // Always an instruction.
+            Operation::Return => {}
         }
         self.at = next;
         Ok(())
@@ -191,7 +192,25 @@ impl Machine {
                     *to = value;
                 }
             }
-            _ => {}
+            // These ask the outside, or are assignments.
+            Simple::Assign { .. }
+            | Simple::Move { .. }
+            | Simple::Print { .. }
+            | Simple::Input { .. }
+            | Simple::Task { .. }
+            | Simple::Delay(_)
+            | Simple::Outputs(_)
+            | Simple::Bcd(_)
+            | Simple::Hand { .. }
+            | Simple::Pulse(..)
+            | Simple::Break
+            | Simple::Pause
+            | Simple::Resume
+            | Simple::Timer(_)
+            | Simple::Yield
+            | Simple::Restore(_)
+            | Simple::Kill(_)
+            | Simple::Stop => {}
         }
         *memory.conditions_mut() = conditions;
         Ok(())

@@ -11,7 +11,7 @@ use super::arithmetic::{binary, double, integer, real, truncated};
 use super::evaluate::Context;
 use super::{Result, RuntimeError};
 use crate::MAX_BCD_DIGITS;
-use crate::builtin::Builtin;
+use crate::builtin::{Builtin, Numeric};
 use crate::options::{Arm, LanguageOptions};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Expression};
@@ -27,16 +27,18 @@ impl Context<'_> {
             Builtin::Bcdin => self.bcd_in(arguments),
             Builtin::Gain => self.of_axis(arguments, &self.memory.conditions().gain),
             Builtin::Torque => self.of_axis(arguments, &self.memory.conditions().torque),
-            Builtin::Point | Builtin::Trans | Builtin::Payload => self.vector(builtin, arguments),
+            Builtin::Trans => Ok(Trans::from_leading(self.arm(), &self.doubles(arguments)?).into()),
+            Builtin::Payload => Ok(Payload::from_leading(&self.doubles(arguments)?).into()),
+            Builtin::Point => self.point(&self.doubles(arguments)?),
             Builtin::Max => Ok(self.extreme(arguments, |a, b| a > b)?.into()),
             Builtin::Min => Ok(self.extreme(arguments, |a, b| a < b)?.into()),
-            _ => {
+            Builtin::Numeric(function) => {
                 let [first, second] = match arguments {
                     [first, second] => [self.number(first)?, self.number(second)?],
                     [first, ..] => [self.number(first)?, Number::Integer(0)],
                     [] => [Number::Integer(0); 2],
                 };
-                Ok(numeric(builtin, first, second, &self.program.options)?.into())
+                Ok(numeric(function, first, second, &self.program.options)?.into())
             }
         }
     }
@@ -157,27 +159,25 @@ impl Context<'_> {
         }
     }
 
-    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
-        let arm = self.program.options.arm;
-        let numbers: Vec<f64> = arguments.iter().map(|e| self.double(e)).collect::<Result<_>>()?;
-        match builtin {
-            Builtin::Trans => Ok(Trans::from_leading(arm, &numbers).into()),
-            Builtin::Payload => Ok(Payload::from_leading(&numbers).into()),
-            _ => {
-                let mut position = Position::default();
-                for (to, from) in position
-                    .coords
-                    .iter_mut()
-                    .zip(numbers.iter().take(coordinates(arm)))
-                {
-                    *to = *from;
-                }
-                if let Some(number) = numbers.get(coordinates(arm)) {
-                    position.config = configuration(arm, *number)?;
-                }
-                Ok(position.into())
-            }
+    fn doubles(&self, arguments: &[Expression]) -> Result<Vec<f64>> {
+        arguments.iter().map(|argument| self.double(argument)).collect()
+    }
+
+    fn arm(&self) -> Arm {
+        self.program.options.arm
+    }
+
+    /// `POINT(...)`: the coordinates, and after them the configuration; what is left out is 0.
+    fn point(&self, numbers: &[f64]) -> Result<Value> {
+        let mut position = Position::default();
+        let width = coordinates(self.arm());
+        for (to, from) in position.coords.iter_mut().zip(numbers.iter().take(width)) {
+            *to = *from;
         }
+        if let Some(number) = numbers.get(width) {
+            position.config = configuration(self.arm(), *number)?;
+        }
+        Ok(position.into())
     }
 }
 
@@ -197,28 +197,28 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration> {
 
 /// A function of one or two numbers.
 pub(super) fn numeric(
-    builtin: Builtin,
+    function: Numeric,
     first: Number,
     second: Number,
     options: &LanguageOptions,
 ) -> Result<Number> {
-    match (builtin, first) {
-        (Builtin::Mod, _) => binary(Binary::Modulo, first, second, options),
-        (Builtin::Int, Number::Integer(value)) => Ok(Number::Integer(value)),
-        (Builtin::Int, Number::Real(value)) => truncated(value).map(Number::Integer),
-        (Builtin::Abs, Number::Integer(value)) => integer(value.checked_abs()),
-        (Builtin::Abs, Number::Real(value)) => Ok(Number::Real(libm::fabsf(value))),
-        (Builtin::Sgn, _) => {
+    match (function, first) {
+        (Numeric::Mod, _) => binary(Binary::Modulo, first, second, options),
+        (Numeric::Int, Number::Integer(value)) => Ok(Number::Integer(value)),
+        (Numeric::Int, Number::Real(value)) => truncated(value).map(Number::Integer),
+        (Numeric::Abs, Number::Integer(value)) => integer(value.checked_abs()),
+        (Numeric::Abs, Number::Real(value)) => Ok(Number::Real(libm::fabsf(value))),
+        (Numeric::Sgn, _) => {
             let value = double(first);
             Ok(Number::Integer(i32::from(value > 0.0) - i32::from(value < 0.0)))
         }
         _ => {
-            let result = scalar(builtin, double(first), double(second));
+            let result = scalar(function, double(first), double(second));
             if result.is_nan() {
                 #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
                 let message = format!(
                     "{} is not defined for {}",
-                    builtin.keyword(),
+                    Builtin::Numeric(function).keyword(),
                     double(first) as f32
                 );
                 return Err(RuntimeError::new(FaultKind::Domain, message));
@@ -260,25 +260,25 @@ fn sine_after(quarters: i32, degrees: f64) -> f64 {
 }
 
 /// Functions of one or two reals; NaN outside the domain, and for functions that tell integers from reals.
-pub(super) fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
-    match builtin {
+fn scalar(function: Numeric, x: f64, y: f64) -> f64 {
+    match function {
         // The result is rounded to a real, so the fast value is the same.
-        Builtin::Sin => fast_sine::sine(x).map_or_else(|| sine(x), f64::from),
-        Builtin::Cos => fast_sine::cosine(x).map_or_else(|| cosine(x), f64::from),
-        Builtin::Tan => match cosine(x) {
+        Numeric::Sin => fast_sine::sine(x).map_or_else(|| sine(x), f64::from),
+        Numeric::Cos => fast_sine::cosine(x).map_or_else(|| cosine(x), f64::from),
+        Numeric::Tan => match cosine(x) {
             0.0 => f64::NAN,
             cosine => sine(x) / cosine + 0.0,
         },
-        Builtin::Asin => libm::asin(x) * DEGREES,
-        Builtin::Acos => libm::acos(x) * DEGREES,
-        Builtin::Atan => libm::atan(x) * DEGREES,
-        Builtin::Atan2 => libm::atan2(x, y) * DEGREES,
-        Builtin::Sqrt => libm::sqrt(x),
-        Builtin::Real => x,
-        Builtin::Exp => libm::exp(x),
-        Builtin::Ln | Builtin::Log10 if x <= 0.0 => f64::NAN,
-        Builtin::Ln => libm::log(x),
-        Builtin::Log10 => libm::log10(x),
-        _ => f64::NAN,
+        Numeric::Asin => libm::asin(x) * DEGREES,
+        Numeric::Acos => libm::acos(x) * DEGREES,
+        Numeric::Atan => libm::atan(x) * DEGREES,
+        Numeric::Atan2 => libm::atan2(x, y) * DEGREES,
+        Numeric::Sqrt => libm::sqrt(x),
+        Numeric::Real => x,
+        Numeric::Exp => libm::exp(x),
+        Numeric::Ln | Numeric::Log10 if x <= 0.0 => f64::NAN,
+        Numeric::Ln => libm::log(x),
+        Numeric::Log10 => libm::log10(x),
+        Numeric::Int | Numeric::Abs | Numeric::Sgn | Numeric::Mod => f64::NAN,
     }
 }

@@ -152,11 +152,10 @@ struct Loop {
 /// Whether the caller has to act before the next statement: there is a new monitor, or HERE and DEST refer to another
 /// coordinate system.
 fn needs_host(operation: &Operation) -> bool {
-    match operation {
-        Operation::On { .. } => true,
-        Operation::Simple(Simple::Set(condition, _)) => condition.is_frame(),
-        _ => false,
+    if let Operation::Simple(Simple::Set(condition, _)) = operation {
+        return condition.is_frame();
     }
+    matches!(operation, Operation::On { .. })
 }
 
 impl Machine {
@@ -349,11 +348,11 @@ impl Machine {
         let mut at = self.at + 1;
         for _ in 0..MAX_JUMPS_AHEAD {
             let step = self.program.steps.get(at)?;
-            match &step.operation {
-                Operation::Jump(target) => at = *target,
-                Operation::Simple(Simple::Move { .. }) => return Some(step.line),
-                _ => return None,
-            }
+            let Operation::Jump(target) = step.operation else {
+                let is_motion = matches!(step.operation, Operation::Simple(Simple::Move { .. }));
+                return is_motion.then_some(step.line);
+            };
+            at = target;
         }
         None
     }

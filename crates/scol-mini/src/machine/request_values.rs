@@ -33,10 +33,13 @@ impl Context<'_> {
             Condition::Config => {
                 into.config = configuration(self.program.options.arm, self.double(value)?)?;
             }
-            Condition::Payload => match self.evaluate(value)? {
-                Value::Load(load) => into.payload = Some((name(value), *load)),
-                other => return Err(unexpected("load data", &other)),
-            },
+            Condition::Payload => {
+                let found = self.evaluate(value)?;
+                let Value::Load(load) = found else {
+                    return Err(unexpected("load data", &found));
+                };
+                into.payload = Some((name(value), *load));
+            }
             Condition::Work => into.work = self.system_frame(value)?,
             Condition::Tool => into.tool = self.system_frame(value)?,
             Condition::Base => into.base = self.system_frame(value)?,
@@ -175,20 +178,22 @@ impl Context<'_> {
     }
 
     fn system_frame(&self, value: &Expression) -> Result<System> {
-        match self.evaluate(value)? {
-            Value::Coordinate(trans) => Ok(System {
-                name: name(value),
-                trans: *trans,
-            }),
-            other => Err(unexpected("coordinate data", &other)),
-        }
+        let found = self.evaluate(value)?;
+        let Value::Coordinate(trans) = found else {
+            return Err(unexpected("coordinate data", &found));
+        };
+        Ok(System {
+            name: name(value),
+            trans: *trans,
+        })
     }
 
     fn position(&self, value: &Expression) -> Result<Position> {
-        match self.evaluate(value)? {
-            Value::Position(position) => Ok(*position),
-            other => Err(unexpected("positional data", &other)),
-        }
+        let found = self.evaluate(value)?;
+        let Value::Position(position) = found else {
+            return Err(unexpected("positional data", &found));
+        };
+        Ok(*position)
     }
 
     fn path(&self, motion: &MotionKind) -> Result<Path> {
@@ -266,8 +271,8 @@ impl Context<'_> {
 
 /// The name of a plain variable, which SF reports.
 fn name(value: &Expression) -> Option<String> {
-    match &value.node {
-        Node::Variable(variable) if variable.subscripts.is_empty() => Some(variable.name.text.clone()),
-        _ => None,
-    }
+    let Node::Variable(variable) = &value.node else {
+        return None;
+    };
+    variable.subscripts.is_empty().then(|| variable.name.text.clone())
 }

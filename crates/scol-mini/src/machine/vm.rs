@@ -13,7 +13,7 @@ use crate::cell::{Cell, Held};
 use crate::code::{Array, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
 use crate::program::Program;
 use crate::request::Number;
-use crate::tree::Binary;
+use crate::tree::Relation;
 
 /// Why the instructions stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,9 +127,9 @@ impl Machine {
                     return Some(Next::To(otherwise));
                 }
             }
-            Op::Function { builtin, to, a, b } => {
+            Op::Function { function, to, a, b } => {
                 let (a, b) = (registers.number(a)?, registers.number(b)?);
-                registers.put(to, numeric(builtin, a, b, &program.options).ok()?.into())?;
+                registers.put(to, numeric(function, a, b, &program.options).ok()?.into())?;
             }
             Op::Load { to, array, index } => {
                 let value = registers.get(registers.element(array, index)?)?;
@@ -333,7 +333,7 @@ impl Registers<'_> {
     }
 
     #[inline(always)]
-    fn holds(&self, relation: Binary, a: Register, b: Register) -> Option<bool> {
+    fn holds(&self, relation: Relation, a: Register, b: Register) -> Option<bool> {
         let (a, b) = (self.get(a)?, self.get(b)?);
         let holds = match Cell::integers([a, b]) {
             Some([a, b]) => integers_hold(relation, a, b),

@@ -12,7 +12,7 @@ use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
-use crate::tree::{Binary, Expression, Node, Reference, Unary, Variable};
+use crate::tree::{Binary, Expression, Node, Reference, Relation, Unary, Variable};
 use crate::value::{Value, coordinates};
 
 /// The operator a token is and how tightly it binds.
@@ -25,20 +25,27 @@ fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
             _ => return None,
         },
         Token::Sign(sign) => match sign {
-            Sign::Equal => (Binary::Equal, 3),
-            Sign::NotEqual => (Binary::NotEqual, 3),
-            Sign::Less => (Binary::Less, 3),
-            Sign::LessEqual => (Binary::LessEqual, 3),
-            Sign::Greater => (Binary::Greater, 3),
-            Sign::GreaterEqual => (Binary::GreaterEqual, 3),
+            Sign::Equal => (Binary::Relation(Relation::Equal), 3),
+            Sign::NotEqual => (Binary::Relation(Relation::NotEqual), 3),
+            Sign::Less => (Binary::Relation(Relation::Less), 3),
+            Sign::LessEqual => (Binary::Relation(Relation::LessEqual), 3),
+            Sign::Greater => (Binary::Relation(Relation::Greater), 3),
+            Sign::GreaterEqual => (Binary::Relation(Relation::GreaterEqual), 3),
             Sign::Plus => (Binary::Add, 4),
             Sign::Minus => (Binary::Subtract, 4),
             Sign::Star => (Binary::Multiply, 5),
             Sign::Slash => (Binary::Divide, 5),
             Sign::Caret => (Binary::Power, 6),
-            _ => return None,
+            Sign::Open
+            | Sign::Close
+            | Sign::OpenBrace
+            | Sign::CloseBrace
+            | Sign::Comma
+            | Sign::Dot
+            | Sign::Colon
+            | Sign::Assign => return None,
         },
-        _ => return None,
+        Token::Integer(_) | Token::Real(_) | Token::Text(_) => return None,
     })
 }
 
