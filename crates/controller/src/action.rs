@@ -3,14 +3,16 @@
 //! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen;
 //! `endpoint::actions` passes each action to the part that does it.
 
+pub(crate) mod error;
+
+pub use self::error::{ActionError, ActionErrorKind};
 use crate::faults::FaultAction;
-use crate::input::{Input, PanelAction};
-use alloc::string::{String, ToString};
+pub use crate::io::signals::IoKind;
+use crate::panel::PanelAction;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use thiserror::Error;
 use ts3100_proto::command::Number;
-use ts3100_proto::words::Word;
 
 /// Something done to the controller by one who holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,46 +103,6 @@ pub enum Action {
     Fault(FaultAction),
 }
 
-impl From<FaultAction> for Input {
-    fn from(order: FaultAction) -> Input {
-        Input::Action(Action::Fault(order))
-    }
-}
-
-/// Which way a line leads, seen from the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum IoKind {
-    /// Din.
-    Input,
-    /// Dout.
-    Output,
-}
-
-impl Word for IoKind {
-    const ALL: &'static [IoKind] = &[IoKind::Input, IoKind::Output];
-
-    fn word(self) -> &'static str {
-        match self {
-            IoKind::Input => "input",
-            IoKind::Output => "output",
-        }
-    }
-}
-
-/// Why a action had no effect.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{place}: {found} ({expected} expected)")]
-pub struct ActionError {
-    /// Whether the thing is missing or only in the wrong state.
-    pub kind: ActionErrorKind,
-    /// What would have been taken.
-    pub expected: String,
-    /// What was there.
-    pub found: String,
-    /// Where: the line, the variable, the file, the switch.
-    pub place: String,
-}
 /// What became of an input that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Accepted {
@@ -148,41 +110,6 @@ pub enum Accepted {
     Done,
     /// A file it changes is to be persisted first ([`Output::Persist`](crate::Output::Persist)).
     Pending,
-}
-
-/// What kind of refusal it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ActionErrorKind {
-    /// There is no such line, variable, file, alarm.
-    Missing,
-    /// The state of the controller forbids it, or the value does not fit.
-    Conflict,
-    /// The change of a file cannot be kept outside of the controller.
-    NotPersisted,
-}
-
-impl ActionError {
-    pub(crate) fn missing(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
-        let (expected, found, place) = (expected.to_string(), found.into(), place.to_string());
-        ActionError {
-            kind: ActionErrorKind::Missing,
-            expected,
-            found,
-            place,
-        }
-    }
-
-    pub(crate) fn conflict(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
-        ActionError {
-            kind: ActionErrorKind::Conflict,
-            ..ActionError::missing(place, expected, found)
-        }
-    }
-
-    /// There is no such line.
-    pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
-        ActionError::missing(side.word(), "1-64, 101-164 or 201-264", line.to_string())
-    }
 }
 
 impl Action {

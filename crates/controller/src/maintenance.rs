@@ -1,16 +1,15 @@
-//! The maintenance information (MN, S29) and the current position file (S28).
+//! The maintenance information (MN, S29).
 //!
 //! [`MaintenanceCounters`] counts how long the controller was in each state; `arm` counts what the axes do. Both survive
 //! a power cycle.
 
-use crate::model::{ArmKind, Joints};
+use crate::arm::Wear;
+use crate::model::Joints;
 use crate::motion::Effort;
-use crate::robot::Robot;
 use crate::time::Time;
 use core::time::Duration;
-use libm::{round, sqrt};
+use libm::sqrt;
 use ts3100_proto::status::mn::{MN_AXES, Maintenance};
-use ts3100_proto::status::position::{CurrentPosition, POSITION_AXES};
 
 /// Degrees of a revolution.
 const REVOLUTION: f64 = 360.0;
@@ -65,51 +64,25 @@ pub(crate) struct MaintenanceCounters {
 }
 
 impl MaintenanceCounters {
-    /// The longest of its durations, for a check of one that was read.
-    #[cfg(feature = "serde")]
-    pub(crate) fn longest(&self) -> Duration {
-        let meters = [self.energised, self.off, self.fault, self.servo];
-        meters.iter().map(|meter| meter.before).max().unwrap_or_default()
-    }
-}
-
-impl Robot {
     /// Takes note of the state that holds from now on.
-    pub(crate) fn update_maintenance(&mut self) {
-        let (now, state) = (self.now, self.panel.state());
-        let was_on = self.maintenance.servo.since.is_some();
-        self.maintenance.energised.set(now, state.powered);
-        self.maintenance.off.set(now, !state.powered);
-        self.maintenance.servo.set(now, state.servo);
-        self.maintenance.fault.set(now, self.alarms.blocks_start());
-        if was_on && !state.servo {
-            self.maintenance.servo_offs = self.maintenance.servo_offs.saturating_add(1);
-        }
-    }
-
-    /// What the current position file of the SCARA edition holds now (S28); no command is known that asks for it.
-    pub(crate) fn current_position(&self) -> CurrentPosition {
-        let joints = truncated(&self.arm.joints(self.now));
-        let (line, _) = self.steps();
-        CurrentPosition {
-            status: self.executor.shown_status(),
-            line: u16::try_from(line).unwrap_or(u16::MAX),
-            joints,
-            // The servo follows exactly.
-            measured: joints,
-            torques: truncated(&self.arm.torques(self.now).map(round)),
+    pub(crate) fn update(&mut self, now: Time, powered: bool, servo: bool, fault: bool) {
+        let was_on = self.servo.since.is_some();
+        self.energised.set(now, powered);
+        self.off.set(now, !powered);
+        self.servo.set(now, servo);
+        self.fault.set(now, fault);
+        if was_on && !servo {
+            self.servo_offs = self.servo_offs.saturating_add(1);
         }
     }
 
     /// The maintenance information now. Which item is which value is assumed, but for the order of items 10 to 16.
-    pub(crate) fn maintenance(&self) -> Maintenance {
-        let (now, wear, upkeep) = (self.now, self.arm.wear(self.now), &self.maintenance);
-        let slides = matches!(self.arm.model().kind, ArmKind::Scara(_));
+    pub(crate) fn information(&self, now: Time, wear: &Wear, slides: bool) -> Maintenance {
         let [total, present] = [&wear.total, &wear.since_power_on].map(|effort| per_axis(effort, slides));
         let [rotation, movement, torque, peak, load] = total;
         let [new_rotation, new_movement, new_torque, new_peak, new_load] = present;
-        let energised = upkeep.energised.minutes(now);
-        let off = upkeep.off.minutes(now);
+        let energised = self.energised.minutes(now);
+        let off = self.off.minutes(now);
         Maintenance {
             axes: [
                 rotation,
@@ -128,26 +101,19 @@ impl Robot {
                 energised,
                 off,
                 wear.total.seconds / MINUTE,
-                upkeep.fault.minutes(now),
-                f64::from(upkeep.servo_offs),
-                upkeep.servo.minutes(now),
+                self.fault.minutes(now),
+                f64::from(self.servo_offs),
+                self.servo.minutes(now),
             ],
         }
     }
-}
 
-/// The integer parts of the first axes.
-fn truncated(joints: &Joints) -> [i32; POSITION_AXES] {
-    let mut parts = [0; POSITION_AXES];
-    for (part, joint) in parts.iter_mut().zip(joints) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "the cast saturates; what is behind the point is left out"
-        )]
-        let whole = *joint as i32;
-        *part = whole;
+    /// The longest of its durations, for a check of one that was read.
+    #[cfg(feature = "serde")]
+    pub(crate) fn longest(&self) -> Duration {
+        let meters = [self.energised, self.off, self.fault, self.servo];
+        meters.iter().map(|meter| meter.before).max().unwrap_or_default()
     }
-    parts
 }
 
 type PerAxis = [f64; MN_AXES];

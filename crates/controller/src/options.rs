@@ -3,8 +3,8 @@
 //! A dialect presets them (D0) and the user may override each. No other place in the code asks for the dialect.
 //! docs/OPTIONS.md lists them for users.
 
-use crate::input::{ControlRight, KeySwitch};
 use crate::limits;
+use crate::panel::{ControlRight, KeySwitch};
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};

@@ -2,7 +2,7 @@
 //!
 //! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
-use crate::action::ActionError;
+use crate::action::error::ActionError;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;

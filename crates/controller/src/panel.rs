@@ -3,13 +3,103 @@
 //!
 //! What a change does to the arm and the program is in `ops::panel`.
 
-use crate::input::{ControlRight, KeySwitch};
 use crate::limits::SERVO_ONS;
 use crate::output::Event;
 use crate::time::Time;
+use alloc::string::String;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
+use ts3100_proto::words::Word;
+
+/// Something done at the controller itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum PanelAction {
+    /// The key switch is turned.
+    Key(KeySwitch),
+    /// The parameter EXTERNAL mode control right is set.
+    ControlRight(ControlRight),
+    /// The emergency stop button is pressed (true) or released (false).
+    EmergencyStop(bool),
+    /// The safety switch (fence) is open (true) or closed: an open one stops the robot like the emergency stop.
+    SafetySwitch(bool),
+    /// The servo power button: on or off. Refused on like SO.
+    Servo(bool),
+    /// START: automatic operation from the panel, whatever the control right.
+    Start,
+    /// STOP: the program stops after the present step, and the host is told by SP (CMD-SP-05).
+    Stop,
+    /// FEED HOLD pressed: alternate action (CMD-FD-02).
+    FeedHold,
+    /// ALARM RESET.
+    AlarmReset,
+    /// The machine lock: programs run without the arm moving.
+    MachineLock(bool),
+    /// An input line is driven by the outside (1-64, 101-164, 201-264).
+    InputLine {
+        /// Din number.
+        line: u16,
+        /// Its state.
+        on: bool,
+    },
+    /// The battery of the RAM drive is low (true) or good again.
+    Battery(bool),
+    /// Figures typed at the teach pendant, for INPUT without a channel.
+    Keys(String),
+    /// Power off and on again.
+    PowerCycle,
+}
+
+/// Position of the key switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum KeySwitch {
+    /// Teaching (test run).
+    Teaching,
+    /// Internal automatic operation; the TS3100 only (GEN-05).
+    Internal,
+    /// External automatic operation.
+    #[default]
+    Ext,
+}
+
+/// Who commands the robot in EXT mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum ControlRight {
+    /// The external operation signals.
+    Sig,
+    /// The serial port HOST.
+    Rs232c,
+    /// The Ethernet channel IP0.
+    #[default]
+    Ether,
+}
+
+impl Word for KeySwitch {
+    const ALL: &'static [KeySwitch] = &[KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext];
+
+    fn word(self) -> &'static str {
+        match self {
+            KeySwitch::Teaching => "teaching",
+            KeySwitch::Internal => "internal",
+            KeySwitch::Ext => "ext",
+        }
+    }
+}
+
+impl Word for ControlRight {
+    const ALL: &'static [ControlRight] = &[ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
+
+    fn word(self) -> &'static str {
+        match self {
+            ControlRight::Sig => "sig",
+            ControlRight::Rs232c => "rs232c",
+            ControlRight::Ether => "ether",
+        }
+    }
+}
 
 /// Settings for jogging, as SF shows them (SF-14 to SF-16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,22 +1,23 @@
 //! The parameter files of the RAM drive: created if missing, read at power-on, changed value by value.
 //!
-//! `ts3100_proto::parameter` parses and writes them; the emulator applies the settings to its links.
+//! `ts3100_proto::parameter` parses and writes them; the emulator applies the settings to its links; `ops::parameters`
+//! writes the files.
 
-use crate::drive::DriveError;
+use crate::drive::{Drive, DriveError};
 use crate::network::NetworkConfig;
-use crate::robot::Robot;
-use alloc::string::{String, ToString};
+use crate::port::Port;
+use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
-use ts3100_proto::name::{FileName, NameError};
+use ts3100_proto::name::NameError;
 use ts3100_proto::parameter::{
-    Edition, EthernetParameters, ParameterProblem, RewriteError, UserParameters, rewrite,
+    Edition, EthernetParameters, OpenMode, ParameterProblem, RewriteError, SerialSettings, UserParameters,
 };
 
 /// Name of the Ethernet parameter file.
-const ETHERNET_PAR: &str = "ETHERNET.PAR";
+pub(crate) const ETHERNET_PAR: &str = "ETHERNET.PAR";
 /// Name of the user parameter file.
-const USER_PAR: &str = "USER.PAR";
+pub(crate) const USER_PAR: &str = "USER.PAR";
 
 /// Why a parameter was not changed; the file is as before.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -38,80 +39,86 @@ pub enum ParameterError {
     Name(#[from] NameError),
 }
 
-impl Robot {
-    /// Changes one value of a parameter file, comments and order kept. It acts after a power cycle
-    /// (PAR-FILE-03). An empty `key` is the first value of the section.
-    ///
-    /// # Errors
-    /// See [`ParameterError`].
-    pub(crate) fn set_parameter(
-        &mut self,
-        file: &str,
-        section: &str,
-        key: &str,
-        value: &str,
-    ) -> Result<(), ParameterError> {
-        let name = FileName::parse(file)?;
-        let content = self.drive.get(name.as_str()).filter(|_| name.is_parameter());
-        let content = content
-            .ok_or_else(|| ParameterError::File(name.to_string()))?
-            .to_vec();
-        let changed = rewrite(&content, section, key, value)?;
-        let before = self.problems(name.as_str(), &content);
-        let problems = self.problems(name.as_str(), &changed);
-        if let Some(problem) = problems.into_iter().find(|problem| !before.contains(problem)) {
-            return Err(ParameterError::Value(problem));
-        }
-        self.drive.check(&name, &changed)?;
-        self.put_in_place(&name, &changed);
-        Ok(())
+/// A problem, and the file that has it.
+pub(crate) type FileProblem = (&'static str, ParameterProblem);
+
+/// The parameters as of the last power-on.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parameters {
+    ethernet: EthernetParameters,
+    user: UserParameters,
+    network: NetworkConfig,
+}
+
+impl Parameters {
+    /// Those of the factory, but for the mode in which the channels open.
+    pub(crate) fn factory(open_mode: [OpenMode; 4]) -> Parameters {
+        let ethernet = EthernetParameters {
+            open_mode,
+            ..EthernetParameters::factory()
+        };
+        let network = NetworkConfig::new(&ethernet);
+        Parameters::restored(ethernet, UserParameters::factory(), network)
     }
 
-    pub(crate) fn problems(&self, name: &str, content: &[u8]) -> Vec<ParameterProblem> {
+    /// Those of a snapshot.
+    pub(crate) fn restored(
+        ethernet: EthernetParameters,
+        user: UserParameters,
+        network: NetworkConfig,
+    ) -> Parameters {
+        Parameters {
+            ethernet,
+            user,
+            network,
+        }
+    }
+
+    pub(crate) fn ethernet(&self) -> &EthernetParameters {
+        &self.ethernet
+    }
+
+    pub(crate) fn user(&self) -> &UserParameters {
+        &self.user
+    }
+
+    pub(crate) fn network(&self) -> &NetworkConfig {
+        &self.network
+    }
+
+    /// Settings of a serial port; `None` for the Ethernet channels.
+    pub(crate) fn serial_line(&self, port: Port) -> Option<SerialSettings> {
+        match port {
+            Port::Host => Some(self.user.host),
+            Port::Com1 => Some(self.user.com1),
+            Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
+        }
+    }
+
+    /// What is wrong with the content of a parameter file.
+    pub(crate) fn problems(&self, name: &str, content: &[u8], edition: Edition) -> Vec<ParameterProblem> {
         if name == ETHERNET_PAR {
             EthernetParameters::parse(content, &self.ethernet).1
         } else {
-            UserParameters::parse(content, &self.user, self.edition()).1
+            UserParameters::parse(content, &self.user, edition).1
         }
     }
 
-    /// Parameters act from now on; called when the power comes on (PAR-FILE-03).
-    pub(crate) fn take_parameters(&mut self) {
+    /// The files of the drive count from now on; returns what of them does not (PAR-FILE-03).
+    pub(crate) fn read(&mut self, drive: &Drive, edition: Edition) -> Vec<FileProblem> {
         let mut problems = Vec::new();
-        if let Some(content) = self.drive.get(ETHERNET_PAR) {
+        if let Some(content) = drive.get(ETHERNET_PAR) {
             let (ethernet, found) = EthernetParameters::parse(content, &self.ethernet);
             self.ethernet = ethernet;
             problems.extend(found.into_iter().map(|problem| (ETHERNET_PAR, problem)));
         }
-        if let Some(content) = self.drive.get(USER_PAR) {
-            let (user, found) = UserParameters::parse(content, &self.user, self.edition());
+        if let Some(content) = drive.get(USER_PAR) {
+            let (user, found) = UserParameters::parse(content, &self.user, edition);
             self.user = user;
             problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
         }
         self.network = NetworkConfig::new(&self.ethernet);
-        for (file, problem) in problems {
-            self.raise(crate::alarm::PARAMETER, alloc::format!("{file}: {problem}"));
-        }
-    }
-
-    /// The edition of the manual that holds for the arm.
-    fn edition(&self) -> Edition {
-        match self.arm.kind() {
-            scol_mini::Arm::SixAxis => Edition::SixAxis,
-            scol_mini::Arm::Scara => Edition::Scara,
-        }
-    }
-
-    pub(crate) fn make_parameter_files(&mut self) -> Result<(), DriveError> {
-        let options = &self.config.options;
-        let ethernet = EthernetParameters::factory_file(options.open_mode, options.line_end);
-        let user = UserParameters::factory_file(options.line_end, self.edition());
-        for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
-            if !self.drive.contains(name) {
-                self.store(&FileName::parse(name)?, &content)?;
-            }
-        }
-        Ok(())
+        problems
     }
 }
 

@@ -47,27 +47,30 @@ impl LinkState {
     }
 }
 
-/// The three pages \[ETHER\].
-pub(crate) fn ethernet_pages(controller: &Controller) -> [PendantPage; PAGES] {
-    let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
-        Port::ETHERNET
-            .iter()
-            .zip(&controller.network().channels)
-            .map(|(port, plan)| row(controller, *port, plan))
-            .collect()
-    };
-    let page = |number: usize, lines| PendantPage {
-        heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
-        lines,
-    };
-    let dotted = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
-    let own = Vec::from([
-        format!("IP ADDRESS  {}", dotted(controller.robot.ethernet.address)),
-        format!("SUBNET MASK {}", dotted(controller.robot.ethernet.mask)),
-        format!("MAC ADDRESS {MAC_ADDRESS}"),
-        format!("FIRMWARE    {FIRMWARE}"),
-    ]);
-    [page(1, own), page(2, rows(peer_row)), page(3, rows(state_row))]
+impl Controller {
+    /// The three pages \[ETHER\] of the teach pendant.
+    #[must_use]
+    pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
+        let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
+            Port::ETHERNET
+                .iter()
+                .zip(&self.network().channels)
+                .map(|(port, plan)| row(self, *port, plan))
+                .collect()
+        };
+        let page = |number: usize, lines| PendantPage {
+            heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
+            lines,
+        };
+        let dotted = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
+        let own = Vec::from([
+            format!("IP ADDRESS  {}", dotted(self.robot.parameters.ethernet().address)),
+            format!("SUBNET MASK {}", dotted(self.robot.parameters.ethernet().mask)),
+            format!("MAC ADDRESS {MAC_ADDRESS}"),
+            format!("FIRMWARE    {FIRMWARE}"),
+        ]);
+        [page(1, own), page(2, rows(peer_row)), page(3, rows(state_row))]
+    }
 }
 
 /// OwnPort, Port, Connect IP; zeros where the channel is not used or nobody is connected (UI-ETHER-04).

@@ -5,14 +5,12 @@
 //! controller does the writing.
 
 use crate::action::Action;
-use crate::drive::{DriveError, PersistError};
+use crate::drive::PersistError;
 use crate::input::Input;
-use crate::output::Output;
 use crate::port::Port;
-use crate::robot::Robot;
 use crate::time::Time;
 use alloc::boxed::Box;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
@@ -93,9 +91,25 @@ impl Persistence {
     pub fn defer(&mut self, now: Time, input: Input) {
         self.deferred = Some(Box::new((now, input)));
     }
-}
 
-impl Persistence {
+    /// A file is about to be stored or erased; every other reason against it was looked for before.
+    ///
+    /// # Errors
+    /// [`PersistError`]: it was not stored, or that is to be asked only now ([`Persistence::is_pending`]).
+    pub fn ask(&mut self) -> Result<(), PersistError> {
+        match core::mem::replace(&mut self.state, State::Outside) {
+            State::Inside => {
+                self.state = State::Inside;
+                Ok(())
+            }
+            State::Answered(answer) => answer,
+            State::Outside | State::Asked => {
+                self.state = State::Asked;
+                Err(PersistError::NoAnswer)
+            }
+        }
+    }
+
     /// Whether each change is asked for first.
     pub fn set_outside(&mut self, outside: bool) {
         self.state = if outside { State::Outside } else { State::Inside };
@@ -117,34 +131,6 @@ impl Persistence {
     /// The input that came while the answer was awaited.
     pub fn take_deferred(&mut self) -> Option<(Time, Input)> {
         self.deferred.take().map(|deferred| *deferred)
-    }
-}
-
-impl Robot {
-    /// A file is about to be stored, or with no content erased; every other reason against it was looked for before.
-    ///
-    /// # Errors
-    /// [`DriveError::NotPersisted`]: it was not stored, or that is asked only now ([`Persistence::is_pending`]).
-    pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
-        let unkept = |reason| DriveError::NotPersisted {
-            name: name.to_string(),
-            reason,
-        };
-        match core::mem::replace(&mut self.persistence.state, State::Outside) {
-            State::Inside => {
-                self.persistence.state = State::Inside;
-                Ok(())
-            }
-            State::Answered(answer) => answer.map_err(unkept),
-            State::Outside | State::Asked => {
-                self.persistence.state = State::Asked;
-                self.push_output(Output::Persist {
-                    name: name.to_string(),
-                    content: content.map(<[u8]>::to_vec),
-                });
-                Err(unkept(PersistError::NoAnswer))
-            }
-        }
     }
 }
 

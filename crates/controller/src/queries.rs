@@ -6,7 +6,6 @@ use crate::Controller;
 use crate::faults::Faults;
 use crate::network::NetworkConfig;
 use crate::parameters::ParameterError;
-use crate::pendant_pages::{self, PAGES, PendantPage};
 use crate::time::Time;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::position::CurrentPosition;
@@ -110,13 +109,13 @@ impl Controller {
     /// The Ethernet parameters in effect.
     #[must_use]
     pub fn ethernet(&self) -> &EthernetParameters {
-        &self.robot.ethernet
+        self.robot.parameters.ethernet()
     }
 
     /// The user parameters in effect.
     #[must_use]
     pub fn user(&self) -> &UserParameters {
-        &self.robot.user
+        self.robot.parameters.user()
     }
 
     /// What PRINT has shown on the teach pendant.
@@ -333,7 +332,7 @@ impl Controller {
     /// The Ethernet channels as of the last power-on.
     #[must_use]
     pub fn network(&self) -> &NetworkConfig {
-        &self.robot.network
+        self.robot.parameters.network()
     }
 
     /// The virtual time up to which everything has happened.
@@ -376,12 +375,6 @@ impl Controller {
     #[must_use]
     pub fn peer_of(&self, port: Port) -> Option<String> {
         self.peer(port).map(String::from)
-    }
-
-    /// The three pages \[ETHER\] of the teach pendant.
-    #[must_use]
-    pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
-        pendant_pages::ethernet_pages(self)
     }
 
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.

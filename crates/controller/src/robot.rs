@@ -6,14 +6,14 @@ use crate::arm::{Arm, Frames};
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
 use crate::findings::{MAX_BYTES, MAX_MESSAGE, Rule};
-use crate::input::KeySwitch;
 use crate::io::channel::Channel;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
-use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::output::{Event, Output};
+use crate::panel::KeySwitch;
 use crate::panel::Panel;
+use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
@@ -24,7 +24,7 @@ use alloc::vec::Vec;
 use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
-use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
+use ts3100_proto::parameter::SerialSettings;
 
 /// What the hosts are to be told of the program, in the order in which it happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,9 +54,7 @@ pub(crate) struct Robot {
     pub(crate) arm: Arm,
     /// The port whose host guides the arm by JG.
     pub(crate) jogging: Option<Port>,
-    pub(crate) ethernet: EthernetParameters,
-    pub(crate) user: UserParameters,
-    pub(crate) network: NetworkConfig,
+    pub(crate) parameters: Parameters,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
     pub(crate) maintenance: MaintenanceCounters,
@@ -77,10 +75,6 @@ impl Robot {
         for (name, content) in files {
             drive.store(&FileName::parse(&name)?, &content)?;
         }
-        let ethernet = EthernetParameters {
-            open_mode: config.options.open_mode,
-            ..EthernetParameters::factory()
-        };
         let key = if config.key == KeySwitch::Internal && !config.controller.has_internal() {
             KeySwitch::Ext
         } else {
@@ -100,9 +94,7 @@ impl Robot {
             executor: Executor::new(&config.language(), Time::ZERO),
             arm: Arm::new(config.model.clone()),
             jogging: None,
-            network: NetworkConfig::new(&ethernet),
-            ethernet,
-            user: UserParameters::factory(),
+            parameters: Parameters::factory(config.options.open_mode),
             traced: false,
             maintenance: MaintenanceCounters::default(),
             persistence: Persistence::default(),
@@ -118,13 +110,8 @@ impl Robot {
     }
 
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
-    #[must_use]
     pub(crate) fn serial_line(&self, port: Port) -> Option<SerialSettings> {
-        match port {
-            Port::Host => Some(self.user.host),
-            Port::Com1 => Some(self.user.com1),
-            Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
-        }
+        self.parameters.serial_line(port)
     }
 
     /// The present position in the frames that are set: what teaching writes down.
@@ -192,6 +179,22 @@ impl Robot {
     /// Whether a host guides the arm right now.
     pub(crate) fn is_jogging(&self) -> bool {
         self.jogging.is_some() && self.arm.is_moving()
+    }
+
+    /// A file is about to be stored, or with no content erased.
+    ///
+    /// # Errors
+    /// [`DriveError::NotPersisted`]: see [`Persistence::ask`].
+    pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
+        let name = name.to_string();
+        let answer = self.persistence.ask();
+        if self.persistence.is_pending() {
+            self.push_output(Output::Persist {
+                name: name.clone(),
+                content: content.map(<[u8]>::to_vec),
+            });
+        }
+        answer.map_err(|reason| DriveError::NotPersisted { name, reason })
     }
 
     pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {

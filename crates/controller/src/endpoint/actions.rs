@@ -4,13 +4,13 @@
 //! The panel is in `panel`, what else an owner does in `ops::actions`.
 
 use super::{Endpoints, fresh_lines};
-use crate::action::{Action, ActionError, IoKind};
+use crate::action::{Action, ActionError};
 use crate::executor::StopCause;
 use crate::findings::rules;
-use crate::input::PanelAction;
-use crate::io::signals::Signals;
-use crate::ops::OperateError;
+use crate::io::signals::{IoKind, Signals};
+use crate::ops::{OperateError, no_line};
 use crate::output::Output;
+use crate::panel::PanelAction;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
@@ -74,7 +74,7 @@ impl Endpoints {
         if let PanelAction::InputLine { line, .. } = panel
             && !Signals::exists(line)
         {
-            return Err(ActionError::no_line(IoKind::Input, line));
+            return Err(no_line(IoKind::Input, line));
         }
         let place = if let PanelAction::Servo(_) = panel {
             "servo"

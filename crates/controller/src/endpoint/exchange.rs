@@ -79,7 +79,7 @@ impl Endpoints {
         }
         let level = port
             .ethernet_index()
-            .and_then(|index| robot.ethernet.alarm_level[index]);
+            .and_then(|index| robot.parameters.ethernet().alarm_level[index]);
         if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
             robot.raise(
                 crate::alarm::ethernet_disconnected(level),

@@ -17,6 +17,8 @@ pub mod kind;
 mod kinds;
 mod reachability;
 pub mod rng;
+#[cfg(feature = "serde")]
+mod saved;
 mod spec;
 
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
@@ -29,7 +31,9 @@ use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
+#[cfg(feature = "serde")]
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use kind::{Applied, Effect, FaultContext, FaultSite, ScheduledAction};

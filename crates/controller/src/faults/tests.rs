@@ -3,10 +3,11 @@
 
 use super::*;
 use crate::Controller;
-use crate::input::PanelAction;
 use crate::output::{DisconnectMode, Output};
+use crate::panel::PanelAction;
 use crate::{Config, Dialect, HostEnd, Input};
 use alloc::boxed::Box;
+use alloc::string::ToString;
 use bytes::Bytes;
 use core::time::Duration;
 

@@ -3,11 +3,11 @@
 //! Lines have the numbers of the manual's SF tables. A line can be forced to a state, outputs can be pulsed, and inputs
 //! can be scheduled to change. What a line means to the controller (RUN, STOP, ACK ...) is in `system_signals`.
 
-use crate::action::IoKind;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use ts3100_proto::status::io::{LineWords, WORDS};
+use ts3100_proto::words::Word;
 
 /// Ranges of line numbers: first, last, and index of the first word in IO (SF-25 to SF-38, ste80722 S27).
 ///
@@ -23,6 +23,27 @@ const RANGES: [(u16, u16, usize); 5] = [
 const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
 const RESET_OUTPUTS: (u16, u16) = (1, 24);
+
+/// Which way a line leads, seen from the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum IoKind {
+    /// Din.
+    Input,
+    /// Dout.
+    Output,
+}
+
+impl Word for IoKind {
+    const ALL: &'static [IoKind] = &[IoKind::Input, IoKind::Output];
+
+    fn word(self) -> &'static str {
+        match self {
+            IoKind::Input => "input",
+            IoKind::Output => "output",
+        }
+    }
+}
 
 /// State of all digital lines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -4,10 +4,10 @@
 
 use crate::executor::StopCause;
 use crate::findings::rules;
-use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
 use crate::ops::OperateError;
 use crate::options::Strobe;
+use crate::panel::{ControlRight, KeySwitch};
 use crate::robot::Robot;
 use alloc::format;
 use alloc::vec::Vec;

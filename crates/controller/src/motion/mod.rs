@@ -11,7 +11,6 @@
 //! ```
 
 mod arch;
-mod chain;
 mod effort;
 mod kinematics;
 mod path;

@@ -3,13 +3,15 @@
 //!
 //! `profile` says how fast a path is followed; `plan` checks whether it can be followed at all.
 
+mod chain;
+
 use super::arch::Arch;
-use super::chain::Chain;
 use super::kinematics::{follow, place};
 use super::pose::{Transform, cross, degrees, dot, minus, norm, plus_times, product, sin_cos, transposed};
 use crate::model::{ArmKind, Joints};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+pub(super) use chain::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
 use core::f64::consts::PI;
 use libm::{atan2, floor};
 

@@ -3,11 +3,11 @@
 //! `endpoint::actions` calls these; a refusal says what would have been taken.
 
 use super::Outcome;
-use crate::action::{ActionError, IoKind};
+use crate::action::ActionError;
 use crate::alarm::ALARMS;
 use crate::drive::DriveError;
 use crate::executor::selection::SelectError;
-use crate::io::signals::Signals;
+use crate::io::signals::{IoKind, Signals};
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -17,6 +17,7 @@ use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::words::Word;
 
 impl Robot {
     /// Raises an alarm of the table by its number.
@@ -45,7 +46,7 @@ impl Robot {
         length: Duration,
     ) -> Result<(), ActionError> {
         if !Signals::exists(line) {
-            return Err(ActionError::no_line(side, line));
+            return Err(no_line(side, line));
         }
         let until = self.now + length;
         match side {
@@ -73,7 +74,7 @@ impl Robot {
     ) -> Result<(), ActionError> {
         let was = self.signals.input(line);
         if !self.signals.force(side, line, state) {
-            return Err(ActionError::no_line(side, line));
+            return Err(no_line(side, line));
         }
         if side == IoKind::Input {
             self.input_is_now(line, was);
@@ -183,6 +184,11 @@ impl Robot {
         self.report_status();
         Ok(())
     }
+}
+
+/// There is no such line.
+pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
+    ActionError::missing(side.word(), "1-64, 101-164 or 201-264", line.to_string())
 }
 
 fn file_name(name: &str) -> Result<FileName, ActionError> {

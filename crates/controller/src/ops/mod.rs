@@ -7,13 +7,16 @@ mod actions;
 mod extended;
 mod files;
 mod jog;
+mod maintenance;
 mod operate;
 mod panel;
+mod parameters;
 mod reset;
 mod status;
 mod variables;
 mod watchdog;
 
+pub(crate) use actions::no_line;
 pub(crate) use panel::OperateError;
 pub(crate) use variables::numbers;
 

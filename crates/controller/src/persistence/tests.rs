@@ -3,12 +3,13 @@
 use super::*;
 use crate::Controller;
 use crate::action::ActionErrorKind;
-use crate::input::{ControlRight, PanelAction};
 use crate::options::WhileSending;
-use crate::output::Event;
+use crate::output::{Event, Output};
+use crate::panel::{ControlRight, PanelAction};
 use crate::{Config, Dialect};
 use alloc::collections::VecDeque;
 use alloc::format;
+use alloc::string::ToString;
 use core::time::Duration;
 
 const PROGRAM: &[u8] = b"GLOBAL\nN = 1\nEND\nPROGRAM V\nN = 7\nRESTORE N\nEND\n";

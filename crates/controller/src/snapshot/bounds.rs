@@ -7,13 +7,13 @@ use crate::Controller;
 use crate::alarm::Alarms;
 use crate::drive::Drive;
 use crate::endpoint::{Endpoints, fresh_lines};
-use crate::input::KeySwitch;
 use crate::io::signals::Signals;
 use crate::limits::{
     LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
     RING_BUFFER, SERVO_ONS,
 };
 use crate::options::Config;
+use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;

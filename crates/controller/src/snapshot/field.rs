@@ -4,10 +4,9 @@
 //! The modules are for `serde(with = ...)`.
 
 use crate::alarm::{ALARMS, AlarmCode};
-use crate::faults::{Fault, FaultError};
 use alloc::collections::BTreeMap;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -75,30 +74,6 @@ pub mod letters {
         known
             .find(|letters| *letters == found)
             .ok_or_else(|| D::Error::custom(format!("expected the letters of a command, found `{found}`")))
-    }
-}
-
-/// A fault: its number, and the rest as `--fault` takes it.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SavedFault {
-    id: u32,
-    spec: String,
-}
-
-impl Serialize for Fault {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let (id, spec) = (self.id, self.to_string());
-        SavedFault { id, spec }.serialize(to)
-    }
-}
-
-impl<'de> Deserialize<'de> for Fault {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Fault, D::Error> {
-        let SavedFault { id, spec } = SavedFault::deserialize(from)?;
-        let fault = Fault::from_snapshot(&spec);
-        let fault = fault.map_err(|error: FaultError| D::Error::custom(error))?;
-        Ok(Fault { id, ..fault })
     }
 }
 

@@ -26,6 +26,7 @@ use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::panel::Panel;
+use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::robot::Robot;
@@ -185,9 +186,9 @@ impl Controller {
             executor: self.robot.executor.clone(),
             arm: self.robot.arm.clone(),
             jogging: self.robot.jogging,
-            ethernet: self.robot.ethernet.clone(),
-            user: self.robot.user,
-            network: self.robot.network,
+            ethernet: self.robot.parameters.ethernet().clone(),
+            user: *self.robot.parameters.user(),
+            network: *self.robot.parameters.network(),
             traced: self.robot.traced,
             upkeep: self.robot.maintenance,
             faults: self.endpoints.faults.clone(),
@@ -222,9 +223,7 @@ impl Controller {
                 executor,
                 arm: snapshot.arm.with_model(config.model.clone()),
                 jogging: snapshot.jogging,
-                ethernet: snapshot.ethernet,
-                user: snapshot.user,
-                network: snapshot.network,
+                parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
                 traced: snapshot.traced,
                 maintenance: snapshot.upkeep,
                 persistence: Persistence::default(),

@@ -11,13 +11,13 @@
 //!                 |<-->| no overlap (PASS 0)             >|--|<   100 %: one ramp
 //! ```
 
-use super::kinematics::place;
-use super::path::Path;
-use super::pose::{Transform, minus, norm, plus_times};
-use super::profile::{PathState, Profile, Rates};
+use super::Path;
 #[cfg(feature = "serde")]
 use crate::model::ArmKind;
 use crate::model::{ArmModel, Joints};
+use crate::motion::kinematics::place;
+use crate::motion::pose::{Transform, minus, norm, plus_times};
+use crate::motion::profile::{PathState, Profile, Rates};
 use alloc::vec::Vec;
 use libm::sqrt;
 
@@ -28,7 +28,7 @@ const ROUNDING: f64 = 1e-5;
 /// Part of a path over which its direction at an end is measured.
 const END_PART: f64 = 1e-3;
 /// Factor by which the tool may be faster between two of these points, and in the overlap than in either motion.
-pub(super) const SAMPLED_SPEED_MARGIN: f64 = 1.05;
+pub(in crate::motion) const SAMPLED_SPEED_MARGIN: f64 = 1.05;
 /// Largest distance between the end of a motion and the start of the next, degrees or mm.
 const MAX_JOIN_GAP: f64 = 1e-6;
 /// Legs kept: one that ends, one that begins, and the one added behind it.
@@ -41,12 +41,12 @@ const MAX_MOTIONS: usize = 3;
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub(super) struct ChainedMotion {
-    pub(super) path: Path,
+pub(in crate::motion) struct ChainedMotion {
+    pub(in crate::motion) path: Path,
     /// Its course as its own SPEED, ACCEL and DECEL ask for it.
-    pub(super) profile: Profile,
+    pub(in crate::motion) profile: Profile,
     /// Seconds after the beginning of the chain.
-    pub(super) begins: f64,
+    pub(in crate::motion) begins: f64,
     rates: Rates,
     /// Most the tool point moves, mm per whole path.
     tool_way: f64,
@@ -54,7 +54,7 @@ pub(super) struct ChainedMotion {
 
 impl ChainedMotion {
     /// A motion from a state on its path.
-    pub(super) fn new(
+    pub(in crate::motion) fn new(
         path: Path,
         state: PathState,
         rates: &Rates,
@@ -71,7 +71,7 @@ impl ChainedMotion {
     }
 
     /// Fastest the tool point is on it, mm/s.
-    pub(super) fn top_speed(&self) -> f64 {
+    pub(in crate::motion) fn top_speed(&self) -> f64 {
         self.tool_way * self.rates.speed
     }
 
@@ -140,14 +140,14 @@ impl ChainedMotion {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub(super) struct Chain {
+pub(in crate::motion) struct Chain {
     #[cfg_attr(feature = "serde", serde(rename = "legs"))]
     motions: Vec<ChainedMotion>,
-    pub(super) duration: f64,
+    pub(in crate::motion) duration: f64,
 }
 
 impl Chain {
-    pub(super) fn new(first: ChainedMotion) -> Chain {
+    pub(in crate::motion) fn new(first: ChainedMotion) -> Chain {
         Chain {
             duration: first.end_time(),
             motions: Vec::from([first]),
@@ -156,7 +156,7 @@ impl Chain {
 
     /// Whether it is one of an arm of this kind, for a chain that was read.
     #[cfg(feature = "serde")]
-    pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
+    pub(in crate::motion) fn matches_arm(&self, kind: &ArmKind) -> bool {
         let count = 1..=MAX_MOTIONS + 1;
         count.contains(&self.motions.len())
             && self.duration > 0.0
@@ -167,7 +167,7 @@ impl Chain {
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
-    pub(super) fn top_speed(&self) -> f64 {
+    pub(in crate::motion) fn top_speed(&self) -> f64 {
         let fastest = self
             .motions
             .iter()
@@ -181,7 +181,7 @@ impl Chain {
     /// that; where the sum would leave the limits, or the tool be faster than on either motion; where nothing is left to
     /// overlap; where the motion does not begin where the last one ends; or where too many are waiting already. `now` and `rate` are the present time of
     /// the chain and how fast it goes by.
-    pub(super) fn append(
+    pub(in crate::motion) fn append(
         mut self,
         model: &ArmModel,
         tool: &Transform,
@@ -236,7 +236,7 @@ impl Chain {
     }
 
     /// The joints: the motion begun last, and what the one before it has still to go.
-    pub(super) fn joints_at(&self, time: f64) -> Joints {
+    pub(in crate::motion) fn joints_at(&self, time: f64) -> Joints {
         let current = self.current(time);
         let Some(motion) = self.motions.get(current) else {
             return Joints::default();
@@ -253,19 +253,19 @@ impl Chain {
     }
 
     /// Where the last motion ends, exactly.
-    pub(super) fn end(&self) -> Joints {
+    pub(in crate::motion) fn end(&self) -> Joints {
         self.motions
             .last()
             .map_or(Joints::default(), |motion| motion.path.joints_at(1.0))
     }
 
     /// When the motion added last begins.
-    pub(super) fn last_begins(&self) -> f64 {
+    pub(in crate::motion) fn last_begins(&self) -> f64 {
         self.motions.last().map_or(0.0, |motion| motion.begins)
     }
 
     /// Part of the motion begun last that is gone.
-    pub(super) fn part_at(&self, time: f64) -> f64 {
+    pub(in crate::motion) fn part_at(&self, time: f64) -> f64 {
         let motion = self.motions.get(self.current(time));
         motion.map_or(1.0, |motion| motion.profile.state_at(time - motion.begins).place)
     }
