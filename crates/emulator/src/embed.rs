@@ -17,12 +17,13 @@
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
-use crate::driver::request::Request;
-use crate::driver::{Driver, StartError};
+use crate::driver::request::{Request, View};
+use crate::launch::Launched;
+pub use crate::launch::StartError;
 use crate::reports::{CoverageReport, RunRecord};
 use crate::serial::SerialEndpoint;
 use crate::snapshot;
-use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
+use crate::snapshot::{SnapshotRequestError, SnapshotTask};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
@@ -32,6 +33,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::Controller;
 use ts3100_controller::action::{Action, ActionError};
 use ts3100_controller::faults::{Fault, FaultAction, FaultError, FaultReport};
 use ts3100_controller::findings::Findings;
@@ -209,23 +211,24 @@ impl Builder {
             .name("ts3100".to_owned())
             .spawn(move || {
                 let opened = single_threaded().and_then(|runtime| {
-                    let (driver, requests, control) = runtime.block_on(async {
-                        let (mut driver, requests) = Driver::open(&settings).await?;
-                        let control = driver.open_control(&settings, &requests)?;
-                        Ok::<_, StartError>((driver, requests, control))
-                    })?;
-                    Ok((runtime, driver, requests, control))
+                    let entered = runtime.enter();
+                    let mut launched = Launched::open(&settings)?;
+                    let control = launched.open_control(&settings)?;
+                    drop(entered);
+                    Ok((runtime, launched, control))
                 });
                 match opened {
-                    Ok((runtime, mut driver, requests, control)) => {
-                        driver.set_observer(observer);
-                        let (ports, evidence) = (driver.ports().clone(), driver.run_record());
-                        let serial = driver.serial_endpoints();
-                        if started_sender
-                            .send(Ok((ports, serial, control, requests, evidence)))
-                            .is_ok()
-                        {
-                            runtime.block_on(driver.run(async {
+                    Ok((runtime, mut launched, control)) => {
+                        launched.driver.cell().subscribe(Box::new(observer));
+                        let started = Started {
+                            ports: launched.driver.ports().clone(),
+                            serial: launched.driver.serial_endpoints(),
+                            control,
+                            requests: launched.requests.clone(),
+                            evidence: launched.run_record.clone(),
+                        };
+                        if started_sender.send(Ok(started)).is_ok() {
+                            runtime.block_on(launched.run(async {
                                 // An error means that the handle was dropped, which ends the emulator as well.
                                 let _ = stopped.await;
                             }));
@@ -240,13 +243,9 @@ impl Builder {
                 reason,
             })?;
         match started.recv() {
-            Ok(Ok((ports, serial, control, requests, evidence))) => Ok(Emulator {
+            Ok(Ok(started)) => Ok(Emulator {
                 listen,
-                ports,
-                serial,
-                control,
-                requests,
-                evidence,
+                started,
                 controller,
                 watch,
                 stop: Some(stop),
@@ -289,15 +288,21 @@ pub enum ArmError {
     Panel(#[from] PanelError),
 }
 
-/// A running emulator. Dropping it ends the emulator and waits for its thread.
+/// What is known of an emulator when its ports are open.
 #[derive(Debug)]
-pub struct Emulator {
-    listen: IpAddr,
+struct Started {
     ports: BTreeMap<Port, u16>,
     serial: BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
     evidence: RunRecord,
+}
+
+/// A running emulator. Dropping it ends the emulator and waits for its thread.
+#[derive(Debug)]
+pub struct Emulator {
+    listen: IpAddr,
+    started: Started,
     controller: Config,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
@@ -320,27 +325,26 @@ impl Emulator {
     /// The port each server channel accepted on when it started.
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
-        &self.ports
+        &self.started.ports
     }
 
     /// The address on which a channel accepts; `None` if it is not a server.
     #[must_use]
     pub fn address(&self, port: Port) -> Option<SocketAddr> {
-        self.ports
-            .get(&port)
-            .map(|number| SocketAddr::new(self.listen, *number))
+        let number = self.started.ports.get(&port);
+        number.map(|number| SocketAddr::new(self.listen, *number))
     }
 
     /// The address of the control interface, if there is one.
     #[must_use]
     pub fn control(&self) -> Option<SocketAddr> {
-        self.control
+        self.started.control
     }
 
     /// Where the serial port HOST or COM1 is reached. Port 0 has been replaced by the port the system chose.
     #[must_use]
     pub fn serial(&self, port: Port) -> Option<&SerialEndpoint> {
-        self.serial.get(&port)
+        self.started.serial.get(&port)
     }
 
     /// Does something at the panel. When this returns, the action and all its immediate effects are done. Bytes that a
@@ -349,10 +353,21 @@ impl Emulator {
     /// # Errors
     /// [`PanelError`].
     pub fn panel(&self, panel: PanelAction) -> Result<(), PanelError> {
+        self.request(|reply| Request::Panel(panel, Box::new(move |(), _: &View<'_>| reply(()))))
+    }
+
+    /// Sends a request and blocks until its reply. This is also possible in a runtime.
+    fn request<T: Send + 'static>(
+        &self,
+        request: impl FnOnce(Box<dyn FnOnce(T) + Send>) -> Request,
+    ) -> Result<T, PanelError> {
         let (done, is_done) = std::sync::mpsc::channel();
-        self.requests
-            .try_send(Request::Panel { panel, done })
-            .map_err(|_| PanelError)?;
+        let reply = Box::new(move |value| {
+            // Fails only when nobody waits for the result.
+            let _ = done.send(value);
+        });
+        let sent = self.started.requests.try_send(request(reply));
+        sent.map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
     }
 
@@ -378,29 +393,22 @@ impl Emulator {
     /// # Errors
     /// [`PanelError`].
     pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
-        let (done, reports) = std::sync::mpsc::channel();
-        let query = Request::Query(Box::new(move |view| {
-            // Fails only when nobody waits for the result.
-            let _ = done.send(view.controller.faults().reports().cloned().collect());
-        }));
-        self.requests.try_send(query).map_err(|_| PanelError)?;
-        reports.recv().map_err(|_| PanelError)
+        self.request(|reply| {
+            Request::Query(Box::new(move |(), view| {
+                reply(view.controller.faults().reports().cloned().collect());
+            }))
+        })
     }
 
     fn send_action(&self, action: Action) -> Result<(), ArmError> {
-        let (done, is_done) = std::sync::mpsc::channel();
-        self.requests
-            .try_send(Request::ActionBlocking { action, done })
-            .map_err(|_| PanelError)?;
-        is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
+        let result: Result<(), ActionError> =
+            self.request(|reply| Request::Action(action, Box::new(move |result, _| reply(result))))?;
+        result.map_err(ArmError::from)
     }
 
-    fn request_snapshot(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
-        let (done, is_done) = oneshot::channel();
-        let request = Request::Snapshot(SnapshotRequest { task, done });
-        let sent = self.requests.try_send(request);
-        sent.map_err(|_| SnapshotRequestError::Busy)?;
-        is_done.blocking_recv().map_err(|_| SnapshotRequestError::Busy)?
+    fn request_snapshot(&self, task: SnapshotTask) -> Result<(), SnapshotRequestError> {
+        self.request(|reply| Request::Snapshot(task, Box::new(move |result, _| reply(result))))
+            .map_err(|PanelError| SnapshotRequestError::Busy)?
     }
 
     /// Keeps the present state in memory under a name.
@@ -419,7 +427,6 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.request_snapshot(SnapshotTask::Restore(name.to_owned()))
-            .map(drop)
     }
 
     /// Writes the present state into a file.
@@ -427,10 +434,10 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        if let SnapshotReply::State(controller) = self.request_snapshot(SnapshotTask::Get)? {
-            snapshot::write(path, &controller)?;
-        }
-        Ok(())
+        let controller: Controller = self
+            .request(|reply| Request::Query(Box::new(move |(), view| reply(view.controller.clone()))))
+            .map_err(|PanelError| SnapshotRequestError::Busy)?;
+        Ok(snapshot::write(path, &controller)?)
     }
 
     /// Continues from the state in a file, as [`Emulator::restore`] does.
@@ -439,25 +446,25 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path)?);
-        self.request_snapshot(SnapshotTask::Replace(controller)).map(drop)
+        self.request_snapshot(SnapshotTask::Replace(controller))
     }
 
     /// The findings so far: which rules hosts broke, how often, and the first occurrences.
     #[must_use]
     pub fn findings(&self) -> Findings {
-        self.evidence.findings()
+        self.started.evidence.findings()
     }
 
     /// Which cells of the permission tables the hosts have reached so far.
     #[must_use]
     pub fn coverage(&self) -> CoverageReport {
-        self.evidence.coverage(&self.controller)
+        self.started.evidence.coverage(&self.controller)
     }
 
     /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
     #[must_use]
     pub fn evidence(&self) -> &RunRecord {
-        &self.evidence
+        &self.started.evidence
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

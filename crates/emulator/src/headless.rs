@@ -5,6 +5,7 @@
 //! tests of robot programs. A host that speaks the protocol needs the daemon or [`crate::embed`]. The output of
 //! `ts3100 run` is formatted in `cli::run`.
 
+use crate::cell::{Cell, Effects, Side};
 use crate::clock::TimeMode;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -17,7 +18,6 @@ use ts3100_proto::status::ExecutionStatus;
 
 /// Name of the teach pendant as a channel.
 pub const PENDANT: &str = "TP";
-/// The controller's status text for a program at its first step.
 /// The channels that get a simulated peer.
 const CHANNELS: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
 
@@ -156,156 +156,150 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
     // There is no serial line here, so a record arrives without the delay of its baud rate.
     config.options.serial_pacing = false;
     let mut run = Runner {
-        controller: Controller::new(config, Vec::new())?,
+        cell: Cell::new(Controller::new(config, Vec::new())?),
+        channels_with_records: job.records.keys().cloned().collect(),
         records: job.records,
-        channels_with_records: Vec::new(),
-        alarm: None,
-        at_first_step: false,
-        refusal: None,
-        started_at: Time::ZERO,
-        trace: job.trace,
-        executed: StatementCoverage::default(),
+        outcome: Outcome {
+            listen,
+            started_at: Time::ZERO,
+            trace: job.trace,
+            alarm: None,
+            at_first_step: false,
+            refusal: None,
+            executed: StatementCoverage::default(),
+        },
     };
-    run.channels_with_records = run.records.keys().cloned().collect();
-    run.prepare(&job.name, &job.source, &job.lines_on, listen)?;
-    run.controller.trace(job.trace || job.record_lines);
-    run.started_at = run.controller.now();
-    let limit = run.started_at + job.max_time;
+    run.prepare(&job.name, &job.source, &job.lines_on)?;
+    run.cell.await_statements(job.trace || job.record_lines);
+    let started_at = run.cell.controller.now();
+    run.outcome.started_at = started_at;
+    let limit = started_at + job.max_time;
     let wall = Instant::now();
-    run.feed(run.started_at, Input::Panel(PanelAction::Start), listen);
-    if let Some(reason) = run.refusal.take() {
+    run.feed(started_at, Input::Panel(PanelAction::Start));
+    if let Some(reason) = run.outcome.refusal.take() {
         return Err(RunError::Start(reason));
     }
     let ending = loop {
         if let Some(ending) = run.end() {
             break ending;
         }
-        if run.give_record(listen) {
+        if run.give_record() {
             continue;
         }
-        let Some(deadline) = run.controller.poll_deadline() else {
+        let Some(deadline) = run.cell.deadline() else {
             break run.end_of_blocked();
         };
         if deadline > limit {
-            run.feed(limit, Input::Tick, listen);
+            run.feed(limit, Input::Tick);
             break RunEnd::TimeUp {
-                line: run.controller.line(),
+                line: run.cell.controller.line(),
             };
         }
         if let Some(scale) = scale {
-            let due = deadline.since(run.started_at).div_f64(scale);
+            let due = deadline.since(started_at).div_f64(scale);
             std::thread::sleep(due.saturating_sub(wall.elapsed()));
         }
-        run.feed(deadline, Input::Tick, listen);
+        run.feed(deadline, Input::Tick);
     };
     Ok(run.report(ending))
 }
 
-struct Runner {
-    controller: Controller,
-    records: BTreeMap<String, VecDeque<Vec<u8>>>,
-    /// Channels for which `--input` was given, also with an empty file.
-    channels_with_records: Vec<String>,
+/// What is known of a run from its outputs.
+struct Outcome<'a> {
+    listen: &'a mut dyn FnMut(Duration, RunEvent<'_>),
+    started_at: Time,
+    /// Statements are reported.
+    trace: bool,
     alarm: Option<(String, String)>,
     /// The last stop was at END, which resets the program to its first step.
     at_first_step: bool,
     refusal: Option<String>,
-    started_at: Time,
-    /// Statements are reported.
-    trace: bool,
     executed: StatementCoverage,
 }
 
-impl Runner {
+impl Effects for Outcome<'_> {
+    fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
+        self.executed.record(&output);
+        let at = controller.now().since(self.started_at);
+        let mut printed = |channel, bytes: &[u8]| (self.listen)(at, RunEvent::Printed { channel, bytes });
+        match output {
+            Output::Send { port, bytes } if CHANNELS.contains(&port) => printed(port.name(), &bytes),
+            Output::Pendant(text) => printed(PENDANT, text.as_bytes()),
+            Output::Event(Event::Statement { line, task }) if self.trace => {
+                (self.listen)(at, RunEvent::Statement { line, task });
+            }
+            Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
+            Output::Event(Event::Status { status, .. }) => {
+                self.at_first_step = status == ExecutionStatus::Reset;
+            }
+            Output::Event(Event::Finding {
+                rule: "panel-refused",
+                message,
+                ..
+            }) => self.refusal = Some(message),
+            Output::Event(_)
+            | Output::Send { .. }
+            | Output::Persist { .. }
+            | Output::Stored { .. }
+            | Output::Erased { .. }
+            | Output::PowerCycled
+            | Output::Disconnect { .. }
+            | Output::Stall { .. }
+            | Output::PowerOff => {}
+        }
+        Vec::new()
+    }
+}
+
+struct Runner<'a> {
+    cell: Cell,
+    records: BTreeMap<String, VecDeque<Vec<u8>>>,
+    /// Channels for which `--input` was given, also with an empty file.
+    channels_with_records: Vec<String>,
+    outcome: Outcome<'a>,
+}
+
+impl Runner<'_> {
     /// Does everything before START: file, peers, input lines, servo power.
-    fn prepare(
-        &mut self,
-        name: &str,
-        source: &[u8],
-        lines_on: &[u16],
-        listen: &mut dyn FnMut(Duration, RunEvent<'_>),
-    ) -> Result<(), RunError> {
-        self.controller.put_file(name, source)?;
-        self.controller.select(Time::ZERO, name)?;
+    fn prepare(&mut self, name: &str, source: &[u8], lines_on: &[u16]) -> Result<(), RunError> {
+        self.cell.controller.put_file(name, source)?;
+        self.cell.controller.select(Time::ZERO, name)?;
         for port in CHANNELS {
             let peer = "headless".to_owned();
-            self.feed(Time::ZERO, Input::Connected { port, peer }, listen);
+            self.feed(Time::ZERO, Input::Connected { port, peer });
         }
         let switches = lines_on
             .iter()
             .map(|&line| PanelAction::InputLine { line, on: true });
         for panel in switches.chain([PanelAction::Servo(true)]) {
-            self.feed(Time::ZERO, Input::Panel(panel), listen);
+            self.feed(Time::ZERO, Input::Panel(panel));
         }
         // Alarms and refusals of the preparation are not part of the run.
-        (self.alarm, self.refusal) = (None, None);
+        (self.outcome.alarm, self.outcome.refusal) = (None, None);
         Ok(())
     }
 
-    fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
-        let _refusal_is_an_event = self.controller.handle(now, input);
-        while let Some(output) = self.controller.poll_output() {
-            self.executed.record(&output);
-            let at = self.controller.now().since(self.started_at);
-            match output {
-                Output::Send { port, bytes } if CHANNELS.contains(&port) => {
-                    let channel = port.name();
-                    listen(
-                        at,
-                        RunEvent::Printed {
-                            channel,
-                            bytes: &bytes,
-                        },
-                    );
-                }
-                Output::Pendant(text) => {
-                    let (channel, bytes) = (PENDANT, text.as_bytes());
-                    listen(at, RunEvent::Printed { channel, bytes });
-                }
-                Output::Event(event) => self.note_event(event, at, listen),
-                Output::Send { .. }
-                | Output::Persist { .. }
-                | Output::Stored { .. }
-                | Output::Erased { .. }
-                | Output::PowerCycled
-                | Output::Disconnect { .. }
-                | Output::Stall { .. }
-                | Output::PowerOff => {}
-            }
-        }
-    }
-
-    fn note_event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
-        match event {
-            Event::Statement { line, task } if self.trace => listen(at, RunEvent::Statement { line, task }),
-            Event::Alarm { number, text } => self.alarm = Some((number, text)),
-            Event::Status { status, .. } => self.at_first_step = status == ExecutionStatus::Reset,
-            Event::Finding {
-                rule: "panel-refused",
-                message,
-                ..
-            } => self.refusal = Some(message),
-            _ => {}
-        }
+    fn feed(&mut self, now: Time, input: Input) {
+        let _refusal_is_an_event = self.cell.feed(now, input, Side::Host, &mut self.outcome);
     }
 
     /// How the run ended; `None` while the program runs.
     fn end(&mut self) -> Option<RunEnd> {
-        if self.controller.program_runs() {
+        if self.cell.controller.program_runs() {
             return None;
         }
-        Some(match self.alarm.take() {
+        Some(match self.outcome.alarm.take() {
             Some((number, text)) => RunEnd::Alarm { number, text },
-            None if self.at_first_step => RunEnd::End,
+            None if self.outcome.at_first_step => RunEnd::End,
             None => RunEnd::Stopped {
-                line: self.controller.line(),
+                line: self.cell.controller.line(),
             },
         })
     }
 
     /// Sends a record to the INPUT that waits; false if none waits or there is none for it.
-    fn give_record(&mut self, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> bool {
-        let Some(channel) = self.controller.waits_for() else {
+    fn give_record(&mut self) -> bool {
+        let Some(channel) = self.cell.controller.waits_for() else {
             return false;
         };
         let port = Port::from_channel(channel);
@@ -318,14 +312,14 @@ impl Runner {
             Some(port) => Input::received(port, record),
             None => Input::Panel(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
         };
-        self.feed(self.controller.now(), input, listen);
+        self.feed(self.cell.controller.now(), input);
         true
     }
 
     /// The end of a program that waits while no timer is pending.
     fn end_of_blocked(&self) -> RunEnd {
-        let line = self.controller.line();
-        let Some(channel) = self.controller.waits_for() else {
+        let line = self.cell.controller.line();
+        let Some(channel) = self.cell.controller.waits_for() else {
             return RunEnd::Blocked { line };
         };
         let channel = Port::from_channel(channel).map_or(PENDANT, Port::name);
@@ -340,11 +334,11 @@ impl Runner {
         let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
         RunReport {
             end: ending,
-            duration: self.controller.now().since(self.started_at),
-            arm: self.controller.arm_pose(),
-            outputs: self.controller.outputs_on(),
+            duration: self.cell.controller.now().since(self.outcome.started_at),
+            arm: self.cell.controller.arm_pose(),
+            outputs: self.cell.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
-            executed: self.executed,
+            executed: self.outcome.executed,
         }
     }
 }

@@ -5,6 +5,7 @@
 //! `ts3100-controller`, and SCOL is compiled and run in `scol-mini`. Start reading at [`driver`], which owns the
 //! controller; [`cli`] and [`control`] are the two ways users reach it, and [`embed`] is the third, for Rust tests.
 
+pub mod cell;
 pub mod cli;
 pub mod client;
 pub mod clock;
@@ -16,6 +17,7 @@ pub mod embed;
 pub mod faults;
 mod files;
 pub mod headless;
+pub mod launch;
 pub mod loading;
 pub mod log;
 mod port_queues;

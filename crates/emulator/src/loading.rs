@@ -5,8 +5,8 @@
 //! power-on (PAR-FILE-03), so they are separated from the files that are put on the drive afterwards.
 
 use crate::config::Settings;
-use crate::driver::StartError;
 use crate::files;
+use crate::launch::StartError;
 use crate::snapshot;
 use crate::store::backing::{Backing, WhenFull};
 use crate::store::{Store, StoreError, StoredFiles};

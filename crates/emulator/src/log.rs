@@ -8,13 +8,16 @@
 mod fold;
 mod writer;
 
+use crate::cell::{Side, Subscriber};
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
+use ts3100_controller::Controller;
 use ts3100_controller::findings::{Rule, Severity};
-use ts3100_controller::output::Event;
+use ts3100_controller::input::Input;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 use ts3100_proto::escape::Escaped;
@@ -93,13 +96,8 @@ struct PendingFinding {
 }
 
 impl EventLog {
-    /// Logs findings of this port in full again, because another host has connected.
-    pub fn new_peer(&mut self, port: Port) {
-        self.reported.retain(|(shown, _)| *shown != Some(port.name()));
-    }
-
     /// Logs one event. `now` is virtual time; JSON lines have it as `t` in seconds.
-    pub fn write(&mut self, now: Time, event: &Event) {
+    fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
         match event {
             Event::Finding {
@@ -132,8 +130,8 @@ impl EventLog {
         }
     }
 
-    /// Logs a finding that is held back; called when no further event follows at once.
-    pub fn flush(&mut self) {
+    /// Logs a finding that is held back.
+    fn flush(&mut self) {
         if let Some(held) = self.pending.take() {
             self.log_finding(&held.t, held.rule, held.port, &held.message);
         }
@@ -210,6 +208,27 @@ impl EventLog {
                 t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
             );
         }
+    }
+}
+
+impl Subscriber for EventLog {
+    fn input(&mut self, _at: Time, input: &Input, _by: Side) {
+        if let Input::Connected { port, .. } = input {
+            // Another host is told of its findings in full again.
+            self.reported.retain(|(shown, _)| *shown != Some(port.name()));
+        }
+    }
+
+    fn output(&mut self, at: Time, output: &Output) {
+        if let Output::Event(event) = output {
+            self.write(at, event);
+        } else if let Output::Pendant(text) = output {
+            info!(event = "pendant", text, "teach pendant: {text}");
+        }
+    }
+
+    fn settled(&mut self, _at: Time, _controller: &Controller) {
+        self.flush();
     }
 }
 
@@ -317,7 +336,8 @@ mod tests {
         log.log_finding("0", "no-cr", Some("HOST"), "");
         log.log_finding("0", "no-cr", Some("HOST"), "");
         assert_eq!(log.reported.len(), 2);
-        log.new_peer(Port::Host);
+        let (port, peer) = (Port::Host, String::new());
+        log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);
         assert_eq!(log.reported, BTreeSet::from([(Some("IP0"), "no-cr")]));
     }
 

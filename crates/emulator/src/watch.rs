@@ -2,10 +2,12 @@
 //! sleeping. The driver sends every output that it has carried out; the test decides which one it waits for. See
 //! [`crate::embed`] for the public API.
 
+use crate::cell::Subscriber;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use ts3100_controller::output::Output;
+use ts3100_controller::time::Time;
 
 /// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.
 pub const MAX_OUTPUTS: usize = 4_096;
@@ -46,31 +48,44 @@ pub struct Watch(Arc<Shared>);
 
 /// The sending end, held by the driver; dropping it tells the receiver that the emulator has ended.
 #[derive(Debug)]
-pub struct WatchSender(Arc<Shared>);
+pub struct WatchSender {
+    shared: Arc<Shared>,
+    /// Outputs that are still being carried out.
+    pending: Vec<Output>,
+}
 
 /// Creates the two ends of a watch.
 #[must_use]
 pub fn channel() -> (WatchSender, Watch) {
     let shared = Arc::new(Shared::default());
-    (WatchSender(Arc::clone(&shared)), Watch(shared))
+    let sender = WatchSender {
+        shared: Arc::clone(&shared),
+        pending: Vec::new(),
+    };
+    (sender, Watch(shared))
 }
 
-impl WatchSender {
-    /// Appends an output and wakes the receiver.
-    pub fn send(&self, output: Output) {
-        let mut state = self.0.state();
-        if state.outputs.len() >= MAX_OUTPUTS {
-            state.outputs.pop_front();
+impl Subscriber for WatchSender {
+    fn output(&mut self, _at: Time, output: &Output) {
+        self.pending.push(output.clone());
+    }
+
+    fn flush(&mut self) {
+        if self.pending.is_empty() {
+            return;
         }
-        state.outputs.push_back(output);
-        self.0.changed.notify_all();
+        let mut state = self.shared.state();
+        state.outputs.extend(self.pending.drain(..));
+        let surplus = state.outputs.len().saturating_sub(MAX_OUTPUTS);
+        state.outputs.drain(..surplus);
+        self.shared.changed.notify_all();
     }
 }
 
 impl Drop for WatchSender {
     fn drop(&mut self) {
-        self.0.state().ended = true;
-        self.0.changed.notify_all();
+        self.shared.state().ended = true;
+        self.shared.changed.notify_all();
     }
 }
 
@@ -119,19 +134,27 @@ mod tests {
 
     #[test]
     fn outputs_are_looked_at_once_and_in_order() {
-        let (feeder, watch) = channel();
+        let (mut feeder, watch) = channel();
         for output in [
             Output::Pendant("a".to_owned()),
             Output::PowerCycled,
             Output::Pendant("b".to_owned()),
         ] {
-            feeder.send(output);
+            feeder.output(Time::ZERO, &output);
         }
+        assert_eq!(
+            watch.wait_for(Duration::ZERO, pendant),
+            Err(WaitError::Late(Duration::ZERO))
+        );
+        feeder.flush();
         let now = Duration::ZERO;
         assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("a"));
         assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("b"));
         assert_eq!(watch.wait_for(now, pendant), Err(WaitError::Late(now)));
-        let late = std::thread::spawn(move || feeder.send(Output::Pendant("c".to_owned())));
+        let late = std::thread::spawn(move || {
+            feeder.output(Time::ZERO, &Output::Pendant("c".to_owned()));
+            feeder.flush();
+        });
         assert_eq!(watch.wait_for(Duration::MAX, pendant).as_deref(), Ok("c"));
         late.join().unwrap();
         assert_eq!(watch.wait_for(Duration::MAX, pendant), Err(WaitError::Ended));
@@ -139,9 +162,10 @@ mod tests {
 
     #[test]
     fn a_watch_nobody_reads_does_not_grow() {
-        let (feeder, watch) = channel();
+        let (mut feeder, watch) = channel();
         for number in 0..=MAX_OUTPUTS {
-            feeder.send(Output::Pendant(number.to_string()));
+            feeder.output(Time::ZERO, &Output::Pendant(number.to_string()));
+            feeder.flush();
         }
         assert_eq!(watch.0.state().outputs.len(), MAX_OUTPUTS);
         assert_eq!(watch.wait_for(Duration::ZERO, pendant).as_deref(), Ok("1"));

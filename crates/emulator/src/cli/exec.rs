@@ -12,6 +12,7 @@ use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::driver::Driver;
 use crate::driver::self_check::connectable;
 use crate::embed::single_threaded;
+use crate::launch::Launched;
 use crate::log;
 use crate::printable::printable;
 use anyhow::Context as _;
@@ -109,25 +110,21 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, ExecError> {
     check_outputs(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
-        let (mut driver, requests) = Driver::open(&settings).await.map_err(anyhow::Error::from)?;
-        driver
-            .self_check(settings.listen)
-            .await
-            .map_err(anyhow::Error::from)?;
-        let control = driver
-            .open_control(&settings, &requests)
-            .map_err(anyhow::Error::from)?;
+        let mut launched = Launched::open(&settings).map_err(anyhow::Error::from)?;
+        let checked = launched.driver.self_check(settings.listen).await;
+        checked.map_err(anyhow::Error::from)?;
+        let control = launched.open_control(&settings).map_err(anyhow::Error::from)?;
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("expected a command behind --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = build_command(program, rest, &settings, &driver, control)
+        let mut child = build_command(program, rest, &settings, &launched.driver, control)
             .spawn()
             .map_err(|error| ExecError::Command(program.clone(), error))?;
         let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
         watched.context("the guard of the command has ended")?;
         let mut status = None;
-        let served = RunOutputs::begin(&settings, &mut driver);
-        let controller = driver
+        let served = RunOutputs::begin(&settings, &mut launched);
+        let controller = launched
             .run(async { status = Some(signals.forward_until_exit(&mut child).await) })
             .await;
         drop(guard);

@@ -6,10 +6,10 @@
 
 use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};
-use crate::driver::Driver;
 use crate::embed::single_threaded;
 use crate::faults;
 use crate::files;
+use crate::launch::Launched;
 use crate::log;
 use crate::printable::printable;
 use crate::ready::{Ready, banner};
@@ -66,8 +66,9 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (mut driver, requests) = Driver::open(&settings).await?;
-        let control = driver.open_control(&settings, &requests)?;
+        let mut launched = Launched::open(&settings)?;
+        let control = launched.open_control(&settings)?;
+        let driver = &launched.driver;
         if args.ready_json.unwrap_or(false) {
             let line = Ready::new(driver.ports(), &driver.serial_endpoints(), control)
                 .with_variation(settings.controller.vary)
@@ -84,12 +85,12 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
                     driver.ports(),
                     &driver.serial_endpoints(),
                     control,
-                    driver.has_demo()
+                    launched.has_demo
                 )
             );
         }
-        let served = RunOutputs::begin(&settings, &mut driver);
-        let controller = driver.run(stop).await;
+        let served = RunOutputs::begin(&settings, &mut launched);
+        let controller = launched.run(stop).await;
         let code = served.finish(&args, &settings, &controller)?;
         info!("ended");
         Ok(code)
@@ -119,13 +120,11 @@ pub(super) struct RunOutputs {
 
 impl RunOutputs {
     /// From now on.
-    pub(super) fn begin(settings: &Settings, driver: &mut Driver) -> RunOutputs {
-        let play = settings.scenario.clone().map(Play::new);
-        if let Some(play) = &play {
-            driver.set_scenario(play.clone());
+    pub(super) fn begin(settings: &Settings, launched: &mut Launched) -> RunOutputs {
+        RunOutputs {
+            play: launched.start_scenario(settings),
+            evidence: launched.run_record.clone(),
         }
-        let evidence = driver.run_record();
-        RunOutputs { play, evidence }
     }
 
     /// Writes everything; the exit code that follows from it.

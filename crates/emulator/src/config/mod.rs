@@ -12,9 +12,10 @@ mod report_args;
 mod seed;
 mod serial;
 
+pub use crate::tcp::{LinkOptions, Ports, SecondConnection};
 pub use args::ServeArgs;
 pub use layers::{ConfigError, Environment, read, read_points};
-pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+pub use options::{OptionError, option_keys, set_option};
 pub use report_args::{ReportArgs, parse_percent};
 pub use seed::Seed;
 pub use serial::ListenAt;
@@ -34,15 +35,6 @@ use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::words::Word as _;
-
-/// Which TCP ports the channels get.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ports {
-    /// The channel's own port of ETHERNET.PAR plus this many.
-    Offset(u16),
-    /// Free ports, chosen by the system.
-    Auto,
-}
 
 /// The complete configuration of an emulator, ready to be opened.
 #[derive(Debug, Clone)]

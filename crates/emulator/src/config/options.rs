@@ -5,6 +5,7 @@
 //! [`crate::store`].
 
 use crate::store::backing::WhenFull;
+use crate::tcp::{LinkOptions, SecondConnection};
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::limits;
@@ -17,37 +18,6 @@ use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
 use ts3100_proto::text::{Checksum, StxRule};
 use ts3100_proto::words::split_duration;
-
-/// What happens to a second connection to a channel (`channel.second`, decision D3).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum SecondConnection {
-    /// The second is accepted and closed at once; the first is untouched (ETH-06).
-    #[default]
-    Refuse,
-    /// The second replaces the first, which is closed.
-    Replace,
-}
-
-/// Options of the links, and of the directory behind the RAM drive.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LinkOptions {
-    /// `channel.second`.
-    pub second: SecondConnection,
-    /// `channel.redial`: pause between two attempts of a client channel (ETH-05).
-    pub redial: Duration,
-    /// `drive.when_full`: what happens to a change that the backing directory does not take.
-    pub when_full: WhenFull,
-}
-
-impl Default for LinkOptions {
-    fn default() -> LinkOptions {
-        LinkOptions {
-            second: SecondConnection::default(),
-            redial: Duration::from_secs(2),
-            when_full: WhenFull::default(),
-        }
-    }
-}
 
 /// Why a named option cannot be set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -4,15 +4,15 @@
 
 use super::journal::Journal;
 use super::problem::Problem;
-use crate::driver::request::{LinkAction, Request, View, WaitResult};
+use crate::driver::request::{LinkAction, Reply, Request, View, WaitResult};
 use crate::driver::wait::Wait;
-use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
+use crate::snapshot::SnapshotTask;
 use axum::http::StatusCode;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
-use ts3100_controller::action::{Action, ActionError};
+use ts3100_controller::action::Action;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
@@ -49,15 +49,49 @@ impl DriverHandle {
 
     /// Does something to the controller; when this returns it is done, and all that follows from it at once.
     pub async fn action(&self, action: Action) -> Result<(), Problem> {
-        let result: Result<(), ActionError> = self.request(|done| Request::Action { action, done }).await?;
-        result.map_err(Problem::from)
+        self.act(action, |_| ()).await
+    }
+
+    /// Does something to the controller, and reads what has come of it, with all that follows from it at once.
+    pub async fn act<T: Send + 'static>(
+        &self,
+        action: Action,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        self.try_request(look, |reply| Request::Action(action, reply))
+            .await
     }
 
     /// Does something around the controller.
     pub async fn link_action(&self, action: LinkAction) -> Result<(), Problem> {
-        let result: Result<(), ActionError> =
-            self.request(|done| Request::LinkAction { action, done }).await?;
-        result.map_err(Problem::from)
+        self.try_request(|_| (), |reply| Request::LinkAction(action, reply))
+            .await
+    }
+
+    /// Has something done with snapshots, and reads what has come of it.
+    pub async fn snapshot<T: Send + 'static>(
+        &self,
+        task: SnapshotTask,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+    ) -> Result<T, Problem> {
+        self.try_request(look, |reply| Request::Snapshot(task, reply))
+            .await
+    }
+
+    async fn try_request<T: Send + 'static, E: Into<Problem> + Send + 'static>(
+        &self,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+        request: impl FnOnce(Reply<Result<(), E>>) -> Request,
+    ) -> Result<T, Problem> {
+        let result: Result<T, E> = self
+            .request(|done| {
+                request(Box::new(move |result, view| {
+                    // Fails only when nobody waits for it.
+                    let _ = done.send(result.map(|()| look(view)));
+                }))
+            })
+            .await?;
+        result.map_err(Into::into)
     }
 
     /// Looks at everything as it is now.
@@ -66,25 +100,17 @@ impl DriverHandle {
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         self.request(|done| {
-            Request::Query(Box::new(move |view| {
-                // Fails only when nobody waits for it.
+            Request::Query(Box::new(move |(), view| {
+                // As above.
                 let _ = done.send(look(view));
             }))
         })
         .await
     }
 
-    /// Has something done with snapshots.
-    pub async fn snapshot(&self, task: SnapshotTask) -> Result<SnapshotReply, Problem> {
-        let result: Result<SnapshotReply, SnapshotRequestError> = self
-            .request(|done| Request::Snapshot(SnapshotRequest { task, done }))
-            .await?;
-        result.map_err(Problem::from)
-    }
-
     /// Waits for something, for at most so long on the wall.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
-        let waited = timeout(wall, self.request(|done| Request::Wait { wait, done })).await;
+        let waited = timeout(wall, self.request(|done| Request::Wait(wait, done))).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             Err(Problem::expected_found(

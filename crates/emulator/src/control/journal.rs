@@ -5,6 +5,7 @@
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;
+use crate::cell::{Notice, Side, Subscriber};
 use crate::transcript::{Format, TranscriptBuffer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -87,17 +88,6 @@ impl Journal {
         self.push(ApiEvent::from_output(now, output));
     }
 
-    /// Records a reset: findings are cleared; events and counters go on.
-    pub fn reset(&self) {
-        self.lock().findings.clear();
-        self.push(ApiEvent::new(Time::ZERO, "reset"));
-    }
-
-    /// Records that a snapshot was restored; `now` is its virtual time.
-    pub fn restored(&self, now: Time) {
-        self.push(ApiEvent::new(now, "restored"));
-    }
-
     fn push(&self, mut event: ApiEvent) {
         let mut state = self.lock();
         state.count += 1;
@@ -158,6 +148,31 @@ impl Journal {
     #[must_use]
     pub fn metrics(&self) -> Metrics {
         self.lock().metrics.clone()
+    }
+}
+
+/// Writes the journal of a controller.
+pub struct JournalWriter(pub Arc<Journal>);
+
+impl Subscriber for JournalWriter {
+    fn input(&mut self, at: Time, input: &Input, _by: Side) {
+        self.0.input(at, input);
+    }
+
+    fn output(&mut self, at: Time, output: &Output) {
+        self.0.output(at, output);
+    }
+
+    fn notice(&mut self, _at: Time, notice: Notice<'_>) {
+        match notice {
+            Notice::Restored(next) => self.0.push(ApiEvent::new(next.now(), "restored")),
+            Notice::Reset { .. } => {
+                // Events and counters go on.
+                self.0.lock().findings.clear();
+                self.0.push(ApiEvent::new(Time::ZERO, "reset"));
+            }
+            Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
+        }
     }
 }
 

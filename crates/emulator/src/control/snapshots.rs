@@ -8,15 +8,15 @@ use super::event::seconds;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::snapshot::handle::{SnapshotReply, SnapshotRequestError, SnapshotTask};
-use crate::snapshot::{self, NamedError, ParseError};
+use crate::driver::request::View;
+use crate::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;
-use ts3100_controller::Time;
+use ts3100_controller::{Controller, Time};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -36,6 +36,18 @@ pub struct SnapshotInfo {
     name: String,
     /// The virtual time at which it was taken, in seconds.
     t: f64,
+}
+
+impl SnapshotList {
+    fn new(view: &View<'_>) -> SnapshotList {
+        let named = |(name, micros)| SnapshotInfo {
+            name,
+            t: seconds(Time::from_micros(micros)),
+        };
+        SnapshotList {
+            snapshots: view.snapshots.list().into_iter().map(named).collect(),
+        }
+    }
 }
 
 type Answer = Result<Json<SnapshotList>, Problem>;
@@ -59,24 +71,19 @@ pub fn add(table: RouteTable) -> RouteTable {
 /// The snapshots there are
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
 async fn get_snapshots(State(handle): State<DriverHandle>) -> Answer {
-    let names = match handle.snapshot(SnapshotTask::List).await? {
-        SnapshotReply::Names(names) => names,
-        SnapshotReply::Done | SnapshotReply::State(_) => Vec::new(),
-    };
-    let named = |(name, micros)| SnapshotInfo {
-        name,
-        t: seconds(Time::from_micros(micros)),
-    };
-    let snapshots = names.into_iter().map(named).collect();
-    Ok(Json(SnapshotList { snapshots }))
+    Ok(Json(handle.query(SnapshotList::new).await?))
 }
 
 /// Keep the present state under a name, in place of one of the same name
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(state: State<DriverHandle>, PathParam(name): PathParam<String>, _: NoBody) -> Answer {
-    state.snapshot(SnapshotTask::Save(name)).await?;
-    get_snapshots(state).await
+async fn put_snapshot(
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    _: NoBody,
+) -> Answer {
+    let task = SnapshotTask::Save(name);
+    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
 }
 
 /// Go on from the state of that name
@@ -86,36 +93,32 @@ async fn put_snapshot(state: State<DriverHandle>, PathParam(name): PathParam<Str
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
 async fn restore_snapshot(
-    state: State<DriverHandle>,
+    State(handle): State<DriverHandle>,
     PathParam(name): PathParam<String>,
     _: NoBody,
 ) -> Answer {
-    state.snapshot(SnapshotTask::Restore(name)).await?;
-    get_snapshots(state).await
+    let task = SnapshotTask::Restore(name);
+    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
 }
 
 /// Forget the state of that name
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
 async fn delete_snapshot(
-    state: State<DriverHandle>,
+    State(handle): State<DriverHandle>,
     PathParam(name): PathParam<String>,
     _: NoBody,
 ) -> Answer {
-    state.snapshot(SnapshotTask::Remove(name)).await?;
-    get_snapshots(state).await
+    let task = SnapshotTask::Remove(name);
+    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
 }
 
 /// A state as the file of a snapshot has it.
-async fn snapshot_file(
-    handle: &DriverHandle,
-    task: SnapshotTask,
-) -> Result<impl IntoResponse + use<>, Problem> {
-    let SnapshotReply::State(controller) = handle.snapshot(task).await? else {
-        return Err(Problem::shutting_down());
-    };
-    let text = snapshot::to_pretty_json(&controller);
-    Ok(([(CONTENT_TYPE, "application/json")], text))
+fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
+    (
+        [(CONTENT_TYPE, "application/json")],
+        snapshot::to_pretty_json(controller),
+    )
 }
 
 /// The state of that name as the file of a snapshot has it, which `serve --restore` takes
@@ -125,25 +128,26 @@ async fn get_named(
     State(handle): State<DriverHandle>,
     PathParam(name): PathParam<String>,
 ) -> Result<impl IntoResponse, Problem> {
-    snapshot_file(&handle, SnapshotTask::GetNamed(name)).await
+    let named = handle.query(move |view| view.snapshots.get(&name)).await?;
+    Ok(snapshot_file(&named.map_err(SnapshotRequestError::from)?))
 }
 
 /// The present state as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
 async fn get_snapshot(State(handle): State<DriverHandle>) -> Result<impl IntoResponse, Problem> {
-    snapshot_file(&handle, SnapshotTask::Get).await
+    Ok(snapshot_file(
+        &handle.query(|view| view.controller.clone()).await?,
+    ))
 }
 
 /// Go on from the state of this file of a snapshot, at most 16 MiB
 ///
 /// As of `/snapshots/{name}/restore`. What no run leads to is refused.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
-async fn load_snapshot(state: State<DriverHandle>, SnapshotText(text): SnapshotText) -> Answer {
+async fn load_snapshot(State(handle): State<DriverHandle>, SnapshotText(text): SnapshotText) -> Answer {
     let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;
-    state
-        .snapshot(SnapshotTask::Replace(Box::new(controller)))
-        .await?;
-    get_snapshots(state).await
+    let task = SnapshotTask::Replace(Box::new(controller));
+    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
 }
 
 impl From<SnapshotRequestError> for Problem {

@@ -39,7 +39,7 @@ pub(super) struct Matching<'a> {
 }
 
 /// What a host has asked, and the emulator it has not asked yet.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct PendingQuestion {
     before: Player,
     at: Time,

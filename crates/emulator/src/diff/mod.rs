@@ -14,7 +14,7 @@ pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
 
 use crate::config::Settings;
-use crate::driver::StartError;
+use crate::launch::StartError;
 use crate::transcript::{EndReason, PeerId, Recording};
 use matching::Matching;
 use player::Player;

@@ -2,8 +2,9 @@
 //! (decision D3: one peer per channel). It keeps what the controller sends until `matching` compares it.
 
 use super::answers::{Answer, AnswerSplitter};
+use crate::cell::{Cell, Effects, Side};
 use crate::config::{SecondConnection, Settings};
-use crate::driver::StartError;
+use crate::launch::StartError;
 use crate::loading;
 use crate::snapshot;
 use crate::tcp::CLOSE_GRACE;
@@ -37,17 +38,23 @@ struct WaitingPeer {
 }
 
 /// A controller and its lines.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(super) struct Player {
-    controller: Controller,
+    cell: Cell,
     /// As it was before the first input.
     initial_controller: Controller,
     text: TextOptions,
     second: SecondConnection,
+    waiting_peers: Vec<WaitingPeer>,
+    lines: Lines,
+}
+
+/// Who is connected, and what the controller has sent.
+#[derive(Clone)]
+struct Lines {
     now: Time,
     /// The peer each port serves.
     current_peers: BTreeMap<Port, PeerId>,
-    waiting_peers: Vec<WaitingPeer>,
     splitters: BTreeMap<PeerId, AnswerSplitter>,
     robot_events: BTreeMap<PeerId, VecDeque<RobotEvent>>,
     /// Why the last command of a port was refused.
@@ -67,17 +74,19 @@ impl Player {
         controller.persist_outside(true);
         let mut player = Player {
             initial_controller: controller.clone(),
-            controller,
+            cell: Cell::new(controller),
             text: settings.controller.options.text,
             second: settings.links.second,
-            now: Time::ZERO,
-            current_peers: BTreeMap::new(),
             waiting_peers: Vec::new(),
-            splitters: BTreeMap::new(),
-            robot_events: BTreeMap::new(),
-            refusals: BTreeMap::new(),
-            remarks: BTreeMap::new(),
-            not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
+            lines: Lines {
+                now: Time::ZERO,
+                current_peers: BTreeMap::new(),
+                splitters: BTreeMap::new(),
+                robot_events: BTreeMap::new(),
+                refusals: BTreeMap::new(),
+                remarks: BTreeMap::new(),
+                not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
+            },
         };
         if settings.servo_on {
             player.feed(Input::Panel(PanelAction::Servo(true)));
@@ -86,7 +95,7 @@ impl Player {
     }
 
     pub(super) fn now(&self) -> Time {
-        self.now
+        self.lines.now
     }
 
     /// When something happens by itself.
@@ -95,60 +104,58 @@ impl Player {
             .waiting_peers
             .iter()
             .map(|waiting_peer| waiting_peer.since + CLOSE_GRACE);
-        waiting_peers.chain(self.controller.poll_deadline()).min()
+        waiting_peers.chain(self.cell.deadline()).min()
     }
 
     /// Lets time pass, each deadline at its own time.
     pub(super) fn advance_to(&mut self, to: Time) {
         while let Some(due) = self.deadline().filter(|due| *due <= to) {
-            self.now = self.now.max(due);
+            self.lines.now = self.lines.now.max(due);
             self.refuse_overdue();
             self.feed(Input::Tick);
         }
-        self.now = self.now.max(to);
+        self.lines.now = self.lines.now.max(to);
     }
 
     /// The next thing the controller has done on a line.
     pub(super) fn first(&self, line: PeerId) -> Option<&RobotEvent> {
-        self.robot_events.get(&line)?.front()
+        self.lines.robot_events.get(&line)?.front()
     }
 
     /// The one behind it.
     pub(super) fn second(&self, line: PeerId) -> Option<&RobotEvent> {
-        self.robot_events.get(&line)?.get(1)
+        self.lines.robot_events.get(&line)?.get(1)
     }
 
     /// Takes the next thing the controller has done on a line.
     pub(super) fn take(&mut self, line: PeerId) -> Option<RobotEvent> {
-        self.robot_events.get_mut(&line)?.pop_front()
+        self.lines.robot_events.get_mut(&line)?.pop_front()
     }
 
     /// Why nothing may have come of what a port has last received, as far as that is known.
     pub(super) fn remark(&self, port: Port) -> Option<String> {
-        let remark = self.refusals.get(&port).or_else(|| self.remarks.get(&port));
+        let remark = self
+            .lines
+            .refusals
+            .get(&port)
+            .or_else(|| self.lines.remarks.get(&port));
         remark.cloned()
     }
 
     /// Lines on which something is left.
     pub(super) fn lines_with_events(&self) -> Vec<PeerId> {
         let left = self
+            .lines
             .robot_events
             .iter()
             .filter(|(_, robot_event)| !robot_event.is_empty());
         left.map(|(line, _)| *line).collect()
     }
 
-    /// What has no end on a line is an answer as it is.
-    pub(super) fn flush(&mut self, line: PeerId) {
-        if let Some(answer) = self.splitters.get_mut(&line).and_then(AnswerSplitter::flush) {
-            self.answer(line, answer);
-        }
-    }
-
     /// Plays what the host or somebody at the panel does.
     pub(super) fn play(&mut self, what: &RecordKind) {
-        let lines: Vec<PeerId> = self.splitters.keys().copied().collect();
-        lines.into_iter().for_each(|line| self.flush(line));
+        let lines: Vec<PeerId> = self.lines.splitters.keys().copied().collect();
+        lines.into_iter().for_each(|line| self.lines.flush(line));
         match what {
             RecordKind::Connected { line, peer } => self.connect(*line, peer),
             RecordKind::FromHost { line, bytes } => self.receive(*line, bytes),
@@ -167,8 +174,8 @@ impl Player {
         match edge {
             // The emulator's own doing, as what ends the connection behind it.
             LinkRecord::Backlogged { port } | LinkRecord::Dropped { port } => {
-                if let Some(line) = self.current_peers.remove(port) {
-                    self.end(line, EndReason::Closed);
+                if let Some(line) = self.lines.current_peers.remove(port) {
+                    self.lines.end(line, EndReason::Closed);
                     self.feed(Input::Disconnected { port: *port });
                 }
             }
@@ -183,10 +190,10 @@ impl Player {
                 if let Some(calendar) = calendar {
                     next.set_calendar(*calendar);
                 }
-                self.current_peers.clear();
+                self.lines.current_peers.clear();
                 self.waiting_peers.clear();
-                self.controller = next;
-                self.now = Time::ZERO;
+                self.cell.controller = next;
+                self.lines.now = Time::ZERO;
             }
             LinkRecord::Settings { .. }
             | LinkRecord::Purged { .. }
@@ -198,36 +205,38 @@ impl Player {
 
     /// As the driver does it.
     fn replace_controller(&mut self, mut next: Controller) {
-        next.adopt_peers(&self.controller);
+        next.adopt_peers(&self.cell.controller);
         next.persist_outside(true);
-        self.now = next.now();
-        self.controller = next;
+        self.lines.now = next.now();
+        self.cell.controller = next;
         self.feed(Input::Tick);
     }
 
     fn connect(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
-        self.splitters.insert(line, AnswerSplitter::new(line, self.text));
+        self.lines
+            .splitters
+            .insert(line, AnswerSplitter::new(line, self.text));
         let channel = port
             .ethernet_index()
-            .and_then(|index| self.controller.network().channels.get(index));
+            .and_then(|index| self.cell.controller.network().channels.get(index));
         if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
-            return self.end(line, EndReason::Refused);
+            return self.lines.end(line, EndReason::Refused);
         }
-        match (self.current_peers.get(&port).copied(), self.second) {
+        match (self.lines.current_peers.get(&port).copied(), self.second) {
             // The same cable, seen anew after the power came on.
             (Some(_), _) if port.ethernet_index().is_none() => self.serve(line, peer),
             (None, _) => self.serve(line, peer),
             (Some(_), SecondConnection::Refuse) => self.waiting_peers.push(WaitingPeer {
                 line,
-                since: self.now,
+                since: self.lines.now,
                 peer: peer.to_owned(),
                 bytes: Vec::new(),
             }),
             (Some(old), SecondConnection::Replace) => {
                 // The peer that comes under the number of one that was never seen to leave is the same line.
                 if old != line {
-                    self.end(old, EndReason::Closed);
+                    self.lines.end(old, EndReason::Closed);
                 }
                 self.feed(Input::Disconnected { port });
                 self.serve(line, peer);
@@ -237,7 +246,7 @@ impl Player {
 
     fn serve(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
-        self.current_peers.insert(port, line);
+        self.lines.current_peers.insert(port, line);
         let peer = peer.to_owned();
         self.feed(Input::Connected { port, peer });
     }
@@ -253,16 +262,16 @@ impl Player {
             waiting_peer.bytes.extend(bytes.iter().take(room));
             return;
         }
-        if !self.current_peers.contains_key(&port) && !self.splitters.contains_key(&line) {
+        if !self.lines.current_peers.contains_key(&port) && !self.lines.splitters.contains_key(&line) {
             // A recording may begin behind the connection.
             self.connect(line, "");
         }
-        if self.current_peers.get(&port) == Some(&line) {
-            if let Some(splitter) = self.splitters.get_mut(&line) {
+        if self.lines.current_peers.get(&port) == Some(&line) {
+            if let Some(splitter) = self.lines.splitters.get_mut(&line) {
                 splitter.push_host(bytes);
             }
-            self.refusals.remove(&port);
-            self.remarks.remove(&port);
+            self.lines.refusals.remove(&port);
+            self.lines.remarks.remove(&port);
             self.feed(Input::received(port, bytes.to_vec()));
         }
     }
@@ -271,10 +280,10 @@ impl Player {
         self.waiting_peers
             .retain(|waiting_peer| waiting_peer.line != line);
         let port = line.port;
-        if self.current_peers.get(&port) != Some(&line) {
+        if self.lines.current_peers.get(&port) != Some(&line) {
             return;
         }
-        self.current_peers.remove(&port);
+        self.lines.current_peers.remove(&port);
         self.feed(Input::Disconnected { port });
         let next = self
             .waiting_peers
@@ -293,98 +302,38 @@ impl Player {
 
     /// Newcomers that have waited long enough are refused.
     fn refuse_overdue(&mut self) {
-        let now = self.now;
+        let now = self.lines.now;
         let (late, waiting) = std::mem::take(&mut self.waiting_peers)
             .into_iter()
             .partition(|waiting_peer: &WaitingPeer| waiting_peer.since + CLOSE_GRACE <= now);
         self.waiting_peers = waiting;
         for waiting_peer in late {
-            self.end(waiting_peer.line, EndReason::Closed);
+            self.lines.end(waiting_peer.line, EndReason::Closed);
+        }
+    }
+
+    fn feed(&mut self, input: Input) {
+        let now = self.lines.now;
+        let _refusal_is_an_event = self.cell.feed(now, input, Side::Host, &mut self.lines);
+    }
+
+    /// What has no end on a line is an answer as it is.
+    pub(super) fn flush(&mut self, line: PeerId) {
+        self.lines.flush(line);
+    }
+}
+
+impl Lines {
+    fn flush(&mut self, line: PeerId) {
+        if let Some(answer) = self.splitters.get_mut(&line).and_then(AnswerSplitter::flush) {
+            self.answer(line, answer);
         }
     }
 
     fn end(&mut self, line: PeerId, how: EndReason) {
         self.flush(line);
-        let now = self.now;
-        self.robot_events
-            .entry(line)
-            .or_default()
-            .push_back(RobotEvent::Ended(how, now));
-    }
-
-    fn feed(&mut self, input: Input) {
-        let mut inputs = VecDeque::from([input]);
-        while let Some(input) = inputs.pop_front() {
-            let _refusal_is_an_event = self.controller.handle(self.now, input);
-            while let Some(output) = self.controller.poll_output() {
-                match output {
-                    Output::Send { port, bytes } => self.sent(port, &bytes),
-                    Output::PowerCycled | Output::PowerOff => {
-                        let served = std::mem::take(&mut self.current_peers);
-                        for (port, line) in served {
-                            // The cable of a serial port stays in.
-                            if port.ethernet_index().is_none() {
-                                self.current_peers.insert(port, line);
-                                continue;
-                            }
-                            self.end(line, EndReason::Closed);
-                            inputs.push_back(Input::Disconnected { port });
-                        }
-                    }
-                    Output::Disconnect { port, how } => {
-                        if let Some(line) = self.current_peers.remove(&port) {
-                            self.end(
-                                line,
-                                match how {
-                                    DisconnectMode::Reset => EndReason::Reset,
-                                    DisconnectMode::Close => EndReason::Closed,
-                                },
-                            );
-                        }
-                        inputs.push_back(Input::Disconnected { port });
-                    }
-                    Output::Event(Event::Refused {
-                        port,
-                        command,
-                        reason,
-                    }) => {
-                        self.refusals.insert(port, format!("{command} refused: {reason}"));
-                    }
-                    Output::Event(Event::Finding {
-                        rule,
-                        port: Some(port),
-                        message,
-                        ..
-                    }) if !Rule::by_id(rule).is_some_and(|rule| rule.timed) => {
-                        self.remarks.insert(port, format!("{rule}: {message}"));
-                    }
-                    Output::Event(Event::Dropped { port, bytes, reason }) => {
-                        let remark = || format!("{bytes} bytes dropped: {reason}");
-                        self.remarks.entry(port).or_insert_with(remark);
-                    }
-                    Output::Persist { name, .. } => {
-                        let answer = self.persist_result(&name);
-                        let answer = Input::Persisted(answer.map_err(PersistError::Refused));
-                        let _refusal_is_an_event = self.controller.handle(self.now, answer);
-                    }
-                    // Of a half-open line the controller hears and says nothing by itself.
-                    Output::Stall { .. } => {}
-                    Output::Stored { .. } | Output::Erased { .. } | Output::Pendant(_) | Output::Event(_) => {
-                    }
-                }
-            }
-        }
-    }
-
-    /// What was kept in the recording is kept.
-    fn persist_result(&mut self, name: &str) -> Result<(), String> {
-        let now = self.now;
-        match self.not_persisted.front() {
-            Some((at, file, _)) if *at == now && file == name => {}
-            _ => return Ok(()),
-        }
-        let refused = self.not_persisted.pop_front();
-        refused.map_or(Ok(()), |(_, _, reason)| Err(reason))
+        let ended = RobotEvent::Ended(how, self.now);
+        self.robot_events.entry(line).or_default().push_back(ended);
     }
 
     fn sent(&mut self, port: Port, bytes: &[u8]) {
@@ -403,10 +352,78 @@ impl Player {
 
     fn answer(&mut self, line: PeerId, answer: Answer) {
         let reason = self.refusals.remove(&line.port);
-        self.robot_events
-            .entry(line)
-            .or_default()
-            .push_back(RobotEvent::Answer(answer, reason));
+        let answer = RobotEvent::Answer(answer, reason);
+        self.robot_events.entry(line).or_default().push_back(answer);
+    }
+
+    /// The Ethernet connections end; the cable of a serial port stays in.
+    fn end_connections(&mut self) -> Vec<Input> {
+        let (ended, kept) = std::mem::take(&mut self.current_peers)
+            .into_iter()
+            .partition(|(port, _): &(Port, PeerId)| port.ethernet_index().is_some());
+        self.current_peers = kept;
+        let ended: BTreeMap<Port, PeerId> = ended;
+        ended.values().for_each(|line| self.end(*line, EndReason::Closed));
+        ended
+            .into_keys()
+            .map(|port| Input::Disconnected { port })
+            .collect()
+    }
+}
+
+impl Effects for Lines {
+    /// What was kept in the recording is kept.
+    fn persist(&mut self, at: Time, name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
+        let refused = self
+            .not_persisted
+            .pop_front_if(|(moment, file, _)| *moment == at && file == name);
+        refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason)))
+    }
+
+    fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        match output {
+            Output::Send { port, bytes } => self.sent(port, &bytes),
+            Output::PowerCycled | Output::PowerOff => return self.end_connections(),
+            Output::Disconnect { port, how } => {
+                if let Some(line) = self.current_peers.remove(&port) {
+                    self.end(
+                        line,
+                        match how {
+                            DisconnectMode::Reset => EndReason::Reset,
+                            DisconnectMode::Close => EndReason::Closed,
+                        },
+                    );
+                }
+                return vec![Input::Disconnected { port }];
+            }
+            Output::Event(Event::Refused {
+                port,
+                command,
+                reason,
+            }) => {
+                self.refusals.insert(port, format!("{command} refused: {reason}"));
+            }
+            Output::Event(Event::Finding {
+                rule,
+                port: Some(port),
+                message,
+                ..
+            }) if !Rule::by_id(rule).is_some_and(|rule| rule.timed) => {
+                self.remarks.insert(port, format!("{rule}: {message}"));
+            }
+            Output::Event(Event::Dropped { port, bytes, reason }) => {
+                let remark = || format!("{bytes} bytes dropped: {reason}");
+                self.remarks.entry(port).or_insert_with(remark);
+            }
+            // Of a half-open line the controller hears and says nothing by itself.
+            Output::Stall { .. }
+            | Output::Persist { .. }
+            | Output::Stored { .. }
+            | Output::Erased { .. }
+            | Output::Pendant(_)
+            | Output::Event(_) => {}
+        }
+        Vec::new()
     }
 }
 

@@ -1,64 +1,56 @@
 //! Requests to the driver: actions, queries, waits, and control of time.
 //!
-//! The control interface (`crate::control`) decides what a client may ask and how it is written; here a request becomes
+//! Here a request becomes
 //! an input of the controller or a change of a connection, between two inputs. Snapshot requests are in `snapshots`.
 
 use super::Driver;
 use super::request::{LinkAction, PendingWait, Request, View, WaitResult};
+use crate::cell::{Notice, Side};
 use crate::clock::{self, TimeMode, Wake};
 use crate::store::backing::Backing;
-use crate::transcript::{LinkRecord, Side};
 use std::time::Duration;
 use tracing::{error, info};
 use ts3100_controller::action::{Action, ActionError, ActionErrorKind};
 use ts3100_controller::faults::FaultAction;
 use ts3100_controller::input::{Input, PanelAction};
-use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
 impl Driver {
     /// Carries out one request and replies to the caller.
-    pub(super) async fn serve_request(&mut self, request: Request) {
+    pub(super) fn serve_request(&mut self, request: Request) {
         match request {
-            Request::Panel { panel, done } => {
-                self.clock.note_activity();
-                self.feed(Input::Panel(panel)).await;
-                // Fails only when the caller no longer waits.
-                let _ = done.send(());
+            Request::Panel(panel, reply) => {
+                self.edge.clock.note_activity();
+                self.feed(Input::Panel(panel));
+                reply((), &self.view());
             }
-            Request::Action { action, done } => {
-                self.clock.note_activity();
-                let result = self.act(action).await;
-                let _ = done.send(result);
+            Request::Action(action, reply) => {
+                self.edge.clock.note_activity();
+                let result = self.feed_from(Input::Action(action), Side::Host);
+                reply(result, &self.view());
             }
-            Request::ActionBlocking { action, done } => {
-                self.clock.note_activity();
-                let result = self.act(action).await;
-                let _ = done.send(result);
+            Request::LinkAction(action, reply) => {
+                self.edge.clock.note_activity();
+                let result = self.act_on_link(action);
+                reply(result, &self.view());
             }
-            Request::LinkAction { action, done } => {
-                self.clock.note_activity();
-                let result = self.act_on_link(action).await;
-                let _ = done.send(result);
+            Request::Snapshot(task, reply) => {
+                // Handle what is already due first, so that the saved state is the present one.
+                self.feed(Input::Tick);
+                let result = self.act_on_snapshots(task);
+                reply(result, &self.view());
             }
-            Request::Snapshot(request) => self.serve_snapshot_request(request).await,
-            Request::Query(query) => {
-                // Handle what is already due first, so that the query sees the present state.
-                self.feed(Input::Tick).await;
-                query(&View {
-                    controller: &self.controller,
-                    clock: &self.clock,
-                    ports: &self.ports,
-                    serial: &self.serial_lines.endpoints(),
-                    backing: self.backing.as_ref().map(Backing::status),
-                });
+            Request::Query(look) => {
+                // As above.
+                self.feed(Input::Tick);
+                look((), &self.view());
             }
-            Request::Wait { wait, done } => {
-                self.feed(Input::Tick).await;
-                let since = self.controller.now();
+            Request::Wait(wait, done) => {
+                self.feed(Input::Tick);
+                let since = self.cell.controller.now();
                 let limit = since + wait.timeout;
-                self.waits.push(PendingWait {
+                self.edge.waits.push(PendingWait {
                     wait,
                     since,
                     limit,
@@ -70,20 +62,27 @@ impl Driver {
         }
     }
 
-    async fn act(&mut self, action: Action) -> Result<(), ActionError> {
-        self.feed_from(Input::Action(action), Side::Host).await
+    fn view(&self) -> View<'_> {
+        View {
+            controller: &self.cell.controller,
+            clock: &self.edge.clock,
+            ports: &self.edge.ports,
+            serial: self.edge.serial_lines.endpoints(),
+            backing: self.edge.backing.as_ref().map(Backing::status),
+            snapshots: &self.snapshot_store,
+        }
     }
 
-    async fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
+    fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
         match action {
             LinkAction::Inject { port, bytes } => {
                 self.require_peer(port, port.protocol().is_some())?;
-                self.feed(Input::received(port, bytes)).await;
+                self.feed(Input::received(port, bytes));
                 Ok(())
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
-                if self.serial_lines.has(port) {
+                if self.edge.serial_lines.has(port) {
                     return Err(ActionError {
                         kind: ActionErrorKind::Conflict,
                         expected: "a channel of Ethernet".to_owned(),
@@ -91,20 +90,20 @@ impl Driver {
                         place: port.name().to_owned(),
                     });
                 }
-                self.transcript
-                    .link(self.clock.now(), LinkRecord::Dropped { port });
-                for input in self.channels.drop_peer(port) {
+                self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
+                for input in self.edge.channels.drop_peer(port) {
                     // Only actions are refused.
-                    let _ = self.feed_from(input, Side::Robot).await;
+                    let _ = self.feed_from(input, Side::Robot);
                 }
                 Ok(())
             }
             LinkAction::TimeMode(mode) => {
-                self.clock.set_mode(mode);
+                self.edge.clock.set_mode(mode);
+                self.judge_pace();
                 info!("time: {mode}");
                 Ok(())
             }
-            LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
+            LinkAction::Reset => self.reset().map_err(|reason| ActionError {
                 kind: ActionErrorKind::NotPersisted,
                 expected: "a directory with the files of the start".to_owned(),
                 found: reason,
@@ -121,10 +120,10 @@ impl Driver {
             found: found.to_owned(),
             place: port.name().to_owned(),
         };
-        if !self.controller.state().powered {
+        if !self.cell.controller.state().powered {
             return Err(refused("power on", "the power is off"));
         }
-        if expected && self.controller.peer_of(port).is_none() {
+        if expected && self.cell.controller.peer_of(port).is_none() {
             return Err(refused("a connected peer", "nobody is connected"));
         }
         Ok(())
@@ -134,99 +133,75 @@ impl Driver {
     ///
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
-    async fn reset(&mut self) -> Result<(), String> {
-        for port in self.channels.close() {
-            self.transcript
-                .link(self.clock.now(), LinkRecord::Dropped { port });
-            let _ = self.feed_from(Input::Disconnected { port }, Side::Robot).await;
+    fn reset(&mut self) -> Result<(), String> {
+        for input in self.edge.close_channels() {
+            if let Input::Disconnected { port } = input {
+                self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
+            }
+            let _ = self.feed_from(input, Side::Robot);
         }
-        self.feed(Input::Tick).await;
-        let ended = self.controller.now();
-        let next = self.initial_controller.clone();
-        let files_result = self.replace_files(&next);
-        self.controller = next;
-        let calendar =
-            matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::system_calendar);
+        self.feed(Input::Tick);
+        let mut next = self.initial_controller.clone();
+        let files_result = self.edge.replace_files(&self.cell.controller, &next);
+        let wall_clock = matches!(self.edge.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
+        let calendar = wall_clock.then(clock::system_calendar);
         if let Some(calendar) = calendar {
-            self.controller.set_calendar(calendar);
+            next.set_calendar(calendar);
         }
-        if self.restored {
-            self.transcript.restored(self.clock.now(), &self.controller);
-        } else {
-            self.transcript.reset(self.clock.now(), calendar);
+        let notice = Notice::Reset {
+            controller: &next,
+            calendar,
+        };
+        self.cell.notify(self.cell.controller.now(), notice);
+        self.cell.controller = next;
+        self.edge.clock.restart();
+        self.edge.clock.set(self.cell.controller.now());
+        self.abandon_waits(Time::ZERO);
+        self.edge.save_history(&self.cell.controller);
+        if let Err(reason) = self.edge.open_channels(&self.cell.controller) {
+            error!("no port is open: {reason}");
         }
-        self.clock.restart();
-        self.clock.set(self.controller.now());
-        if let Some(scenario) = &self.scenario {
-            scenario.controller_replaced(ended, &self.controller);
+        info!("reset; ports: {:?}", self.edge.ports);
+        for input in self.edge.serial_lines.power_cycled(&self.cell.controller) {
+            self.feed(input);
         }
-        for pending in std::mem::take(&mut self.waits) {
-            let _ = pending.done.send(WaitResult {
-                reached: false,
-                at: Time::ZERO,
-                passed: Duration::ZERO,
-            });
-        }
-        if let Some(journal) = &self.journal {
-            journal.reset();
-        }
-        self.save_history();
-        self.open_channels();
-        info!("reset; ports: {:?}", self.ports);
-        for input in self.serial_lines.power_cycled(&self.controller) {
-            self.feed(input).await;
-        }
-        self.start().await;
+        self.start();
         files_result
     }
 
+    /// Ends every wait unreached: they refer to the time of another controller.
+    pub(super) fn abandon_waits(&mut self, at: Time) {
+        for pending in std::mem::take(&mut self.edge.waits) {
+            let (reached, passed) = (false, Duration::ZERO);
+            // Fails only when the caller no longer waits.
+            let _ = pending.done.send(WaitResult { reached, at, passed });
+        }
+    }
+
     /// Feeds the first inputs after power-on: the initial faults and the servo power.
-    pub(super) async fn start(&mut self) {
+    pub(super) fn start(&mut self) {
         for fault in self.faults.clone() {
             let request = FaultAction::Arm(Box::new(fault));
-            self.feed(Input::Action(Action::Fault(request))).await;
+            self.feed(Input::Action(Action::Fault(request)));
         }
         if self.servo_on {
-            self.feed(Input::Panel(PanelAction::Servo(true))).await;
+            self.feed(Input::Panel(PanelAction::Servo(true)));
         } else {
-            self.feed(Input::Tick).await;
-        }
-    }
-
-    /// Opens the channels of the network parameters; if one fails, none is open.
-    pub(super) fn open_channels(&mut self) {
-        match self.channels.open(self.controller.network()) {
-            Ok(ports) => self.ports = ports,
-            Err(reason) => {
-                error!("no port is open: {reason}");
-                self.ports.clear();
-            }
-        }
-    }
-
-    /// Whether a pending wait needs statement events.
-    pub(super) fn waits_for_statement(&self) -> bool {
-        self.waits.iter().any(PendingWait::needs_statements)
-    }
-
-    /// Passes an output to every pending wait.
-    pub(super) fn observe(&mut self, output: &Output) {
-        for pending in &mut self.waits {
-            pending.wait.observe(output);
+            self.feed(Input::Tick);
         }
     }
 
     /// Answers the waits that have ended and drops those whose caller is gone.
     pub(super) fn end_waits(&mut self) {
-        let now = self.controller.now();
+        let now = self.cell.controller.now();
         let mut index = 0;
-        while let Some(pending) = self.waits.get(index) {
-            let reached = pending.wait.is_met(&self.controller);
+        while let Some(pending) = self.edge.waits.get(index) {
+            let reached = pending.wait.is_met(&self.cell.controller);
             if !reached && now < pending.limit && !pending.done.is_closed() {
                 index += 1;
                 continue;
             }
-            let pending = self.waits.swap_remove(index);
+            let pending = self.edge.waits.swap_remove(index);
             let passed = now.since(pending.since);
             // Fails only when nobody waits for it.
             let _ = pending.done.send(WaitResult {
@@ -235,22 +210,25 @@ impl Driver {
                 passed,
             });
         }
-        let traces = self.record_lines || self.waits_for_statement();
-        self.controller.trace(traces);
+        let needs_statements = self.edge.waits.iter().any(PendingWait::needs_statements);
+        self.cell.await_statements(needs_statements);
     }
 
     /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
-        let deadline = self.deadline();
-        let advancing = self.waits.iter().filter(|pending| pending.wait.advance);
+        let deadline = self.cell.deadline();
+        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
         if let Some(limit) = advancing.map(|pending| pending.limit).min() {
             let next = deadline.map_or(limit, |deadline| deadline.min(limit));
             return (Wake::JumpAfter(Duration::ZERO), Some(next));
         }
-        let wake = self.clock.wake(deadline, self.controller.host_is_silent());
-        let limit = self.waits.iter().map(|pending| pending.limit).min();
+        let wake = self
+            .edge
+            .clock
+            .wake(deadline, self.cell.controller.host_is_silent());
+        let limit = self.edge.waits.iter().map(|pending| pending.limit).min();
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
-        let left = limit.and_then(|limit| self.clock.wall_time_until(limit));
+        let left = limit.and_then(|limit| self.edge.clock.wall_time_until(limit));
         let wake = match (wake, left) {
             (wake, None) => wake,
             (Wake::Never, Some(left)) => Wake::After(left),

@@ -4,10 +4,9 @@
 //! inputs, at the current virtual time, by `driver::control`.
 
 use super::wait::{Wait, WaitCondition};
-use crate::clock::Clock;
-use crate::clock::TimeMode;
+use crate::clock::{Clock, TimeMode};
 use crate::serial::SerialEndpoint;
-use crate::snapshot::handle::SnapshotRequest;
+use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
 use crate::store::backing;
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -18,47 +17,23 @@ use ts3100_controller::input::PanelAction;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
+/// Takes the result of a request, and reads the state at that moment; runs in the driver.
+pub type Reply<T> = Box<dyn FnOnce(T, &View<'_>) + Send>;
+
 /// A request to the driver.
 pub enum Request {
-    /// An action at the operator panel.
-    Panel {
-        /// Action at the panel.
-        panel: PanelAction,
-        /// Notified after the action and its immediate effects.
-        done: std::sync::mpsc::Sender<()>,
-    },
-    /// An action on the controller.
-    Action {
-        /// The action.
-        action: Action,
-        /// Receives the result after the action and its immediate effects.
-        done: oneshot::Sender<Result<(), ActionError>>,
-    },
-    /// Like [`Request::Action`], for callers that block a thread instead of awaiting.
-    ActionBlocking {
-        /// The action.
-        action: Action,
-        /// Receives the result, as in [`Request::Action`].
-        done: std::sync::mpsc::Sender<Result<(), ActionError>>,
-    },
+    /// Does something at the operator panel, as a person who gets no answer.
+    Panel(PanelAction, Reply<()>),
+    /// An action on the controller; the reply follows after the action and its immediate effects.
+    Action(Action, Reply<Result<(), ActionError>>),
     /// An action on connections or time, outside of the controller.
-    LinkAction {
-        /// The action.
-        action: LinkAction,
-        /// Receives the result, as in [`Request::Action`].
-        done: oneshot::Sender<Result<(), ActionError>>,
-    },
-    /// Save, restore or list snapshots.
-    Snapshot(SnapshotRequest),
-    /// A read-only query; the function runs in the driver.
-    Query(Box<dyn FnOnce(&View<'_>) + Send>),
-    /// Wait until a condition is met.
-    Wait {
-        /// Condition, timeout, and whether time advances for it.
-        wait: Wait,
-        /// Receives the result; drop the receiver to cancel the wait.
-        done: oneshot::Sender<WaitResult>,
-    },
+    LinkAction(LinkAction, Reply<Result<(), ActionError>>),
+    /// Saves, restores or removes a snapshot.
+    Snapshot(SnapshotTask, Reply<Result<(), SnapshotRequestError>>),
+    /// A read-only query.
+    Query(Reply<()>),
+    /// Waits until a condition is met; drop the receiver to cancel the wait.
+    Wait(Wait, oneshot::Sender<WaitResult>),
 }
 
 /// An action around the controller: on a connection, on time, or a reset.
@@ -91,9 +66,11 @@ pub struct View<'a> {
     /// TCP port of each server channel.
     pub ports: &'a BTreeMap<Port, u16>,
     /// Endpoint (path or address) of each open serial line.
-    pub serial: &'a BTreeMap<Port, SerialEndpoint>,
+    pub serial: BTreeMap<Port, SerialEndpoint>,
     /// State of the backing directory; `None` without `--drive`.
     pub backing: Option<&'a backing::BackingStatus>,
+    /// The named snapshots.
+    pub snapshots: &'a SnapshotStore,
 }
 
 /// Result of a wait.

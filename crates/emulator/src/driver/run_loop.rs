@@ -66,7 +66,7 @@ impl Driver {
         let mut stop = pin!(stop);
         loop {
             let (wake, deadline) = self.next_wake();
-            let beats = self.clock.gap_check_interval();
+            let beats = self.edge.clock.gap_check_interval();
             // The order matters: `auto` may jump only when there is no other work.
             let work = tokio::select! {
                 biased;
@@ -75,15 +75,15 @@ impl Driver {
                 () = sleep(wake) => Work::Tick,
                 () = clock_check(beats) => Work::ClockCheck,
             };
-            if let Some(missed) = self.clock.skip_gap() {
+            if let Some(missed) = self.edge.clock.skip_gap() {
                 warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
             }
             if let (Work::Tick, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
                 // Time does not pass a host that has sent something.
-                if self.drain_once().await {
+                if self.drain_once() {
                     continue;
                 }
-                self.clock.jump(deadline);
+                self.edge.clock.jump(deadline);
             }
             self.do_work(work).await;
         }
@@ -100,10 +100,10 @@ impl Driver {
                     Poll::Ready(None) | Poll::Pending => Poll::Pending,
                 },
                 1 => {
-                    let inputs = self.channels.poll_next(Some(context));
+                    let inputs = self.edge.channels.poll_next(Some(context));
                     inputs.map(|(_, inputs)| Work::Channel(inputs))
                 }
-                _ => self.serial_lines.poll_next(context).map(Work::Serial),
+                _ => self.edge.serial_lines.poll_next(context).map(Work::Serial),
             };
             if work.is_ready() {
                 if std::mem::take(&mut self.rotation.idle) {
@@ -120,14 +120,14 @@ impl Driver {
         match work {
             Work::Request(request) => {
                 self.drain_links().await;
-                self.serve_request(request).await;
+                self.serve_request(request);
             }
-            Work::Channel(inputs) => self.feed_received(inputs).await,
+            Work::Channel(inputs) => self.feed_received(inputs),
             Work::Serial(message) => {
-                let input = self.serial_lines.handle_message(message);
-                self.feed_received(input).await;
+                let input = self.edge.serial_lines.handle_message(message);
+                self.feed_received(input);
             }
-            Work::Tick => self.feed(Input::Tick).await,
+            Work::Tick => self.feed(Input::Tick),
             Work::ClockCheck => {}
         }
         if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
@@ -136,48 +136,48 @@ impl Driver {
         }
     }
 
-    async fn feed_received(&mut self, inputs: impl IntoIterator<Item = Input>) {
-        self.clock.note_activity();
+    fn feed_received(&mut self, inputs: impl IntoIterator<Item = Input>) {
+        self.edge.clock.note_activity();
         for input in inputs {
-            self.feed(input).await;
+            self.feed(input);
         }
     }
 
     /// Handles what hosts have sent before a request is served. A test that sends a command and then moves the
     /// clock expects this order, although the two arrive on different connections.
     async fn drain_links(&mut self) {
-        self.drain_once().await;
-        if self.serial_lines.is_open() {
+        self.drain_once();
+        if self.edge.serial_lines.is_open() {
             for _ in 0..YIELDS_TO_TASKS {
                 yield_now().await;
-                self.drain_once().await;
+                self.drain_once();
             }
         }
     }
 
     /// Each port with data is served once, and again only for a short time: a host that sends without pause does not
     /// delay the request further. Whether anything was served.
-    async fn drain_once(&mut self) -> bool {
+    fn drain_once(&mut self) -> bool {
         let mut context = Context::from_waker(Waker::noop());
         let begun = Instant::now();
         let mut served_ports = BTreeSet::new();
         for _ in 0..MAX_DRAINED_PORTIONS {
             let mut again = false;
             let (channel, line) = (
-                self.channels.poll_next(None),
-                self.serial_lines.poll_next(&mut context),
+                self.edge.channels.poll_next(None),
+                self.edge.serial_lines.poll_next(&mut context),
             );
             if channel.is_pending() && line.is_pending() {
                 break;
             }
             if let Poll::Ready((port, inputs)) = channel {
                 again |= !served_ports.insert(port);
-                self.feed_received(inputs).await;
+                self.feed_received(inputs);
             }
             if let Poll::Ready(message) = line {
                 again |= !served_ports.insert(message.port());
-                let input = self.serial_lines.handle_message(message);
-                self.feed_received(input).await;
+                let input = self.edge.serial_lines.handle_message(message);
+                self.feed_received(input);
             }
             if again && begun.elapsed() > DRAIN_TIME {
                 break;

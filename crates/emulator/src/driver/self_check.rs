@@ -1,8 +1,9 @@
 //! Self-check at the start: sends SU to IP0 over a real connection and waits for the answer, before the emulator reports
-//! that it is ready. Faults are disarmed for the check. Afterwards the controller is restored, and no transcript, journal
-//! or report contains the exchange. `crate::ready` decides when to run it.
+//! that it is ready. Faults are disarmed for the check. Afterwards the controller is restored, and no subscriber sees
+//! the exchange.
 
-use super::{Driver, StartError};
+use super::{Driver, OpenError};
+use crate::cell::Cell;
 use crate::socket;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -32,21 +33,15 @@ impl Driver {
     ///
     /// # Errors
     /// SU was not answered, or the ports could not be opened again afterwards.
-    pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), StartError> {
-        let Some(number) = self.ports.get(&Port::Ip0) else {
+    pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), OpenError> {
+        let Some(number) = self.edge.ports.get(&Port::Ip0) else {
             return Ok(());
         };
         let address = SocketAddr::new(connectable(listen), *number);
-        let unbroken = self.controller.without_faults();
-        let before = std::mem::replace(&mut self.controller, unbroken);
-        let run_record = std::mem::take(&mut self.run_record);
-        let journal = self.journal.take();
-        let (transcript, log, watch) = (
-            std::mem::take(&mut self.transcript),
-            std::mem::take(&mut self.log),
-            self.observer.take(),
-        );
-        let checksum = self.controller.checksum();
+        let unbroken = self.cell.controller.without_faults();
+        // Nobody listens to the cell of the check.
+        let before = std::mem::replace(&mut self.cell, Cell::new(unbroken));
+        let checksum = self.cell.controller.checksum();
         let mut result = Err(io::Error::from(io::ErrorKind::TimedOut));
         self.serve(async {
             if let Ok(answered) = tokio::time::timeout(ANSWER_TIMEOUT, exchange_su(address, checksum)).await {
@@ -54,14 +49,12 @@ impl Driver {
             }
         })
         .await;
-        self.channels.close();
-        self.controller = before;
-        self.clock.set(self.controller.now());
+        self.edge.channels.close();
+        self.cell = before;
+        self.edge.clock.set(self.cell.controller.now());
         self.update_idle();
-        self.ports = self.channels.open(self.controller.network())?;
-        (self.run_record, self.journal) = (run_record, journal);
-        (self.transcript, self.log, self.observer) = (transcript, log, watch);
-        result.map_err(|reason| StartError::System {
+        self.edge.open_channels(&self.cell.controller)?;
+        result.map_err(|reason| OpenError::System {
             what: "conversation with the emulator (SU on IP0)",
             reason,
         })

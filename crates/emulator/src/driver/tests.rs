@@ -1,8 +1,8 @@
 //! Tests of the loop: when automatic time may jump, and in which order work is served.
 
+use super::request::View;
 use super::*;
-use crate::clock::{TimeMode, Wake};
-use crate::config::Ports;
+use crate::clock::Wake;
 use crate::embed::single_threaded;
 use crate::scenario::{Play, Scenario};
 use std::io::{Read as _, Write as _};
@@ -10,18 +10,29 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
+use ts3100_controller::Time;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
 
 const HOUR: Duration = Duration::from_secs(3_600);
 
-fn automatic() -> Settings {
-    Settings {
+/// A driver in automatic time.
+fn open() -> (Driver, mpsc::Sender<Request>) {
+    let setup = Setup {
+        controller: Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap(),
+        backing: None,
+        listen: [127, 0, 0, 1].into(),
         ports: Ports::Auto,
+        links: LinkOptions::default(),
+        serial: BTreeMap::new(),
         time: TimeMode::Auto,
-        ..Settings::new(Config::new(Dialect::Field))
-    }
+        time_gap: TimeGap::default(),
+        faults: Vec::new(),
+        servo_on: false,
+        subscribers: Vec::new(),
+    };
+    Driver::open(setup).unwrap()
 }
 
 /// Serves until a thread of its own has done what hosts do.
@@ -72,7 +83,7 @@ async fn serve_until(driver: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
 
 /// Virtual time has not run ahead of wall-clock time since `started`.
 fn assert_not_ahead(driver: &Driver, started: Instant) {
-    let (passed, wall) = (driver.clock.now().as_micros(), started.elapsed().as_micros());
+    let (passed, wall) = (driver.edge.clock.now().as_micros(), started.elapsed().as_micros());
     assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
 }
 
@@ -80,7 +91,7 @@ fn assert_not_ahead(driver: &Driver, started: Instant) {
 fn automatic_time_does_not_run_away_while_nothing_is_due() {
     single_threaded().unwrap().block_on(async {
         let started = Instant::now();
-        let (mut driver, _panel) = Driver::open(&automatic()).await.unwrap();
+        let (mut driver, _panel) = open();
         let _hosts = serve_while(&mut driver, |ports| {
             let program = dial(&ports, Port::Ip1);
             let mut host = dial(&ports, Port::Ip0);
@@ -92,10 +103,13 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
         // jumps again and again does so here.
         tokio::time::pause();
         driver.serve(tokio::time::sleep(HOUR)).await;
-        driver.feed(Input::Tick).await;
+        driver.feed(Input::Tick);
         assert_not_ahead(&driver, started);
         assert_eq!(
-            driver.clock.wake(driver.controller.poll_deadline(), true),
+            driver
+                .edge
+                .clock
+                .wake(driver.cell.controller.poll_deadline(), true),
             Wake::Never
         );
     });
@@ -105,7 +119,7 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
 fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
     single_threaded().unwrap().block_on(async {
         let started = Instant::now();
-        let (mut driver, _panel) = Driver::open(&automatic()).await.unwrap();
+        let (mut driver, _panel) = open();
         let _host = serve_while(&mut driver, |ports| {
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03\x02S", b"\x02OK\r\x03");
@@ -113,14 +127,14 @@ fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
         })
         .await;
         assert!(
-            driver.controller.poll_deadline().is_some(),
+            driver.cell.controller.poll_deadline().is_some(),
             "10 s between characters"
         );
         tokio::time::pause();
         driver.serve(tokio::time::sleep(Duration::from_secs(9))).await;
         assert_not_ahead(&driver, started);
         assert!(
-            driver.controller.poll_deadline().is_some(),
+            driver.cell.controller.poll_deadline().is_some(),
             "they have not passed"
         );
     });
@@ -129,11 +143,11 @@ fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
 #[test]
 fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
     single_threaded().unwrap().block_on(async {
-        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
+        let (mut driver, requests) = open();
         driver.serve(turns()).await;
         // To the microsecond, or two runs of the same would differ.
         assert_eq!(
-            (driver.clock.now(), driver.controller.now()),
+            (driver.edge.clock.now(), driver.cell.controller.now()),
             (Time::ZERO, Time::ZERO)
         );
         let host = serve_while(&mut driver, |ports| {
@@ -143,33 +157,33 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         })
         .await;
         // A host pauses in wall-clock time.
-        let met = driver.clock.now();
-        serve_until(&mut driver, |driver| driver.clock.now() > met).await;
+        let met = driver.edge.clock.now();
+        serve_until(&mut driver, |driver| driver.edge.clock.now() > met).await;
         drop(host);
         serve_until(&mut driver, |driver| {
-            driver.controller.peer_of(Port::Ip0).is_none()
+            driver.cell.controller.peer_of(Port::Ip0).is_none()
         })
         .await;
-        let left = driver.clock.now();
+        let left = driver.edge.clock.now();
         driver.serve(turns()).await;
-        assert_eq!(driver.clock.now(), left);
+        assert_eq!(driver.edge.clock.now(), left);
         // One who waits for a length of time does not wait for ever.
         let (done, is_done) = oneshot::channel();
         let condition = wait::WaitCondition::Alarm(None);
         let short = Duration::from_millis(20);
         let wait = wait::Wait::new(condition, short, false);
-        requests.send(Request::Wait { wait, done }).await.ok().unwrap();
+        requests.send(Request::Wait(wait, done)).await.ok().unwrap();
         let mut waited = None;
         driver.serve(async { waited = is_done.await.ok() }).await;
         assert!(!waited.unwrap().reached);
-        assert!(driver.clock.now() >= left + short);
+        assert!(driver.edge.clock.now() >= left + short);
     });
 }
 
 #[test]
 fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
     single_threaded().unwrap().block_on(async {
-        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
+        let (mut driver, requests) = open();
         let mut host = serve_while(&mut driver, |ports| {
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
@@ -179,7 +193,7 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
         for percent in 1..=50 {
             write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
             let (done, is_done) = oneshot::channel();
-            let look = Request::Query(Box::new(move |view| {
+            let look = Request::Query(Box::new(move |(), view| {
                 done.send(view.controller.state().override_percent).unwrap();
             }));
             requests.try_send(look).unwrap();
@@ -194,22 +208,16 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
 fn the_refusal_of_a_scenarios_action_does_not_reach_another_caller() {
     const SCENARIO: &str = "[[do]]\nwhen = \"alarm 8-027\"\nactions = [\"select NOFILE\"]\n";
     single_threaded().unwrap().block_on(async {
-        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
-        let scenario = Scenario::parse(Path::new("a test"), SCENARIO).unwrap();
-        driver.set_scenario(Play::new(scenario));
+        let (mut driver, requests) = open();
+        let scenario = Play::new(Scenario::parse(Path::new("a test"), SCENARIO).unwrap());
+        scenario.start(driver.cell());
         let (done, result) = oneshot::channel();
-        let press = PanelAction::EmergencyStop(true);
-        requests
-            .send(Request::Action {
-                action: Action::Panel(press),
-                done,
-            })
-            .await
-            .unwrap();
+        let press = Action::Panel(PanelAction::EmergencyStop(true));
+        let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
+        requests.send(Request::Action(press, reply)).await.ok().unwrap();
         driver.serve(turns()).await;
-        assert!(driver.controller.state().emergency_stop);
-        let scenario = driver.scenario.as_ref().unwrap();
-        let outcome = scenario.outcome(driver.controller.now());
+        assert!(driver.cell.controller.state().emergency_stop);
+        let outcome = scenario.outcome(driver.cell.controller.now());
         assert!(!outcome.has_failed(), "the step has come: {outcome:?}");
         assert_eq!(result.await.unwrap(), Ok(()), "the button was pressed");
     });

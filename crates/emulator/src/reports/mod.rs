@@ -16,6 +16,7 @@ pub use settings::{
     BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportError, ReportOutcome, Reports, coverage_text,
 };
 
+use crate::cell::{Notice, Subscriber};
 use crate::faults::FaultLog;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::options::Config;
@@ -28,6 +29,7 @@ struct RunData {
     coverage: CommandCoverage,
     executed: StatementCoverage,
     fault_log: FaultLog,
+    record_lines: bool,
 }
 
 /// Data for the reports of one emulator; clones share it.
@@ -40,23 +42,20 @@ impl RunRecord {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Registers the files that are on the RAM drive at the start.
-    pub fn add_files(&self, controller: &Controller) {
+    /// A record of a run that starts with this controller. Executed lines are recorded if `record_lines` is set.
+    #[must_use]
+    pub fn new(controller: &Controller, record_lines: bool) -> RunRecord {
+        let record = RunRecord::default();
+        record.data().record_lines = record_lines;
+        record.add_files(controller);
+        record
+    }
+
+    fn add_files(&self, controller: &Controller) {
         let mut record = self.data();
         for (name, content) in controller.files() {
             record.executed.note_stored(name, content);
         }
-    }
-
-    /// Records an output of the controller.
-    pub fn observe(&self, at: Time, output: &Output) {
-        let mut record = self.data();
-        if let Output::Event(event) = output {
-            record.fault_log.observe(at, event);
-            record.findings.record(event);
-            record.coverage.record(event);
-        }
-        record.executed.record(output);
     }
 
     /// Findings so far.
@@ -89,5 +88,27 @@ impl RunRecord {
         record.findings.clear();
         record.coverage.clear();
         record.executed.clear();
+    }
+}
+
+impl Subscriber for RunRecord {
+    fn output(&mut self, at: Time, output: &Output) {
+        let mut record = self.data();
+        if let Output::Event(event) = output {
+            record.fault_log.observe(at, event);
+            record.findings.record(event);
+            record.coverage.record(event);
+        }
+        record.executed.record(output);
+    }
+
+    fn notice(&mut self, _at: Time, notice: Notice<'_>) {
+        if let Notice::Restored(controller) = notice {
+            self.add_files(controller);
+        }
+    }
+
+    fn wants_statements(&self) -> bool {
+        self.data().record_lines
     }
 }

@@ -6,6 +6,7 @@
 use super::condition::{ScenarioAction, ScenarioCondition};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
 use super::{Expectation, ExpectationKind, Scenario, Step, StepTrigger};
+use crate::cell::{ActionSource, Cell, Notice, Side, Subscriber};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -155,8 +156,14 @@ impl Play {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Starts the scenario with this controller.
-    pub(crate) fn start(&self, controller: &Controller) {
+    /// Starts the scenario: it sees everything that happens in the cell from now on, and plans inputs.
+    pub fn start(&self, cell: &mut Cell) {
+        self.begin(&cell.controller);
+        cell.subscribe(Box::new(self.clone()));
+        cell.plan(Box::new(self.clone()));
+    }
+
+    fn begin(&self, controller: &Controller) {
         let state = &mut *self.state();
         let now = controller.now();
         state.started = Some(now);
@@ -184,7 +191,7 @@ impl Play {
 
     /// Another controller replaces the one whose time was `before`. States that are already true in it do not
     /// occur.
-    pub(crate) fn controller_replaced(&self, before: Time, controller: &Controller) {
+    fn controller_replaced(&self, before: Time, controller: &Controller) {
         let state = &mut *self.state();
         let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
         let jump = i64::try_from(jump).unwrap_or_default();
@@ -192,50 +199,6 @@ impl Play {
         for condition in state.conditions() {
             condition.was_true = condition.condition.holds(controller) == Some(true);
         }
-    }
-
-    /// When the next action is due.
-    #[must_use]
-    pub(crate) fn deadline(&self) -> Option<Time> {
-        let state = self.state();
-        state
-            .scheduled
-            .front()
-            .map(|(due, _)| state.controller_time(*due))
-    }
-
-    /// The next action that is due at `now`.
-    pub(crate) fn due(&self, now: Time) -> Option<(Time, Input)> {
-        let state = &mut *self.state();
-        let now = state.scenario_time(now);
-        if state.actions_at_time.0 != now {
-            state.actions_at_time = (now, 0);
-        }
-        state.actions_at_time.1 += 1;
-        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
-            state.runaway = Some(now);
-            state.scheduled.clear();
-            state.steps.clear();
-        }
-        let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
-        let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
-        info!(event = "scenario", "scenario: {}", action.words);
-        Some((state.controller_time(due), action.input))
-    }
-
-    /// An input of the controller.
-    pub(crate) fn input(&self, at: Time, input: &Input) {
-        self.state().observe(at, &Observation::Input(input));
-    }
-
-    /// An output of the controller.
-    pub(crate) fn output(&self, at: Time, output: &Output) {
-        self.state().observe(at, &Observation::Output(output));
-    }
-
-    /// The controller has handled its input completely.
-    pub(crate) fn settled(&self, at: Time, controller: &Controller) {
-        self.state().observe(at, &Observation::Settled(controller));
     }
 
     /// The outcome if the scenario ends now.
@@ -304,6 +267,54 @@ impl Play {
             name: state.name.clone(),
             time: now.since(begun),
             entries: entries.into_iter().map(|(_, entry)| entry).collect(),
+        }
+    }
+}
+
+impl ActionSource for Play {
+    fn deadline(&self) -> Option<Time> {
+        let state = self.state();
+        state
+            .scheduled
+            .front()
+            .map(|(due, _)| state.controller_time(*due))
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, Input)> {
+        let state = &mut *self.state();
+        let now = state.scenario_time(now);
+        if state.actions_at_time.0 != now {
+            state.actions_at_time = (now, 0);
+        }
+        state.actions_at_time.1 += 1;
+        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
+            state.runaway = Some(now);
+            state.scheduled.clear();
+            state.steps.clear();
+        }
+        let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
+        let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
+        info!(event = "scenario", "scenario: {}", action.words);
+        Some((state.controller_time(due), action.input))
+    }
+}
+
+impl Subscriber for Play {
+    fn input(&mut self, at: Time, input: &Input, _by: Side) {
+        self.state().observe(at, &Observation::Input(input));
+    }
+
+    fn output(&mut self, at: Time, output: &Output) {
+        self.state().observe(at, &Observation::Output(output));
+    }
+
+    fn settled(&mut self, at: Time, controller: &Controller) {
+        self.state().observe(at, &Observation::Settled(controller));
+    }
+
+    fn notice(&mut self, at: Time, notice: Notice<'_>) {
+        if let Notice::Restored(controller) | Notice::Reset { controller, .. } = notice {
+            self.controller_replaced(at, controller);
         }
     }
 }

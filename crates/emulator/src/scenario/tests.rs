@@ -1,7 +1,10 @@
 //! Scenarios read and played against a controller without sockets.
 
 use super::{ACTIONS, CONDITIONS, Play, Scenario, ScenarioAction, ScenarioCondition, TABLES, Verdict};
+use crate::cell::{Cell, Notice, Side, Subscriber};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use ts3100_controller::port::Port;
 use ts3100_controller::{Config, Controller, Dialect, Input, Time};
@@ -181,9 +184,9 @@ fn every_key_and_word_is_documented() {
     }
 }
 
-/// A controller and a play, driven as the driver drives them.
+/// A controller and a play.
 struct Stage {
-    controller: Controller,
+    cell: Cell,
     play: Play,
 }
 
@@ -194,8 +197,9 @@ impl Stage {
         controller.put_file("T", program.as_bytes()).unwrap();
         controller.select(Time::ZERO, "T").unwrap();
         let play = Play::new(read(text).unwrap());
-        let mut step = Stage { controller, play };
-        step.play.start(&step.controller);
+        let mut cell = Cell::new(controller);
+        play.start(&mut cell);
+        let mut step = Stage { cell, play };
         for port in [Port::Ip0, Port::Ip1] {
             let peer = "test".to_owned();
             step.step(Time::ZERO, Input::Connected { port, peer });
@@ -204,43 +208,28 @@ impl Stage {
     }
 
     fn step(&mut self, at: Time, input: Input) {
-        self.play.input(at, &input);
-        let _refusal_is_an_event = self.controller.handle(at, input);
-        while let Some(output) = self.controller.poll_output() {
-            self.play.output(at, &output);
-        }
-        self.play.settled(at, &self.controller);
+        let _refusal_is_an_event = self.cell.feed(at, input, Side::Host, &mut ());
     }
 
     /// Time passes; what is due happens at its time.
     fn until(&mut self, millis: u64) {
-        let end = Time::from_millis(millis);
-        loop {
-            let due = self.controller.poll_deadline().filter(|due| *due <= end);
-            let action = self
-                .play
-                .deadline()
-                .filter(|at| *at <= end && due.is_none_or(|due| *at <= due));
-            match (action, due) {
-                (Some(at), _) => {
-                    if let Some((_, input)) = self.play.due(at) {
-                        self.step(at, input);
-                    }
-                }
-                (None, Some(due)) => self.step(due, Input::Tick),
-                (None, None) => return self.step(end, Input::Tick),
-            }
-        }
+        self.step(Time::from_millis(millis), Input::Tick);
+    }
+
+    fn replace_controller(&mut self, next: Controller) -> Controller {
+        let before = self.cell.controller.now();
+        self.cell.notify(before, Notice::Restored(&next));
+        std::mem::replace(&mut self.cell.controller, next)
     }
 
     fn host(&mut self, command: &str) {
         let bytes = format!("\x02{command}\r\x03").into_bytes();
         let port = Port::Ip0;
-        self.step(self.controller.now(), Input::received(port, bytes));
+        self.step(self.cell.controller.now(), Input::received(port, bytes));
     }
 
     fn verdicts(&self) -> Vec<Verdict> {
-        let outcome = self.play.outcome(self.controller.now());
+        let outcome = self.play.outcome(self.cell.controller.now());
         outcome.entries.into_iter().map(|entry| entry.verdict).collect()
     }
 }
@@ -319,18 +308,17 @@ fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
     for (asked, held) in [(1_900, true), (2_100, false)] {
         let mut step = Stage::new(text);
         step.until(500);
-        let mut kept = step.controller.clone();
+        let kept = step.cell.controller.clone();
         step.until(1_500);
-        std::mem::swap(&mut step.controller, &mut kept);
-        step.play.controller_replaced(kept.now(), &step.controller);
+        step.replace_controller(kept);
         step.until(900);
         assert!(
-            !step.controller.state().emergency_stop,
+            !step.cell.controller.state().emergency_stop,
             "1.9 s after the beginning"
         );
         step.until(1_100);
         assert!(
-            step.controller.state().emergency_stop,
+            step.cell.controller.state().emergency_stop,
             "2.1 s after the beginning"
         );
         step.until(asked);
@@ -347,20 +335,23 @@ fn a_fault_keeps_the_number_it_is_armed_with() {
         "[[do]]\nat = \"10 ms\"\nactions = [\"fault arm ng:command=SO,id=9\", \"fault arm 8 no-reply\"]\n";
     let mut step = Stage::new(text);
     step.until(20);
-    let armed = step.controller.faults().reports().map(|report| report.fault.id);
+    let armed = step
+        .cell
+        .controller
+        .faults()
+        .reports()
+        .map(|report| report.fault.id);
     assert_eq!(armed.collect::<Vec<_>>(), [8, 9]);
 }
 
 #[test]
 fn what_holds_in_a_snapshot_has_not_come() {
     let mut step = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
-    let mut other = step.controller.clone();
+    let mut other = step.cell.controller.clone();
     let on = Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
     let _refusal_is_an_event = other.handle(other.now(), on);
     while other.poll_output().is_some() {}
-    step.controller = other;
-    step.play
-        .controller_replaced(step.controller.now(), &step.controller);
+    step.replace_controller(other);
     step.until(10);
     assert_eq!(step.verdicts(), [Verdict::Held]);
 }
@@ -385,7 +376,7 @@ fn a_host_that_does_not_fails_with_words() {
             failed("expected never, came at 2.100000"),
         ]
     );
-    let outcome = step.play.outcome(step.controller.now());
+    let outcome = step.play.outcome(step.cell.controller.now());
     assert!(outcome.has_failed() && outcome.failures().count() == 5);
     let xml = outcome.junit();
     assert!(
@@ -402,7 +393,7 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     let mut step = Stage::new(text);
     step.host("SO");
     step.until(1_000);
-    let outcome = step.play.outcome(step.controller.now());
+    let outcome = step.play.outcome(step.cell.controller.now());
     let failures: Vec<String> = outcome.failures().collect();
     assert!(
         failures.len() == 1 && failures[0].contains("bring each other about"),
@@ -410,21 +401,28 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     );
 }
 
+/// Counts how often FEED HOLD is pressed.
+struct FeedHolds(Arc<AtomicU32>);
+
+impl Subscriber for FeedHolds {
+    fn input(&mut self, _at: Time, input: &Input, _by: Side) {
+        let pressed = *input == Input::Panel(ts3100_controller::PanelAction::FeedHold);
+        self.0.fetch_add(u32::from(pressed), Ordering::Relaxed);
+    }
+}
+
 #[test]
 fn a_step_happens_as_often_as_it_says() {
     for (times, expected) in [("", 1), ("times = 2", 2), ("times = 0", 5)] {
         let text = format!("[[do]]\nwhen = \"command SU\"\n{times}\nactions = [\"feed-hold\"]\n");
         let mut step = Stage::new(&text);
-        let mut held = 0;
+        let held = Arc::default();
+        step.cell.subscribe(Box::new(FeedHolds(Arc::clone(&held))));
         for _ in 0..5 {
             step.host("SU");
-            while let Some((_, input)) = step.play.due(step.controller.now()) {
-                held += 1;
-                step.step(step.controller.now(), input);
-            }
             step.host("OK");
         }
-        assert_eq!(held, expected, "{times}");
+        assert_eq!(held.load(Ordering::Relaxed), expected, "{times}");
     }
     let at = read("[[do]]\nat = \"0.0015 s\"\nactions = [\"start\"]").unwrap();
     assert_eq!(

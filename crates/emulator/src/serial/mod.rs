@@ -13,8 +13,8 @@ mod rfc2217;
 mod task;
 mod tcp;
 
-use crate::config::LinkOptions;
 use crate::port_queues::{PortQueues, SplitPortion, split_bytes};
+use crate::tcp::LinkOptions;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;

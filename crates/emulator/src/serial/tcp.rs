@@ -4,9 +4,9 @@
 use super::rfc2217::{Event, Server};
 use super::task::{DriverGone, SerialTask, TaskCommand, WriteBuffer};
 use super::{SerialError, SerialEvent, io_error};
-use crate::config::SecondConnection;
 use crate::socket;
 use crate::tcp;
+use crate::tcp::SecondConnection;
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;

@@ -1,9 +1,7 @@
 //! Snapshots as JSON files, and named snapshots in memory that restore as fast as a copy.
 //!
 //! The content of a snapshot is defined and validated by `ts3100-controller`. Replacing the running controller is done by
-//! the driver (`driver::snapshots`); callers reach it through [`handle`].
-
-pub mod handle;
+//! the driver (`driver::snapshots`); callers reach it by a [`SnapshotTask`].
 
 use crate::files;
 use std::collections::BTreeMap;
@@ -203,6 +201,42 @@ impl SnapshotStore {
             found: name.chars().take(MAX_NAME).collect(),
         }
     }
+}
+
+/// Why a snapshot request failed.
+#[derive(Debug, thiserror::Error)]
+pub enum SnapshotRequestError {
+    /// The snapshot is restored, but the backing directory lacks some of its files.
+    #[error("the snapshot is restored, but its files are not all kept: {0}")]
+    Drive(String),
+    /// The name is invalid, unknown, or one too many.
+    #[error(transparent)]
+    Named(#[from] NamedError),
+    /// The text is not a valid snapshot.
+    #[error(transparent)]
+    Parse(#[from] ParseError),
+    /// The file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The snapshot is restored, but its ports cannot be opened.
+    #[error("the snapshot is restored, but no port is open: {0}")]
+    Channels(String),
+    /// The queue is full, or the emulator has ended.
+    #[error("the emulator takes no more orders: too many are waiting, or it has ended")]
+    Busy,
+}
+
+/// An operation on snapshots.
+#[derive(Debug)]
+pub enum SnapshotTask {
+    /// Save the current state under this name.
+    Save(String),
+    /// Restore the snapshot with this name.
+    Restore(String),
+    /// Replace the current state by this one.
+    Replace(Box<Controller>),
+    /// Remove the snapshot with this name.
+    Remove(String),
 }
 
 #[cfg(test)]

@@ -7,12 +7,13 @@
 mod connection;
 mod dial;
 mod listen;
+mod options;
 
 pub(crate) use connection::{has_closed, prepare};
 pub use listen::ChannelError;
 pub(crate) use listen::{bind, open};
+pub use options::{LinkOptions, Ports, SecondConnection};
 
-use crate::config::{LinkOptions, Ports, SecondConnection};
 use bytes::Bytes;
 use connection::Connection;
 use listen::{Acceptor, ReservedPort};

@@ -12,6 +12,7 @@ mod recorder;
 mod sink;
 pub mod text;
 
+pub use crate::cell::Side;
 use crate::files;
 pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
@@ -69,16 +70,6 @@ impl fmt::Display for PeerId {
             peer => write!(f, "{}#{peer}", self.port),
         }
     }
-}
-
-/// One of the two sides of a connection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Side {
-    /// The host.
-    Host,
-    /// The controller.
-    Robot,
 }
 
 /// How a connection ended.

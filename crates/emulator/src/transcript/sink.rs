@@ -5,6 +5,7 @@ use super::{
     EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
     TranscriptBuffer, without_port,
 };
+use crate::cell::{Notice, Subscriber};
 use crate::config::Settings;
 use crate::loading::PoweredController;
 use std::collections::BTreeSet;
@@ -113,6 +114,8 @@ pub struct TranscriptSink {
     /// Buffer for the control interface.
     buffer: Option<Arc<TranscriptBuffer>>,
     observer: Observer,
+    /// The controller started from a snapshot or with an error history, so a reset needs its full state.
+    restored: bool,
 }
 
 impl TranscriptSink {
@@ -137,6 +140,7 @@ impl TranscriptSink {
                 .as_ref()
                 .map(|_| Arc::new(TranscriptBuffer::new(header))),
             observer: Observer::default(),
+            restored: powered.restored,
         };
         if powered.restored {
             sink.restored(Time::ZERO, &powered.controller);
@@ -145,7 +149,7 @@ impl TranscriptSink {
     }
 
     /// Records that this controller replaces the current one.
-    pub fn restored(&mut self, at: Time, controller: &Controller) {
+    fn restored(&mut self, at: Time, controller: &Controller) {
         if self.recorder.is_on() {
             let what = RecordKind::Link(LinkRecord::from_restored(controller));
             self.recorder.record(&Record { at, kind: what });
@@ -157,17 +161,12 @@ impl TranscriptSink {
 
     /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
     /// where it is wall-clock time.
-    pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
+    fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
         let what = RecordKind::Link(LinkRecord::Reset { calendar });
         self.recorder.record(&Record { at, kind: what });
         if let Some(buffer) = &self.buffer {
             buffer.restart(calendar);
         }
-    }
-
-    /// Records something about a connection.
-    pub fn link(&mut self, at: Time, link: LinkRecord) {
-        self.record(at, Some(RecordKind::Link(link)));
     }
 
     /// The buffer in memory.
@@ -180,27 +179,6 @@ impl TranscriptSink {
         self.recorder.is_on() || self.buffer.is_some()
     }
 
-    /// Records an input before it is handled.
-    pub fn input(&mut self, at: Time, input: &Input, by: Side) {
-        if self.is_on() {
-            let what = self.observer.input(input, by);
-            self.record(at, what);
-        }
-    }
-
-    /// Records an output before it is carried out.
-    pub fn output(&mut self, at: Time, output: &Output) {
-        if self.is_on() {
-            let what = self.observer.output(output);
-            self.record(at, what);
-        }
-    }
-
-    /// Writes all records to the files.
-    pub fn flush(&mut self) {
-        self.recorder.flush();
-    }
-
     fn record(&mut self, at: Time, what: Option<RecordKind>) {
         if let Some(what) = what {
             let record = Record { at, kind: what };
@@ -209,5 +187,39 @@ impl TranscriptSink {
                 buffer.push(record);
             }
         }
+    }
+}
+
+impl Subscriber for TranscriptSink {
+    fn input(&mut self, at: Time, input: &Input, by: Side) {
+        if self.is_on() {
+            let what = self.observer.input(input, by);
+            self.record(at, what);
+        }
+    }
+
+    fn output(&mut self, at: Time, output: &Output) {
+        if self.is_on() {
+            let what = self.observer.output(output);
+            self.record(at, what);
+        }
+    }
+
+    fn notice(&mut self, at: Time, notice: Notice<'_>) {
+        let link = match notice {
+            Notice::Restored(controller) => return self.restored(at, controller),
+            Notice::Reset { controller, .. } if self.restored => return self.restored(at, controller),
+            Notice::Reset { calendar, .. } => return self.reset(at, calendar),
+            Notice::Dropped(port) => LinkRecord::Dropped { port },
+            Notice::NotPersisted { name, reason } => LinkRecord::NotPersisted {
+                name: name.to_owned(),
+                reason: reason.to_owned(),
+            },
+        };
+        self.record(at, Some(RecordKind::Link(link)));
+    }
+
+    fn flush(&mut self) {
+        self.recorder.flush();
     }
 }

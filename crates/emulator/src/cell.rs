@@ -1,0 +1,289 @@
+//! A controller, who listens to it, and the one loop that feeds it: an input, everything that was due before, and all
+//! outputs. There is no clock and no socket here; the owner says what time it is and carries the outputs out.
+//!
+//! The daemon, `ts3100 run`, `diff` and tests use the same [`Cell`]. Start with [`Cell::feed`].
+
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use ts3100_controller::findings::Rule;
+use ts3100_controller::{Accepted, ActionError, Controller, Event, Input, Output, PersistError, Port, Time};
+use ts3100_proto::calendar::CalendarTime;
+
+/// One of the two sides of a connection.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// The host.
+    Host,
+    /// The controller.
+    Robot,
+}
+
+/// Something the owner of a controller has done around it.
+#[derive(Debug, Clone, Copy)]
+pub enum Notice<'a> {
+    /// The connection of this port was closed from outside.
+    Dropped(Port),
+    /// A change of a file could not be stored.
+    NotPersisted {
+        /// Name of the file.
+        name: &'a str,
+        /// Why.
+        reason: &'a str,
+    },
+    /// This controller is about to take over, with its time.
+    Restored(&'a Controller),
+    /// This controller, as it was at the start, is about to take over.
+    Reset {
+        /// The controller.
+        controller: &'a Controller,
+        /// Its date, where that is wall-clock time.
+        calendar: Option<CalendarTime>,
+    },
+}
+
+/// Sees everything that happens to a controller, in order. Times are virtual.
+pub trait Subscriber: Send {
+    /// An input that is about to be handled, and the side that caused it.
+    fn input(&mut self, _at: Time, _input: &Input, _by: Side) {}
+    /// An output that is about to be carried out.
+    fn output(&mut self, _at: Time, _output: &Output) {}
+    /// An input and all its outputs have been handled.
+    fn settled(&mut self, _at: Time, _controller: &Controller) {}
+    /// Something around the controller.
+    fn notice(&mut self, _at: Time, _notice: Notice<'_>) {}
+    /// Nothing more follows at once: what was collected can be written.
+    fn flush(&mut self) {}
+    /// Whether it needs an event for each statement; these are frequent.
+    fn wants_statements(&self) -> bool {
+        false
+    }
+}
+
+/// Plans inputs, as a scenario does.
+pub trait ActionSource: Send {
+    /// When the next input is due.
+    fn deadline(&self) -> Option<Time>;
+    /// Takes the next input that is due at `now`, with its time.
+    fn take_due(&mut self, now: Time) -> Option<(Time, Input)>;
+}
+
+/// The world around a controller.
+pub trait Effects {
+    /// Stores a change of a file, which the controller makes afterwards; without content the file is erased.
+    ///
+    /// # Errors
+    /// Why it is not stored; the controller then does not make the change.
+    fn persist(&mut self, _at: Time, _name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
+        Ok(())
+    }
+
+    /// Carries out an output. Returns the inputs that result from it at once.
+    fn perform(&mut self, at: Time, output: Output, controller: &Controller) -> Vec<Input>;
+
+    /// Whether overdue work, done up to the time `reached`, has taken so long that its rest has to wait.
+    fn is_late(&mut self, _reached: Time) -> bool {
+        false
+    }
+}
+
+/// Nothing is around the controller: every change of a file is kept, outputs are dropped.
+impl Effects for () {
+    fn perform(&mut self, _at: Time, _output: Output, _controller: &Controller) -> Vec<Input> {
+        Vec::new()
+    }
+}
+
+/// Who listens to a controller.
+#[derive(Default)]
+struct Audience {
+    subscribers: Vec<Box<dyn Subscriber>>,
+    actions: Option<Box<dyn ActionSource>>,
+}
+
+impl Clone for Audience {
+    /// Nobody listens to a copy.
+    fn clone(&self) -> Audience {
+        Audience::default()
+    }
+}
+
+/// A controller and who listens to it; nobody listens to a copy.
+#[derive(Clone)]
+pub struct Cell {
+    /// The controller. It changes only by [`Cell::feed`] and by being replaced.
+    pub controller: Controller,
+    audience: Audience,
+    /// Findings about the host's timing are reported.
+    timed_findings: bool,
+    /// Statements are of interest to all subscribers.
+    statements_awaited: bool,
+}
+
+impl Cell {
+    /// A cell with this controller, to which nobody listens.
+    #[must_use]
+    pub fn new(controller: Controller) -> Cell {
+        Cell {
+            controller,
+            audience: Audience::default(),
+            timed_findings: true,
+            statements_awaited: false,
+        }
+    }
+
+    /// Adds a subscriber; it sees everything from now on.
+    pub fn subscribe(&mut self, subscriber: Box<dyn Subscriber>) {
+        self.audience.subscribers.push(subscriber);
+        self.await_statements(self.statements_awaited);
+    }
+
+    /// Sets the source of planned inputs.
+    pub fn plan(&mut self, actions: Box<dyn ActionSource>) {
+        self.audience.actions = Some(actions);
+    }
+
+    /// Sets whether findings about the host's timing are reported; they are wrong while virtual time runs slower than
+    /// the host's clock.
+    pub fn report_timed_findings(&mut self, on: bool) {
+        self.timed_findings = on;
+    }
+
+    /// Sets whether every subscriber sees the events of statements, and not only those that want them.
+    pub fn await_statements(&mut self, on: bool) {
+        self.statements_awaited = on;
+        let mut subscribers = self.audience.subscribers.iter();
+        let traced = on || subscribers.any(|subscriber| subscriber.wants_statements());
+        self.controller.trace(traced);
+    }
+
+    /// When the controller or a planned input has something due.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        let planned = self
+            .audience
+            .actions
+            .as_ref()
+            .and_then(|actions| actions.deadline());
+        self.controller.poll_deadline().into_iter().chain(planned).min()
+    }
+
+    /// Tells every subscriber.
+    pub fn notify(&mut self, at: Time, notice: Notice<'_>) {
+        for subscriber in &mut self.audience.subscribers {
+            subscriber.notice(at, notice);
+        }
+    }
+
+    /// Tells every subscriber that nothing more follows at once.
+    pub fn flush(&mut self) {
+        for subscriber in &mut self.audience.subscribers {
+            subscriber.flush();
+        }
+    }
+
+    /// Handles an input at `now` and every input that results from it. What was due before is handled first, each item
+    /// at its own time.
+    ///
+    /// # Errors
+    /// Why `input`, an action, had no effect. The refusals of other actions that come with it are events.
+    pub fn feed(
+        &mut self,
+        mut now: Time,
+        input: Input,
+        mut by: Side,
+        effects: &mut impl Effects,
+    ) -> Result<(), ActionError> {
+        let mut inputs = VecDeque::from([input]);
+        let mut first = None;
+        while let Some(input) = inputs.pop_front() {
+            now = self.catch_up(now, by, &mut inputs, effects);
+            let result = self.step(now, input, by, &mut inputs, effects);
+            first.get_or_insert(result);
+            // What follows from the first input is the controller's own doing.
+            by = Side::Robot;
+            if inputs.is_empty() {
+                now = self.catch_up(now, by, &mut inputs, effects);
+            }
+        }
+        first.unwrap_or(Ok(()))
+    }
+
+    /// Handles everything that was due before `now`. Returns the time that was reached, which is earlier if the owner
+    /// is late.
+    fn catch_up(
+        &mut self,
+        now: Time,
+        by: Side,
+        inputs: &mut VecDeque<Input>,
+        effects: &mut impl Effects,
+    ) -> Time {
+        loop {
+            let due = self.controller.poll_deadline().filter(|due| *due < now);
+            let actions = self.audience.actions.as_mut();
+            let planned = actions.and_then(|actions| actions.take_due(due.unwrap_or(now)));
+            let (at, input) = match (planned, due) {
+                (Some((at, input)), _) => (at, input),
+                (None, Some(due)) => (due, Input::Tick),
+                (None, None) => return now,
+            };
+            let at = at.max(self.controller.now());
+            // The refusal of a planned action is an event; no caller waits for its result.
+            let _ = self.step(at, input, by, inputs, effects);
+            let reached = self.controller.now();
+            if effects.is_late(reached) {
+                return reached;
+            }
+        }
+    }
+
+    /// One input at its time, and what the controller puts out.
+    fn step(
+        &mut self,
+        at: Time,
+        input: Input,
+        by: Side,
+        inputs: &mut VecDeque<Input>,
+        effects: &mut impl Effects,
+    ) -> Result<(), ActionError> {
+        for subscriber in &mut self.audience.subscribers {
+            subscriber.input(at, &input, by);
+        }
+        let mut result = self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            if let Output::Persist { name, content } = &output {
+                let answer = effects.persist(at, name, content.as_deref());
+                if let Err(reason) = &answer {
+                    let reason = &reason.to_string();
+                    self.notify(at, Notice::NotPersisted { name, reason });
+                }
+                // An action that waited for the answer has its result now.
+                let answered = self.controller.handle(at, Input::Persisted(answer));
+                if result == Ok(Accepted::Pending) {
+                    result = answered;
+                }
+                continue;
+            }
+            if !self.timed_findings && is_timed_finding(&output) {
+                continue;
+            }
+            let statement = matches!(output, Output::Event(Event::Statement { .. }));
+            for subscriber in &mut self.audience.subscribers {
+                if !statement || self.statements_awaited || subscriber.wants_statements() {
+                    subscriber.output(at, &output);
+                }
+            }
+            inputs.extend(effects.perform(at, output, &self.controller));
+        }
+        for subscriber in &mut self.audience.subscribers {
+            subscriber.settled(at, &self.controller);
+        }
+        result.map(drop)
+    }
+}
+
+/// Whether the output is a finding about the host's timing.
+fn is_timed_finding(output: &Output) -> bool {
+    matches!(output, Output::Event(Event::Finding { rule, .. })
+        if Rule::by_id(rule).is_some_and(|rule| rule.timed))
+}

@@ -1,0 +1,155 @@
+//! Starts an emulator as configured: a driver, and whoever listens to it (log, transcripts, reports, scenario, control
+//! interface). The command line and the embedding API start here; the loop is [`crate::driver`].
+
+use crate::config::Settings;
+use crate::control;
+use crate::control::journal::{Journal, JournalWriter};
+use crate::driver::request::Request;
+use crate::driver::{Driver, OpenError, Setup};
+use crate::faults;
+use crate::loading::{self, LoadError};
+use crate::log::EventLog;
+use crate::reports::RunRecord;
+use crate::scenario::Play;
+use crate::snapshot;
+use crate::transcript::{RecorderError, TranscriptBuffer, TranscriptSink};
+use std::future::Future;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use tokio::sync::mpsc;
+use ts3100_controller::Controller;
+
+/// Why the emulator cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// A file or the backing directory cannot be loaded.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// The controller rejected a file.
+    #[error("{name} cannot be stored on the RAM drive: {reason}")]
+    Store {
+        /// Its name on the drive.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// The requested file cannot be selected.
+    #[error("{name} cannot be selected: {reason}")]
+    Select {
+        /// Its name on the drive.
+        name: String,
+        /// Why, with the diagnostics of the compiler.
+        reason: String,
+    },
+    /// A port or a serial line cannot be opened, or the self-check failed.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The control interface cannot listen.
+    #[error("the control interface cannot listen on {address}: {reason}")]
+    Control {
+        /// Where.
+        address: SocketAddr,
+        /// Error of the operating system.
+        reason: std::io::Error,
+    },
+    /// A transcript cannot be created.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
+    /// The initial snapshot cannot be read.
+    #[error(transparent)]
+    Snapshot(#[from] snapshot::FileError),
+    /// A runtime or thread failed.
+    #[error("the operating system refuses a {what}: {reason}")]
+    System {
+        /// The resource that was requested.
+        what: &'static str,
+        /// Error of the operating system.
+        reason: std::io::Error,
+    },
+}
+
+/// An emulator whose ports are open.
+pub struct Launched {
+    /// The driver, not running yet.
+    pub driver: Driver,
+    /// Requests to the driver.
+    pub requests: mpsc::Sender<Request>,
+    /// Findings, coverage and executed lines of this run; clones share the data.
+    pub run_record: RunRecord,
+    /// The example program was stored on the RAM drive.
+    pub has_demo: bool,
+    /// The last records, for the control interface.
+    transcript: Arc<TranscriptBuffer>,
+}
+
+impl Launched {
+    /// Powers the controller on and opens its ports; to be called in a runtime.
+    ///
+    /// # Errors
+    /// See [`StartError`]; no port stays open.
+    pub fn open(settings: &Settings) -> Result<Launched, StartError> {
+        let powered = loading::power_on(settings)?;
+        let transcript = TranscriptSink::create(settings, &powered)?;
+        let buffer = transcript.buffer();
+        let run_record = RunRecord::new(&powered.controller, settings.record_lines);
+        let (driver, requests) = Driver::open(Setup {
+            controller: powered.controller,
+            backing: powered.backing,
+            listen: settings.listen,
+            ports: settings.ports,
+            links: settings.links,
+            serial: settings.serial.clone(),
+            time: settings.time,
+            time_gap: settings.time_gap,
+            faults: settings.faults.clone(),
+            servo_on: settings.servo_on,
+            subscribers: vec![
+                Box::new(transcript),
+                Box::new(run_record.clone()),
+                Box::new(EventLog::default()),
+            ],
+        })?;
+        Ok(Launched {
+            driver,
+            requests,
+            run_record,
+            has_demo: powered.demo,
+            transcript: buffer,
+        })
+    }
+
+    /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while
+    /// the driver runs.
+    ///
+    /// # Errors
+    /// [`StartError::Control`].
+    pub fn open_control(&mut self, settings: &Settings) -> Result<Option<SocketAddr>, StartError> {
+        let Some(control) = &settings.control else {
+            return Ok(None);
+        };
+        let server = control::Server::bind(control).map_err(|reason| StartError::Control {
+            address: control.address,
+            reason,
+        })?;
+        let address = server.address();
+        let journal = Arc::new(Journal::with_transcript(Arc::clone(&self.transcript)));
+        let writer = JournalWriter(Arc::clone(&journal));
+        self.driver.cell().subscribe(Box::new(writer));
+        server.serve(self.requests.clone(), journal);
+        Ok(Some(address))
+    }
+
+    /// Starts the scenario of the settings, if there is one.
+    pub fn start_scenario(&mut self, settings: &Settings) -> Option<Play> {
+        let play = Play::new(settings.scenario.clone()?);
+        play.start(self.driver.cell());
+        Some(play)
+    }
+
+    /// Runs until `stop` completes, logs the outcome of every fault, and returns the final controller.
+    pub async fn run(self, stop: impl Future<Output = ()>) -> Controller {
+        let controller = self.driver.run(stop).await;
+        faults::log_summary(controller.faults());
+        controller
+    }
+}

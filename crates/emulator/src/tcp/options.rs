@@ -1,0 +1,44 @@
+//! Options of the links: port numbers, second connections, dialling.
+
+use crate::store::backing::WhenFull;
+use std::time::Duration;
+
+/// Which TCP ports the channels get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ports {
+    /// The channel's own port of ETHERNET.PAR plus this many.
+    Offset(u16),
+    /// Free ports, chosen by the system.
+    Auto,
+}
+
+/// What happens to a second connection to a channel (`channel.second`, decision D3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SecondConnection {
+    /// The second is accepted and closed at once; the first is untouched (ETH-06).
+    #[default]
+    Refuse,
+    /// The second replaces the first, which is closed.
+    Replace,
+}
+
+/// Options of the links, and of the directory behind the RAM drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LinkOptions {
+    /// `channel.second`.
+    pub second: SecondConnection,
+    /// `channel.redial`: pause between two attempts of a client channel (ETH-05).
+    pub redial: Duration,
+    /// `drive.when_full`: what happens to a change that the backing directory does not take.
+    pub when_full: WhenFull,
+}
+
+impl Default for LinkOptions {
+    fn default() -> LinkOptions {
+        LinkOptions {
+            second: SecondConnection::default(),
+            redial: Duration::from_secs(2),
+            when_full: WhenFull::default(),
+        }
+    }
+}
