@@ -34,8 +34,6 @@ pub mod request;
 mod run_loop;
 pub mod self_check;
 mod snapshots;
-#[cfg(test)]
-mod tests;
 pub mod wait;
 
 /// Requests that may be queued for the driver; further senders wait.
@@ -205,3 +203,6 @@ impl Driver {
         self.cell.report_timed_findings(keeps_pace);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -126,9 +126,12 @@ pub fn add(table: RouteTable) -> RouteTable {
 /// Position of the key switch
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
 async fn get_key_switch(State(handle): State<DriverHandle>) -> Answer<KeySwitch> {
-    let look = |view: &View<'_>| view.controller.state().key;
-    let position = handle.query(look).await?;
-    Ok(Json(KeySwitch { position }))
+    Ok(Json(handle.query(key_switch).await?))
+}
+
+fn key_switch(view: &View<'_>) -> KeySwitch {
+    let position = view.controller.state().key;
+    KeySwitch { position }
 }
 
 /// Turn the key switch
@@ -136,77 +139,88 @@ async fn get_key_switch(State(handle): State<DriverHandle>) -> Answer<KeySwitch>
 /// A program that runs stops behind its present step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
 async fn put_key_switch(
-    state: State<DriverHandle>,
+    State(handle): State<DriverHandle>,
     JsonBody(body): JsonBody<KeySwitch>,
 ) -> Answer<KeySwitch> {
     let panel = PanelAction::Key(body.position);
-    state.action(Action::Panel(panel)).await?;
-    get_key_switch(state).await
+    Ok(Json(handle.act(Action::Panel(panel), key_switch).await?))
 }
 
 /// Who commands the robot in EXT
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
 async fn get_control_right(State(handle): State<DriverHandle>) -> Answer<ControlRight> {
-    let look = |view: &View<'_>| view.controller.state().control_right;
-    let holder = handle.query(look).await?;
-    Ok(Json(ControlRight { holder }))
+    Ok(Json(handle.query(control_right).await?))
+}
+
+fn control_right(view: &View<'_>) -> ControlRight {
+    let holder = view.controller.state().control_right;
+    ControlRight { holder }
 }
 
 /// Set the parameter EXTERNAL mode control right
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
 async fn put_control_right(
-    state: State<DriverHandle>,
+    State(handle): State<DriverHandle>,
     JsonBody(body): JsonBody<ControlRight>,
 ) -> Answer<ControlRight> {
     let panel = PanelAction::ControlRight(body.holder);
-    state.action(Action::Panel(panel)).await?;
-    get_control_right(state).await
+    Ok(Json(handle.act(Action::Panel(panel), control_right).await?))
 }
 
 /// Whether the emergency stop is pressed
 #[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
 async fn get_emergency_stop(State(handle): State<DriverHandle>) -> Answer<Button> {
-    let look = |view: &View<'_>| view.controller.state().emergency_stop;
-    let pressed = handle.query(look).await?;
-    Ok(Json(Button { pressed }))
+    Ok(Json(handle.query(emergency_stop).await?))
+}
+
+fn emergency_stop(view: &View<'_>) -> Button {
+    let pressed = view.controller.state().emergency_stop;
+    Button { pressed }
 }
 
 /// Press or release the emergency stop
 ///
 /// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
-async fn put_emergency_stop(state: State<DriverHandle>, JsonBody(body): JsonBody<Button>) -> Answer<Button> {
+async fn put_emergency_stop(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<Button>,
+) -> Answer<Button> {
     let panel = PanelAction::EmergencyStop(body.pressed);
-    state.action(Action::Panel(panel)).await?;
-    get_emergency_stop(state).await
+    Ok(Json(handle.act(Action::Panel(panel), emergency_stop).await?))
 }
 
 /// Whether the safety switch is open
 #[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = SafetySwitch)))]
 async fn get_safety_switch(State(handle): State<DriverHandle>) -> Answer<SafetySwitch> {
-    let look = |view: &View<'_>| view.controller.state().safety_open;
-    let open = handle.query(look).await?;
-    Ok(Json(SafetySwitch { open }))
+    Ok(Json(handle.query(safety_switch).await?))
+}
+
+fn safety_switch(view: &View<'_>) -> SafetySwitch {
+    let open = view.controller.state().safety_open;
+    SafetySwitch { open }
 }
 
 /// Open or close the safety switch
 #[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
 async fn put_safety_switch(
-    state: State<DriverHandle>,
+    State(handle): State<DriverHandle>,
     JsonBody(body): JsonBody<SafetySwitch>,
 ) -> Answer<SafetySwitch> {
     let panel = PanelAction::SafetySwitch(body.open);
-    state.action(Action::Panel(panel)).await?;
-    get_safety_switch(state).await
+    Ok(Json(handle.act(Action::Panel(panel), safety_switch).await?))
 }
 
 /// Whether servo power is on
 #[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
 async fn get_servo(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    let look = |view: &View<'_>| view.controller.state().servo;
-    let on = handle.query(look).await?;
-    Ok(Json(Switch { on }))
+    Ok(Json(handle.query(servo).await?))
+}
+
+fn servo(view: &View<'_>) -> Switch {
+    let on = view.controller.state().servo;
+    Switch { on }
 }
 
 /// Turn servo power on or off
@@ -214,57 +228,71 @@ async fn get_servo(State(handle): State<DriverHandle>) -> Answer<Switch> {
 /// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
 /// level 8 is active.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_servo(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_servo(State(handle): State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
     let panel = PanelAction::Servo(body.on);
-    state.action(Action::Panel(panel)).await?;
-    get_servo(state).await
+    Ok(Json(handle.act(Action::Panel(panel), servo).await?))
 }
 
 /// Whether feed hold is on
 #[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
 async fn get_feed_hold(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    let look = |view: &View<'_>| view.controller.state().feed_hold;
-    let on = handle.query(look).await?;
-    Ok(Json(Switch { on }))
+    Ok(Json(handle.query(feed_hold).await?))
+}
+
+fn feed_hold(view: &View<'_>) -> Switch {
+    let on = view.controller.state().feed_hold;
+    Switch { on }
 }
 
 /// Turn feed hold on or off
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_feed_hold(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
-    state.action(Action::FeedHold(body.on)).await?;
-    get_feed_hold(state).await
+async fn put_feed_hold(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<Switch>,
+) -> Answer<Switch> {
+    Ok(Json(handle.act(Action::FeedHold(body.on), feed_hold).await?))
 }
 
 /// Whether the machine lock is on
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
 async fn get_machine_lock(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    let look = |view: &View<'_>| view.controller.state().machine_lock;
-    let on = handle.query(look).await?;
-    Ok(Json(Switch { on }))
+    Ok(Json(handle.query(machine_lock).await?))
+}
+
+fn machine_lock(view: &View<'_>) -> Switch {
+    let on = view.controller.state().machine_lock;
+    Switch { on }
 }
 
 /// Turn the machine lock on or off: programs run without the arm moving
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_machine_lock(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_machine_lock(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<Switch>,
+) -> Answer<Switch> {
     let panel = PanelAction::MachineLock(body.on);
-    state.action(Action::Panel(panel)).await?;
-    get_machine_lock(state).await
+    Ok(Json(handle.act(Action::Panel(panel), machine_lock).await?))
 }
 
 /// Whether the battery of the RAM drive is low
 #[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
 async fn get_battery(State(handle): State<DriverHandle>) -> Answer<Battery> {
-    let look = |view: &View<'_>| view.controller.state().battery_low;
-    let low = handle.query(look).await?;
-    Ok(Json(Battery { low }))
+    Ok(Json(handle.query(battery).await?))
+}
+
+fn battery(view: &View<'_>) -> Battery {
+    let low = view.controller.state().battery_low;
+    Battery { low }
 }
 
 /// Make the battery low or good
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
-async fn put_battery(state: State<DriverHandle>, JsonBody(body): JsonBody<Battery>) -> Answer<Battery> {
+async fn put_battery(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<Battery>,
+) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
-    state.action(Action::Panel(panel)).await?;
-    get_battery(state).await
+    Ok(Json(handle.act(Action::Panel(panel), battery).await?))
 }
 
 /// Where the selected program stands
@@ -275,14 +303,20 @@ async fn get_program(State(handle): State<DriverHandle>) -> Answer<ProgramStatus
 
 /// Press START: the selected program starts or goes on, whatever the control right
 #[utoipa::path(post, path = "/program/start", responses((status = 200, body = ProgramStatus)))]
-async fn start(state: State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
-    state.action(Action::Panel(PanelAction::Start)).await?;
-    get_program(state).await
+async fn start(State(handle): State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
+    Ok(Json(
+        handle
+            .act(Action::Panel(PanelAction::Start), ProgramStatus::new)
+            .await?,
+    ))
 }
 
 /// Press STOP: the program stops behind its present step
 #[utoipa::path(post, path = "/program/stop", responses((status = 200, body = ProgramStatus)))]
-async fn stop(state: State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
-    state.action(Action::Panel(PanelAction::Stop)).await?;
-    get_program(state).await
+async fn stop(State(handle): State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
+    Ok(Json(
+        handle
+            .act(Action::Panel(PanelAction::Stop), ProgramStatus::new)
+            .await?,
+    ))
 }

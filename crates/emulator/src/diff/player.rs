@@ -374,9 +374,11 @@ impl Lines {
 impl Effects for Lines {
     /// What was kept in the recording is kept.
     fn persist(&mut self, at: Time, name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
-        let refused = self
-            .not_persisted
-            .pop_front_if(|(moment, file, _)| *moment == at && file == name);
+        let first = self.not_persisted.front();
+        if !first.is_some_and(|(moment, file, _)| *moment == at && file == name) {
+            return Ok(());
+        }
+        let refused = self.not_persisted.pop_front();
         refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason)))
     }
 

@@ -4,7 +4,6 @@
 use super::NewConnection;
 use crate::port_queues::split_bytes;
 use crate::socket;
-use bytes::Bytes;
 use socket2::{SockRef, TcpKeepalive};
 use std::collections::VecDeque;
 use std::future::Future;
@@ -18,6 +17,7 @@ use tokio::net::TcpStream;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tracing::{debug, trace};
+use ts3100_controller::Bytes;
 use ts3100_controller::port::Port;
 use ts3100_proto::escape::Escaped;
 

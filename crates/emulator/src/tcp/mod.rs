@@ -14,7 +14,6 @@ pub use listen::ChannelError;
 pub(crate) use listen::{bind, open};
 pub use options::{LinkOptions, Ports, SecondConnection};
 
-use bytes::Bytes;
 use connection::Connection;
 use listen::{Acceptor, ReservedPort};
 use std::collections::{BTreeMap, VecDeque};
@@ -28,6 +27,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tokio::time::{Sleep, sleep};
 use tracing::{debug, info, warn};
+use ts3100_controller::Bytes;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::port::Port;
