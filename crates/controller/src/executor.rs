@@ -18,6 +18,7 @@ pub(crate) mod tasks;
 
 use direct::Direct;
 pub use run_state::{Operation, RunState, Standstill, StopCause};
+use selection::Selected;
 pub use task::{Task, TaskState};
 
 use crate::arm::Arm;
@@ -25,14 +26,9 @@ use crate::port::Port;
 use crate::queries::TaskView;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
-use scol_mini::{
-    AccessError, Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program, Value, compile_direct,
-    restore_values, rewrite_value,
-};
-use ts3100_proto::name::VariableName;
+use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program};
 use ts3100_proto::status::ExecutionStatus;
 
 /// ID of the main program (M-58762 p.2-27).
@@ -52,35 +48,6 @@ pub struct Stopwatch {
     seconds: f64,
 }
 
-impl Selected {
-    /// Its name.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The file was downloaded anew since it was selected.
-    pub(crate) fn is_stale(&self) -> bool {
-        self.stale
-    }
-
-    /// Its text with another initial value for a variable.
-    ///
-    /// # Errors
-    /// See [`AccessError`].
-    pub(crate) fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
-        let VariableName { name, subscripts } = variable;
-        rewrite_value(&self.source, &self.program, name, subscripts, value)
-    }
-
-    /// Its text with the present values of these variables as initial values; none: of all.
-    ///
-    /// # Errors
-    /// See [`AccessError`].
-    pub(crate) fn restored(&self, names: &[String]) -> Result<String, AccessError> {
-        restore_values(&self.source, &self.program, &self.memory, names)
-    }
-}
-
 impl Stopwatch {
     /// Set to so many seconds at `now`.
     pub(crate) fn new(seconds: f64, now: Time) -> Stopwatch {
@@ -91,27 +58,6 @@ impl Stopwatch {
     pub(crate) fn read(&self, now: Time) -> f64 {
         self.seconds + now.since(self.set_at).as_secs_f64()
     }
-}
-
-/// The selected file.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
-pub struct Selected {
-    /// Its name.
-    name: String,
-    /// Its text.
-    source: String,
-    /// Its program.
-    #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
-    program: Arc<Program>,
-    /// Its data.
-    memory: Memory,
-    /// The file was downloaded anew; the next start takes it (CMD-DL-07).
-    stale: bool,
 }
 
 /// Everything that runs.
@@ -241,70 +187,6 @@ impl Executor {
         match &mut self.selected {
             Some(selected) => &mut selected.memory,
             None => &mut self.spare_memory,
-        }
-    }
-
-    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
-    /// its lines are those of the file (SF-24).
-    pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
-        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
-        for task in tasks {
-            task.relocate(&program);
-            let acting = task.acting();
-            if self.arm_owner == Some(task.id()) && matches!(acting.state(), TaskState::Moving { .. }) {
-                self.motion_line = acting.line();
-            }
-        }
-        if let Some(direct) = &mut self.direct
-            && let Ok(program) = compile_direct(&direct.statement, &program)
-        {
-            direct.task.relocate(&program);
-        }
-        if let Some(selected) = &mut self.selected {
-            selected.source = source;
-            selected.memory.relocate(&program);
-            selected.program = program;
-        }
-    }
-
-    /// The selected file.
-    pub(crate) fn selected(&self) -> Option<&Selected> {
-        self.selected.as_ref()
-    }
-
-    /// Name of the selected file, empty if none.
-    pub(crate) fn file(&self) -> &str {
-        self.selected
-            .as_ref()
-            .map_or("", |selected| selected.name.as_str())
-    }
-
-    /// A variable of GLOBAL or DATA of the selected file.
-    ///
-    /// # Errors
-    /// See [`AccessError`].
-    pub(crate) fn global(&self, variable: &VariableName) -> Result<Value, AccessError> {
-        let VariableName { name, subscripts } = variable;
-        self.memory().global(self.program(), name, subscripts)
-    }
-
-    /// The variable of GLOBAL or DATA becomes this.
-    ///
-    /// # Errors
-    /// See [`AccessError`].
-    pub(crate) fn set_global(&mut self, variable: &VariableName, value: Value) -> Result<(), AccessError> {
-        let VariableName { name, subscripts } = variable;
-        let program = Arc::clone(self.program());
-        self.memory_mut().set_global(&program, name, subscripts, value)
-    }
-
-    /// A file was downloaded: if it is the selected one, the next start takes it (CMD-DL-07).
-    pub(crate) fn mark_stale(&mut self, name: &str, now: Time) {
-        if let Some(selected) = self.selected.as_mut().filter(|selected| selected.name == name) {
-            selected.stale = true;
-            if !self.program_runs() {
-                self.rewind(now);
-            }
         }
     }
 

@@ -35,20 +35,15 @@ pub struct StatementCoverage {
 impl StatementCoverage {
     /// Takes note of what a controller has put out: files stored, the selection, statements.
     pub fn record(&mut self, output: &Output) {
-        match output {
-            Output::Stored { name, content } => self.note_stored(name, content),
-            Output::Event(Event::Selected(name)) => {
-                let name = name.as_deref();
-                self.selected = name.and_then(|name| self.latest(name));
-            }
-            Output::Event(Event::Statement { line, task }) if *task != 0 => {
-                let selected = self.selected.and_then(|index| self.versions.get_mut(index));
-                if let Some(version) = selected {
-                    let count = version.lines.entry(*line).or_default();
-                    *count = count.saturating_add(1);
-                }
-            }
-            _ => {}
+        if let Output::Stored { name, content } = output {
+            self.note_stored(name, content);
+        } else if let Output::Event(Event::Selected(name)) = output {
+            self.selected = name.as_deref().and_then(|name| self.latest(name));
+        } else if let Output::Event(Event::Statement { line, task: 1.. }) = output
+            && let Some(version) = self.selected.and_then(|index| self.versions.get_mut(index))
+        {
+            let count = version.lines.entry(*line).or_default();
+            *count = count.saturating_add(1);
         }
     }
 

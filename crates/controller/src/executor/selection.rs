@@ -1,13 +1,17 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Selected, Standstill};
+use crate::executor::{Executor, Standstill, TaskState};
 use crate::output::Event;
 use crate::robot::Robot;
+use crate::time::Time;
 use alloc::string::{String, ToString};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
-use scol_mini::{Diagnostic, Memory, Severity};
+use scol_mini::{
+    AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
+};
 use thiserror::Error;
-use ts3100_proto::name::{FileName, NameError};
+use ts3100_proto::name::{FileName, NameError, VariableName};
 
 /// Why a file was not selected.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -37,6 +41,122 @@ pub enum SelectError {
 impl From<NameError> for SelectError {
     fn from(error: NameError) -> SelectError {
         SelectError::Name(error)
+    }
+}
+
+/// The selected file.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Selected {
+    /// Its name.
+    pub(super) name: String,
+    /// Its text.
+    pub(super) source: String,
+    /// Its program.
+    #[cfg_attr(feature = "serde", serde(skip, default = "super::no_program"))]
+    pub(super) program: Arc<Program>,
+    /// Its data.
+    pub(super) memory: Memory,
+    /// The file was downloaded anew; the next start takes it (CMD-DL-07).
+    pub(super) stale: bool,
+}
+
+impl Selected {
+    /// Its name.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file was downloaded anew since it was selected.
+    pub(crate) fn is_stale(&self) -> bool {
+        self.stale
+    }
+
+    /// Its text with another initial value for a variable.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub(crate) fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
+        let VariableName { name, subscripts } = variable;
+        rewrite_value(&self.source, &self.program, name, subscripts, value)
+    }
+
+    /// Its text with the present values of these variables as initial values; none: of all.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub(crate) fn restored(&self, names: &[String]) -> Result<String, AccessError> {
+        restore_values(&self.source, &self.program, &self.memory, names)
+    }
+}
+
+impl Executor {
+    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
+    /// its lines are those of the file (SF-24).
+    pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        for task in tasks {
+            task.relocate(&program);
+            let acting = task.acting();
+            if self.arm_owner == Some(task.id()) && matches!(acting.state(), TaskState::Moving { .. }) {
+                self.motion_line = acting.line();
+            }
+        }
+        if let Some(direct) = &mut self.direct
+            && let Ok(program) = compile_direct(&direct.statement, &program)
+        {
+            direct.task.relocate(&program);
+        }
+        if let Some(selected) = &mut self.selected {
+            selected.source = source;
+            selected.memory.relocate(&program);
+            selected.program = program;
+        }
+    }
+
+    /// The selected file.
+    pub(crate) fn selected(&self) -> Option<&Selected> {
+        self.selected.as_ref()
+    }
+
+    /// Name of the selected file, empty if none.
+    pub(crate) fn file(&self) -> &str {
+        self.selected
+            .as_ref()
+            .map_or("", |selected| selected.name.as_str())
+    }
+
+    /// A variable of GLOBAL or DATA of the selected file.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub(crate) fn global(&self, variable: &VariableName) -> Result<Value, AccessError> {
+        let VariableName { name, subscripts } = variable;
+        self.memory().global(self.program(), name, subscripts)
+    }
+
+    /// The variable of GLOBAL or DATA becomes this.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub(crate) fn set_global(&mut self, variable: &VariableName, value: Value) -> Result<(), AccessError> {
+        let VariableName { name, subscripts } = variable;
+        let program = Arc::clone(self.program());
+        self.memory_mut().set_global(&program, name, subscripts, value)
+    }
+
+    /// A file was downloaded: if it is the selected one, the next start takes it (CMD-DL-07).
+    pub(crate) fn mark_stale(&mut self, name: &str, now: Time) {
+        if let Some(selected) = self.selected.as_mut().filter(|selected| selected.name == name) {
+            selected.stale = true;
+            if !self.program_runs() {
+                self.rewind(now);
+            }
+        }
     }
 }
 

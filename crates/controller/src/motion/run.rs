@@ -161,7 +161,7 @@ impl Motion {
                 (chain, now, rate)
             }
             Path::Tool(_) if self.path.is_timed() => return None,
-            path => {
+            path @ (Path::Joint { .. } | Path::Tool(_)) => {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
                 let own = nominal_rates(&self.full, &self.limits);
                 let fastest = chained.top_speed().max(self.tool_way * own.speed) * SAMPLED_SPEED_MARGIN;
