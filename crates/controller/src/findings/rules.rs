@@ -6,9 +6,9 @@
 
 use super::{Rule, Severity};
 
-/// Makes each rule a documented static.
+/// Makes each rule a documented static; `$timed` is [`Rule::timed`].
 macro_rules! rules {
-    ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
+    ($timed:literal: $($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
         $(
             #[doc = $title]
             pub static $name: Rule = Rule {
@@ -17,30 +17,13 @@ macro_rules! rules {
                 source: $source,
                 title: $title,
                 remedy: $remedy,
-                timed: false,
+                timed: $timed,
             };
         )*
     };
 }
 
-/// The same for rules that measure the host's pace, see [`Rule::timed`].
-macro_rules! timed {
-    ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
-        $(
-            #[doc = $title]
-            pub static $name: Rule = Rule {
-                id: $id,
-                severity: Severity::$severity,
-                source: $source,
-                title: $title,
-                remedy: $remedy,
-                timed: true,
-            };
-        )*
-    };
-}
-
-timed! {
+rules! { true:
     ANSWER_EARLY "answer-early" Warning "5.1 [TRN-04]"
         "OK or NG within 50 ms of the controller's text"
         "Wait 50 ms after a text of the controller before you answer it."
@@ -55,7 +38,7 @@ timed! {
         "Two pauses of 50 ms make 100 ms an exchange; the maker's own tool asks once in 1000 ms."
 }
 
-rules! {
+rules! { false:
     NO_STX "no-stx" Note "5.2.1 [FRM-01, D0]"
         "A text without STX"
         "Send STX (02) before the data; a controller set to the letter of the manual ignores such a text."
