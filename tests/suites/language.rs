@@ -110,7 +110,7 @@ fn stored(robot: &Robot) -> String {
         Output::Stored { content, .. } => Some(content),
         _ => None,
     });
-    String::from_utf8(contents.next_back().unwrap().clone()).unwrap()
+    String::from_utf8(contents.next_back().unwrap().to_vec()).unwrap()
 }
 
 #[test]

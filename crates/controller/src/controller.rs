@@ -14,6 +14,7 @@ use crate::robot::Robot;
 use crate::time::Time;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::name::FileName;
 
 /// The robot controller.
@@ -116,7 +117,7 @@ impl Controller {
     pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
         let name = FileName::parse(name)?;
         self.robot.drive.check(&name, content)?;
-        self.robot.put_in_place(&name, content);
+        self.robot.put_in_place(&name, &Bytes::copy_from_slice(content));
         Ok(())
     }
 

@@ -8,6 +8,7 @@ use crate::limits::{MAX_FILE, MAX_FILES};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use thiserror::Error;
 use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
@@ -87,7 +88,7 @@ impl From<NameError> for DriveError {
 )]
 pub struct Drive {
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::files"))]
-    files: BTreeMap<String, Vec<u8>>,
+    files: BTreeMap<String, Bytes>,
     capacity: usize,
 }
 
@@ -104,14 +105,14 @@ impl Drive {
     /// Content of a file, without EOF.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
-        self.files.get(name).map(Vec::as_slice)
+        self.files.get(name).map(AsRef::as_ref)
     }
 
     /// Name and content of each file, in alphabetical order.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.files
             .iter()
-            .map(|(name, content)| (name.as_str(), content.as_slice()))
+            .map(|(name, content)| (name.as_str(), content.as_ref()))
     }
 
     /// Whether a file of this name exists.
@@ -151,7 +152,7 @@ impl Drive {
     /// [`DriveError`]; the drive is then unchanged.
     pub fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         self.check(name, content)?;
-        self.store_checked(name, content);
+        self.store_checked(name, Bytes::copy_from_slice(content));
         Ok(())
     }
 
@@ -181,8 +182,8 @@ impl Drive {
     }
 
     /// Stores a file that [`Drive::check`] accepted.
-    pub(crate) fn store_checked(&mut self, name: &FileName, content: &[u8]) {
-        self.files.insert(String::from(name.as_str()), content.to_vec());
+    pub(crate) fn store_checked(&mut self, name: &FileName, content: Bytes) {
+        self.files.insert(String::from(name.as_str()), content);
     }
 
     /// Erases a file; false if it does not exist.

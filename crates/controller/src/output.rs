@@ -27,14 +27,14 @@ pub enum Output {
         /// Its name, upper case.
         name: String,
         /// Its content without EOF; none: it is erased.
-        content: Option<Vec<u8>>,
+        content: Option<Bytes>,
     },
     /// A file of the RAM drive was stored.
     Stored {
         /// Its name, upper case.
         name: String,
         /// Its content without EOF.
-        content: Vec<u8>,
+        content: Bytes,
     },
     /// A file of the RAM drive was erased.
     Erased {

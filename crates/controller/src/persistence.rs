@@ -12,6 +12,7 @@ use crate::time::Time;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
 
@@ -22,7 +23,7 @@ pub(crate) enum PendingChange {
     Download {
         port: Port,
         name: FileName,
-        content: Vec<u8>,
+        content: Bytes,
         /// The data of its last text.
         last: Vec<u8>,
     },

@@ -21,6 +21,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use bytes::Bytes;
 use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
@@ -185,19 +186,19 @@ impl Robot {
     ///
     /// # Errors
     /// [`DriveError::NotPersisted`]: see [`Persistence::ask`].
-    pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
+    pub(crate) fn persist(&mut self, name: &str, content: Option<&Bytes>) -> Result<(), DriveError> {
         let name = name.to_string();
         let answer = self.persistence.ask();
         if self.persistence.is_pending() {
             self.push_output(Output::Persist {
                 name: name.clone(),
-                content: content.map(<[u8]>::to_vec),
+                content: content.cloned(),
             });
         }
         answer.map_err(|reason| DriveError::NotPersisted { name, reason })
     }
 
-    pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
+    pub(crate) fn store(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
         self.drive.check(name, content)?;
         self.persist(name.as_str(), Some(content))?;
         self.put_in_place(name, content);
@@ -205,11 +206,11 @@ impl Robot {
     }
 
     /// Stores what was checked.
-    pub(crate) fn put_in_place(&mut self, name: &FileName, content: &[u8]) {
-        self.drive.store_checked(name, content);
+    pub(crate) fn put_in_place(&mut self, name: &FileName, content: &Bytes) {
+        self.drive.store_checked(name, content.clone());
         self.push_output(Output::Stored {
             name: name.as_str().to_string(),
-            content: content.to_vec(),
+            content: content.clone(),
         });
         self.executor.mark_stale(name.as_str(), self.now);
     }

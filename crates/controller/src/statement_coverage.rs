@@ -103,7 +103,7 @@ mod tests {
     fn stored(name: &str, content: &str) -> Output {
         Output::Stored {
             name: name.to_string(),
-            content: content.as_bytes().to_vec(),
+            content: content.as_bytes().to_vec().into(),
         }
     }
 

@@ -8,7 +8,7 @@ use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::string::ToString;
-use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
@@ -21,7 +21,7 @@ impl Endpoints {
         robot: &mut Robot,
         port: Port,
         name: FileName,
-        content: Vec<u8>,
+        content: Bytes,
         last: &[u8],
     ) {
         if robot.executor.status() == ExecutionStatus::Running {

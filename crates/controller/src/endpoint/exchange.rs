@@ -337,7 +337,9 @@ impl Endpoints {
         let session = self.sessions.get_mut(&port);
         match session.and_then(|session| session.receive(data)) {
             Some((_, Received::More)) => self.send_text(robot, port, &Reply::Ok.encode()),
-            Some((name, Received::Complete(content))) => self.end_download(robot, port, name, content, data),
+            Some((name, Received::Complete(content))) => {
+                self.end_download(robot, port, name, content.into(), data)
+            }
             Some((_, Received::Refused(error))) => {
                 robot.check_file(port, &error, data);
                 self.refuse_block(robot, port, data, &error.to_string());

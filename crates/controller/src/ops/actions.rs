@@ -12,6 +12,7 @@ use crate::robot::Robot;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::time::Duration;
 use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
@@ -143,10 +144,11 @@ impl Robot {
                 found,
             ));
         }
-        self.store(&name, content).map_err(|error| match error {
-            DriveError::Name(error) => ActionError::missing(place, "a file name", error.to_string()),
-            error => ActionError::conflict(place, "a file the RAM drive takes", error.to_string()),
-        })
+        self.store(&name, &Bytes::copy_from_slice(content))
+            .map_err(|error| match error {
+                DriveError::Name(error) => ActionError::missing(place, "a file name", error.to_string()),
+                error => ActionError::conflict(place, "a file the RAM drive takes", error.to_string()),
+            })
     }
 
     pub(crate) fn erase_file(&mut self, name: &str) -> Result<(), ActionError> {

@@ -35,7 +35,7 @@ impl Robot {
             return Err(ParameterError::Value(problem));
         }
         self.drive.check(&name, &changed)?;
-        self.put_in_place(&name, &changed);
+        self.put_in_place(&name, &changed.into());
         Ok(())
     }
 
@@ -66,7 +66,7 @@ impl Robot {
         let user = UserParameters::factory_file(options.line_end, self.edition());
         for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
             if !self.drive.contains(name) {
-                self.store(&FileName::parse(name)?, &content)?;
+                self.store(&FileName::parse(name)?, &content.into())?;
             }
         }
         Ok(())

@@ -10,6 +10,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
 use thiserror::Error;
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
@@ -168,9 +169,9 @@ impl Robot {
             let name = selected.name().to_string();
             return Err(DriveError::Full { name, size, free }.into());
         }
-        let source = source.as_bytes();
-        self.drive.check(&file, source)?;
-        self.persist(file.as_str(), Some(source))?;
+        self.drive.check(&file, source.as_bytes())?;
+        let source = Bytes::copy_from_slice(source.as_bytes());
+        self.persist(file.as_str(), Some(&source))?;
         self.drive.store_checked(&file, source);
         Ok(program)
     }
@@ -181,7 +182,7 @@ impl Robot {
         self.executor.take_rewritten(source.clone(), program);
         self.push_output(Output::Stored {
             name,
-            content: source.into_bytes(),
+            content: source.into_bytes().into(),
         });
     }
 }

@@ -114,7 +114,7 @@ fn a_download_is_answered_when_it_is_kept() {
     assert!(!outputs.iter().any(shown), "{outputs:?}");
     assert!(outputs.contains(&Output::Persist {
         name: "A".to_string(),
-        content: Some(b"NEW\n".to_vec())
+        content: Some(b"NEW\n".as_slice().into())
     }));
     assert_eq!(robot.file("A"), b"OLD\n");
     robot.feed(Input::Persisted(Ok(())));

@@ -8,6 +8,7 @@ use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use ts3100_proto::command::COMMANDS;
@@ -15,13 +16,13 @@ use ts3100_proto::command::COMMANDS;
 /// The content of a file.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
-struct Content(#[serde(with = "ts3100_proto::serde_latin1")] Vec<u8>);
+struct Content(#[serde(with = "ts3100_proto::serde_latin1")] Bytes);
 
 /// The files of the RAM drive.
 pub mod files {
-    use super::{BTreeMap, Content, Deserialize, Deserializer, Serializer, String, Vec};
+    use super::{BTreeMap, Bytes, Content, Deserialize, Deserializer, Serializer, String};
 
-    pub fn serialize<S: Serializer>(files: &BTreeMap<String, Vec<u8>>, to: S) -> Result<S::Ok, S::Error> {
+    pub fn serialize<S: Serializer>(files: &BTreeMap<String, Bytes>, to: S) -> Result<S::Ok, S::Error> {
         to.collect_map(
             files
                 .iter()
@@ -29,7 +30,7 @@ pub mod files {
         )
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Vec<u8>>, D::Error> {
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Bytes>, D::Error> {
         let files = BTreeMap::<String, Content>::deserialize(from)?;
         Ok(files
             .into_iter()
