@@ -52,7 +52,7 @@ impl Endpoints {
         if let Ok(Command::Fl(_)) = Command::parse(data) {
             self.message(robot, port, data);
         } else {
-            self.no_command(port);
+            self.begin(port, "");
             let reason = "a text of a file that was refused before";
             robot.report(&rules::FILE_WITHOUT_DOWNLOAD, port, data, reason);
             self.refuse_text(robot, port, "FL", reason);

@@ -7,7 +7,7 @@
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
-use crate::endpoint::session::Exchange;
+use crate::endpoint::session::{Exchange, Letters};
 use crate::findings::rules;
 use crate::limits::HOST_DELAY;
 use crate::output::Event;
@@ -237,25 +237,24 @@ impl Endpoints {
                 return;
             }
         }
-        if error.is_some() {
-            self.no_command(port);
-        }
-        match error {
-            Some(TextError::OverLong { length }) => {
+        let Some(error) = error else {
+            return self.whole_text(robot, port, &data);
+        };
+        self.begin(port, "");
+        let reason = match error {
+            TextError::OverLong { length } => {
                 let message = format!("at most 253 data bytes expected, {length} found (5.2)");
                 robot.report(&rules::TEXT_OVER_LONG, port, &data, message);
-                self.refuse_text(robot, port, "text", "over-long text");
+                "over-long text".to_string()
             }
-            Some(TextError::BadSum { expected, found }) => {
+            TextError::BadSum { expected, found } => {
                 let reason = format!("checksum {expected:02X} expected, {found:02X} found");
                 robot.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
-                self.refuse_text(robot, port, "text", &reason);
+                reason
             }
-            Some(TextError::NoEtx { .. }) => {
-                self.refuse_text(robot, port, "text", "no ETX where the length says it stands");
-            }
-            None => self.whole_text(robot, port, &data),
-        }
+            TextError::NoEtx { .. } => "no ETX where the length says it stands".to_string(),
+        };
+        self.refuse_text(robot, port, "text", &reason);
     }
 
     fn whole_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
@@ -338,7 +337,7 @@ impl Endpoints {
         match session.and_then(|session| session.receive(data)) {
             Some((_, Received::More)) => self.send_text(robot, port, &Reply::Ok.encode()),
             Some((name, Received::Complete(content))) => {
-                self.end_download(robot, port, name, content.into(), data)
+                self.end_download(robot, port, name, content.into(), data);
             }
             Some((_, Received::Refused(error))) => {
                 robot.check_file(port, &error, data);
@@ -379,10 +378,13 @@ impl Endpoints {
                     robot.report(&rules::COMMAND_IN_EXCHANGE, port, message, text);
                 }
                 self.check_command(robot, port, message, &command);
-                self.serve_command(robot, port, message, command);
+                self.begin(port, command.letters());
+                if self.admit(robot, port, message) {
+                    self.answer_command(robot, port, message, command);
+                }
             }
             (Err(error), _) => {
-                self.no_command(port);
+                self.begin(port, "");
                 let (rule, letters) = match &error {
                     CommandError::Unknown { letters } => (&rules::UNKNOWN_COMMAND, letters.clone()),
                     CommandError::Malformed { letters, .. } => {
@@ -396,20 +398,10 @@ impl Endpoints {
         }
     }
 
-    fn serve_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: Command) {
-        let letters = command.letters();
+    /// What is answered from now on: a command, or with no letters a text that is none.
+    pub(crate) fn begin(&mut self, port: Port, letters: Letters) {
         if let Some(session) = self.sessions.get_mut(&port) {
             (session.asked, session.block) = (letters, 0);
-        }
-        if self.admit(robot, port, message) {
-            self.answer_command(robot, port, message, command);
-        }
-    }
-
-    /// What has come is no command: its NG answers none.
-    pub(crate) fn no_command(&mut self, port: Port) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            (session.asked, session.block) = ("", 0);
         }
     }
 

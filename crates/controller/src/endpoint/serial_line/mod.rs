@@ -87,24 +87,11 @@ impl HostSettings {
         if host == robot {
             return None;
         }
-        let pairs = [
-            ("speed", describe_speed(robot.speed), describe_speed(host.speed)),
-            (
-                "character length",
-                describe_length(robot.length),
-                describe_length(host.length),
-            ),
-            (
-                "parity",
-                describe_parity(robot.parity),
-                describe_parity(host.parity),
-            ),
-            ("stop bits", describe_stop(robot.stop), describe_stop(host.stop)),
-        ];
+        let names = ["speed", "character length", "parity", "stop bits"];
+        let pairs = names.iter().zip(phrases(robot).into_iter().zip(phrases(host)));
         let differences: Vec<String> = pairs
-            .into_iter()
-            .filter(|(_, robot, host)| robot != host)
-            .map(|(what, robot, host)| {
+            .filter(|(_, (robot, host))| robot != host)
+            .map(|(what, (robot, host))| {
                 format!("{what}: [U06] says {robot}, the host opened the port with {host}")
             })
             .collect();
@@ -135,40 +122,23 @@ pub struct SettingsText(pub SerialSettings);
 
 impl fmt::Display for SettingsText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let SettingsText(line) = self;
-        write!(
-            f,
-            "{}, {}, {}, {}",
-            describe_speed(line.speed),
-            describe_length(line.length),
-            describe_parity(line.parity),
-            describe_stop(line.stop)
-        )
+        f.write_str(&phrases(self.0).join(", "))
     }
 }
 
-fn describe_speed(speed: u32) -> String {
-    format!("{speed} bps")
-}
-
-fn describe_length(length: u8) -> String {
-    format!("{length} bits")
-}
-
-fn describe_parity(parity: Parity) -> String {
-    match parity {
+fn phrases(line: SerialSettings) -> [String; 4] {
+    let parity = match line.parity {
         Parity::None => "no parity",
         Parity::Odd => "odd parity",
         Parity::Even => "even parity",
-    }
-    .to_string()
-}
-
-fn describe_stop(stop: u8) -> String {
-    match stop {
-        1 => "1 stop bit".to_string(),
-        other => format!("{other} stop bits"),
-    }
+    };
+    let plural = if line.stop == 1 { "" } else { "s" };
+    [
+        format!("{} bps", line.speed),
+        format!("{} bits", line.length),
+        parity.to_string(),
+        format!("{} stop bit{plural}", line.stop),
+    ]
 }
 
 /// The line of a serial port (HOST or COM1).
