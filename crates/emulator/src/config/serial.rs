@@ -58,9 +58,12 @@ pub(super) fn serial_ends(
     args: &ServeArgs,
     listen: IpAddr,
 ) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
-    let flags = |port: Port| match port {
-        Port::Com1 => (&args.com1, args.com1_rfc2217, args.com1_tcp),
-        _ => (&args.host, args.host_rfc2217, args.host_tcp),
+    let flags = |port: Port| {
+        if port == Port::Com1 {
+            (&args.com1, args.com1_rfc2217, args.com1_tcp)
+        } else {
+            (&args.host, args.host_rfc2217, args.host_tcp)
+        }
     };
     let mut ends = BTreeMap::new();
     for (port, link) in LINKS {

@@ -171,15 +171,20 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
 #[serde(try_from = "f64")]
 pub struct Seconds(pub Duration);
 
-impl TryFrom<f64> for Seconds {
-    type Error = String;
+/// A number that is no duration.
+#[derive(Debug, thiserror::Error)]
+#[error("0 to {MAX_SECONDS} seconds expected, {0} found")]
+pub struct SecondsError(f64);
 
-    fn try_from(seconds: f64) -> Result<Seconds, String> {
+impl TryFrom<f64> for Seconds {
+    type Error = SecondsError;
+
+    fn try_from(seconds: f64) -> Result<Seconds, SecondsError> {
         let duration = Duration::try_from_secs_f64(seconds).ok();
         duration
             .filter(|_| seconds <= MAX_SECONDS)
             .map(Seconds)
-            .ok_or_else(|| format!("0 to {MAX_SECONDS} seconds expected, {seconds} found"))
+            .ok_or(SecondsError(seconds))
     }
 }
 

@@ -122,16 +122,20 @@ pub struct EmptyObject {}
 #[schema(minimum = 1, maximum = 99999)]
 pub struct FileLine(u32);
 
-impl TryFrom<f64> for FileLine {
-    type Error = String;
+/// A number that is no line of a file.
+#[derive(Debug, thiserror::Error)]
+#[error("a line of a file, 1 to {last}, expected, {0} found", last = scol_mini::MAX_SOURCE)]
+pub struct FileLineError(f64);
 
-    fn try_from(line: f64) -> Result<FileLine, String> {
+impl TryFrom<f64> for FileLine {
+    type Error = FileLineError;
+
+    fn try_from(line: f64) -> Result<FileLine, FileLineError> {
         // A line has a byte at least, and a file has no more.
         let last = scol_mini::MAX_SOURCE;
         let fits = whole_number(line)
             .filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
-        fits.map(FileLine)
-            .ok_or_else(|| format!("a line of a file, 1 to {last}, expected, {line} found"))
+        fits.map(FileLine).ok_or(FileLineError(line))
     }
 }
 

@@ -159,57 +159,48 @@ impl ApiEvent {
     /// The event for an output of the controller.
     #[must_use]
     pub fn from_output(now: Time, output: &Output) -> ApiEvent {
-        let plain = ApiEvent {
+        let mut event = ApiEvent {
             port: output.port().map(Port::name),
             ..ApiEvent::new(now, output.kind())
         };
         match output {
-            Output::Send { bytes, .. } => plain.with_bytes(bytes),
-            Output::Stored { name, content } => ApiEvent {
-                file: Some(name.clone()),
-                bytes: Some(content.len()),
-                ..plain
-            },
-            Output::Erased { name } => ApiEvent {
-                file: Some(name.clone()),
-                ..plain
-            },
-            Output::Pendant(text) => ApiEvent {
-                text: Some(text.clone()),
-                ..plain
-            },
-            Output::Event(event) => plain.with_details(event),
+            Output::Send { bytes, .. } => return event.with_bytes(bytes),
+            Output::Stored { name, content } => {
+                event.file = Some(name.clone());
+                event.bytes = Some(content.len());
+            }
+            Output::Erased { name } => event.file = Some(name.clone()),
+            Output::Pendant(text) => event.text = Some(text.clone()),
+            Output::Event(details) => return event.with_details(details),
             // A change that is to be persisted is `stored` or `erased` once the write has been done.
             Output::Persist { .. }
             | Output::PowerCycled
             | Output::Disconnect { .. }
             | Output::Stall { .. }
-            | Output::PowerOff => plain,
+            | Output::PowerOff => {}
         }
+        event
     }
 
     /// With what an event of the controller says besides its kind and port.
-    fn with_details(self, event: &Event) -> ApiEvent {
+    fn with_details(mut self, event: &Event) -> ApiEvent {
         match event {
-            Event::TextIn { data, .. } | Event::TextOut { data, .. } => self.with_bytes(data),
-            Event::Dropped { bytes, reason, .. } => ApiEvent {
-                bytes: Some(*bytes),
-                reason: Some((*reason).to_owned()),
-                ..self
-            },
+            Event::TextIn { data, .. } | Event::TextOut { data, .. } => return self.with_bytes(data),
+            Event::Dropped { bytes, reason, .. } => {
+                self.bytes = Some(*bytes);
+                self.reason = Some((*reason).to_owned());
+            }
             Event::Answered {
                 row, mode, verdict, ..
-            } => ApiEvent {
-                command: Some((*row).to_owned()),
-                mode: Some(mode.as_str()),
-                outcome: Some(verdict.as_str()),
-                ..self
-            },
-            Event::Refused { command, reason, .. } => ApiEvent {
-                command: Some(command.clone()),
-                reason: Some(reason.clone()),
-                ..self
-            },
+            } => {
+                self.command = Some((*row).to_owned());
+                self.mode = Some(mode.as_str());
+                self.outcome = Some(verdict.as_str());
+            }
+            Event::Refused { command, reason, .. } => {
+                self.command = Some(command.clone());
+                self.reason = Some(reason.clone());
+            }
             Event::Finding {
                 rule,
                 at,
@@ -218,57 +209,39 @@ impl ApiEvent {
                 ..
             } => {
                 let known = Rule::by_id(rule);
-                let finding = ApiEvent {
-                    t: seconds(*at),
-                    rule: Some(rule),
-                    severity: known.map(|rule| rule.severity.as_str()),
-                    source: known.map(|rule| rule.source),
-                    message: Some(message.clone()),
-                    remedy: known.map(|rule| rule.remedy),
-                    ..self
-                };
-                finding.with_bytes(bytes)
+                self.t = seconds(*at);
+                self.rule = Some(rule);
+                self.severity = known.map(|rule| rule.severity.as_str());
+                self.source = known.map(|rule| rule.source);
+                self.message = Some(message.clone());
+                self.remedy = known.map(|rule| rule.remedy);
+                return self.with_bytes(bytes);
             }
             Event::Fault {
                 id, kind, message, ..
-            } => ApiEvent {
-                number: Some(id.to_string()),
-                kind: Some(kind),
-                message: Some(message.clone()),
-                ..self
-            },
-            Event::Alarm { number, text } => ApiEvent {
-                number: Some(number.clone()),
-                text: Some(text.clone()),
-                ..self
-            },
-            Event::ActionRefused(error) => ApiEvent {
-                reason: Some(error.to_string()),
-                ..self
-            },
-            Event::Status { status, line } => ApiEvent {
-                status: Some(status.as_str()),
-                line: Some(*line),
-                ..self
-            },
-            Event::Statement { line, task } => ApiEvent {
-                line: Some(*line),
-                task: Some(*task),
-                ..self
-            },
-            Event::Servo(on) => ApiEvent {
-                on: Some(*on),
-                ..self
-            },
-            Event::ServoDelayed(until) => ApiEvent {
-                until: Some(seconds(*until)),
-                ..self
-            },
-            Event::Selected(file) => ApiEvent {
-                file: file.clone(),
-                ..self
-            },
-            Event::AlarmsReset => self,
+            } => {
+                self.number = Some(id.to_string());
+                self.kind = Some(kind);
+                self.message = Some(message.clone());
+            }
+            Event::Alarm { number, text } => {
+                self.number = Some(number.clone());
+                self.text = Some(text.clone());
+            }
+            Event::ActionRefused(error) => self.reason = Some(error.to_string()),
+            Event::Status { status, line } => {
+                self.status = Some(status.as_str());
+                self.line = Some(*line);
+            }
+            Event::Statement { line, task } => {
+                self.line = Some(*line);
+                self.task = Some(*task);
+            }
+            Event::Servo(on) => self.on = Some(*on),
+            Event::ServoDelayed(until) => self.until = Some(seconds(*until)),
+            Event::Selected(file) => self.file.clone_from(file),
+            Event::AlarmsReset => {}
         }
+        self
     }
 }

@@ -110,19 +110,19 @@ impl Metrics {
 
     /// Counts an input of the controller.
     pub fn count_input(&mut self, input: &Input) {
-        match input {
-            Input::Received { port, bytes } => self.count(&BYTES, &[port.name(), "in"], bytes.len()),
-            Input::Connected { port, .. } => self.count(&CONNECTIONS, &[port.name()], 1),
-            _ => {}
+        if let Input::Received { port, bytes } = input {
+            self.count(&BYTES, &[port.name(), "in"], bytes.len());
+        } else if let Input::Connected { port, .. } = input {
+            self.count(&CONNECTIONS, &[port.name()], 1);
         }
     }
 
     /// Counts an output of the controller.
     pub fn count_output(&mut self, output: &Output) {
-        match output {
-            Output::Send { port, bytes } => self.count(&BYTES, &[port.name(), "out"], bytes.len()),
-            Output::Event(event) => self.count_event(event),
-            _ => {}
+        if let Output::Send { port, bytes } = output {
+            self.count(&BYTES, &[port.name(), "out"], bytes.len());
+        } else if let Output::Event(event) = output {
+            self.count_event(event);
         }
     }
 

@@ -171,7 +171,10 @@ impl From<SnapshotRequestError> for Problem {
             unkept @ SnapshotRequestError::Drive(_) => {
                 Problem::new(StatusCode::INSUFFICIENT_STORAGE, unkept.to_string())
             }
-            other => Problem::new(StatusCode::CONFLICT, other.to_string()),
+            refused @ (SnapshotRequestError::Named(_)
+            | SnapshotRequestError::Parse(_)
+            | SnapshotRequestError::File(_)
+            | SnapshotRequestError::Channels(_)) => Problem::new(StatusCode::CONFLICT, refused.to_string()),
         }
     }
 }

@@ -153,10 +153,14 @@ impl ScenarioAction {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
                 Input::received(parse_scol_port(port)?, parse_bytes(text)?)
             }
-            _ => match action(words)? {
-                Action::Panel(panel) => Input::Panel(panel),
-                action => Input::Action(action),
-            },
+            _ => {
+                let action = action(words)?;
+                if let Action::Panel(panel) = action {
+                    Input::Panel(panel)
+                } else {
+                    Input::Action(action)
+                }
+            }
         };
         let words = words.to_owned();
         Ok(ScenarioAction { words, input })
@@ -298,10 +302,12 @@ impl ScenarioCondition {
 
     /// Whether it is a state that holds now; `None` for what happens and is over.
     pub(super) fn holds(&self, controller: &Controller) -> Option<bool> {
-        match self {
-            ScenarioCondition::Input(line, on) => Some(controller.signals().input(*line) == *on),
-            ScenarioCondition::Output(line, on) => Some(controller.signals().output(*line) == *on),
-            _ => None,
+        if let ScenarioCondition::Input(line, on) = self {
+            Some(controller.signals().input(*line) == *on)
+        } else if let ScenarioCondition::Output(line, on) = self {
+            Some(controller.signals().output(*line) == *on)
+        } else {
+            None
         }
     }
 }

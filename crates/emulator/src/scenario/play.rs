@@ -207,66 +207,43 @@ impl Play {
         let state = self.state();
         let now = state.scenario_time(now);
         let begun = state.started.unwrap_or(now);
-        let mut entries: Vec<(usize, Entry)> = Vec::new();
-        for expected in &state.expectations {
-            let verdict = expected
+        let expectations = state.expectations.iter().map(|expected| Entry {
+            name: expected.expectation.name.clone(),
+            line: expected.expectation.line,
+            time: expected.verdict_time.unwrap_or(now).since(begun),
+            verdict: expected
                 .verdict
                 .clone()
-                .unwrap_or_else(|| expected.verdict_at_end(begun, now));
-            let time = expected.verdict_time.unwrap_or(now).since(begun);
-            let name = expected.expectation.name.clone();
-            let line = expected.expectation.line;
-            entries.push((
-                line,
-                Entry {
-                    name,
-                    line,
-                    time,
-                    verdict,
-                },
-            ));
-        }
-        for step in &state.steps {
+                .unwrap_or_else(|| expected.verdict_at_end(begun, now)),
+        });
+        let steps = state.steps.iter().filter_map(|step| {
             let StepTrigger::When(condition, _) = &step.step.trigger else {
-                continue;
+                return None;
             };
-            let verdict = if step.runs > 0 {
-                Verdict::Held
-            } else {
-                Verdict::Skipped("its condition never came".to_owned())
-            };
-            let (line, time) = (step.step.line, now.since(begun));
-            let name = format!("do when {condition}");
-            entries.push((
-                line,
-                Entry {
-                    name,
-                    line,
-                    time,
-                    verdict,
+            Some(Entry {
+                name: format!("do when {condition}"),
+                line: step.step.line,
+                time: now.since(begun),
+                verdict: match step.runs {
+                    0 => Verdict::Skipped("its condition never came".to_owned()),
+                    _ => Verdict::Held,
                 },
-            ));
-        }
-        if let Some(at) = state.runaway {
-            let words =
-                format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps bring each other about");
-            let (name, time) = ("do".to_owned(), at.since(begun));
-            let verdict = Verdict::Failed(words);
-            entries.push((
-                0,
-                Entry {
-                    name,
-                    line: 0,
-                    time,
-                    verdict,
-                },
-            ));
-        }
-        entries.sort_by_key(|(line, _)| *line);
+            })
+        });
+        let runaway = state.runaway.map(|at| Entry {
+            name: "do".to_owned(),
+            line: 0,
+            time: at.since(begun),
+            verdict: Verdict::Failed(format!(
+                "more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps bring each other about"
+            )),
+        });
+        let mut entries: Vec<Entry> = expectations.chain(steps).chain(runaway).collect();
+        entries.sort_by_key(|entry| entry.line);
         ScenarioOutcome {
             name: state.name.clone(),
             time: now.since(begun),
-            entries: entries.into_iter().map(|(_, entry)| entry).collect(),
+            entries,
         }
     }
 }

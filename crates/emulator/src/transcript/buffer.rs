@@ -1,7 +1,8 @@
 //! The last records of a run in memory, while the control interface is open, so that a test can fetch the transcript of a
 //! running emulator. Files of unlimited length are written by `recorder`.
 
-use super::{Format, Header, LinkRecord, Record, RecordKind, json, pcapng, text};
+use super::recorder::Writer;
+use super::{Format, Header, LinkRecord, Record, RecordKind};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -147,22 +148,9 @@ impl TranscriptBuffer {
             .into_iter()
             .chain(pages.records.iter().map(BufferedRecord::record));
         let mut out = Vec::new();
-        match format {
-            Format::Text => {
-                let mut writer = text::Writer::default();
-                writer.header(&pages.header, &mut out);
-                records.for_each(|record| writer.record(&record, &mut out));
-            }
-            Format::Json => {
-                json::write_header(&pages.header, &mut out);
-                records.for_each(|record| json::write_record(&record, &mut out));
-            }
-            Format::Pcapng => {
-                let mut writer = pcapng::Writer::new(Duration::ZERO);
-                writer.header(&pages.header, &mut out);
-                records.for_each(|record| writer.record(&record, &mut out));
-            }
-        }
+        let mut writer = Writer::new(format, Duration::ZERO);
+        writer.header(&pages.header, &mut out);
+        records.for_each(|record| writer.record(&record, &mut out));
         out
     }
 }

@@ -21,11 +21,39 @@ pub struct RecorderError {
     reason: io::Error,
 }
 
+/// Writes the lines or packets of one format.
 #[derive(Debug)]
-enum Writer {
+pub(super) enum Writer {
     Text(text::Writer),
     Json,
     Pcapng(Box<pcapng::Writer>),
+}
+
+impl Writer {
+    /// `base` is the time of the first moment since 1970 in a capture.
+    pub(super) fn new(format: Format, base: Duration) -> Writer {
+        match format {
+            Format::Text => Writer::Text(text::Writer::default()),
+            Format::Json => Writer::Json,
+            Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
+        }
+    }
+
+    pub(super) fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
+        match self {
+            Writer::Text(writer) => writer.header(header, out),
+            Writer::Json => json::write_header(header, out),
+            Writer::Pcapng(writer) => writer.header(header, out),
+        }
+    }
+
+    pub(super) fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
+        match self {
+            Writer::Text(writer) => writer.record(record, out),
+            Writer::Json => json::write_record(record, out),
+            Writer::Pcapng(writer) => writer.record(record, out),
+        }
+    }
 }
 
 struct Output {
@@ -39,11 +67,7 @@ struct Output {
 
 impl Output {
     fn create(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
-        let writer = match target.format {
-            Format::Text => Writer::Text(text::Writer::default()),
-            Format::Json => Writer::Json,
-            Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
-        };
+        let writer = Writer::new(target.format, base);
         let file = Box::new(files::create(&target.path)?);
         Output::with_writer(target.path.clone(), file, writer, header)
     }
@@ -61,21 +85,13 @@ impl Output {
             unflushed: Vec::new(),
             written: 0,
         };
-        match &mut output.writer {
-            Writer::Text(writer) => writer.header(header, &mut output.unflushed),
-            Writer::Json => json::write_header(header, &mut output.unflushed),
-            Writer::Pcapng(writer) => writer.header(header, &mut output.unflushed),
-        }
+        output.writer.header(header, &mut output.unflushed);
         output.flush()?;
         Ok(output)
     }
 
     fn record(&mut self, record: &Record) {
-        match &mut self.writer {
-            Writer::Text(writer) => writer.record(record, &mut self.unflushed),
-            Writer::Json => json::write_record(record, &mut self.unflushed),
-            Writer::Pcapng(writer) => writer.record(record, &mut self.unflushed),
-        }
+        self.writer.record(record, &mut self.unflushed);
     }
 
     fn flush(&mut self) -> io::Result<()> {

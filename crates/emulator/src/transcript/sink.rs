@@ -97,7 +97,16 @@ impl Observer {
                 let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
                 Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
             }
-            _ => None,
+            Output::Send { .. }
+            | Output::Persist { .. }
+            | Output::Stored { .. }
+            | Output::Erased { .. }
+            | Output::PowerCycled
+            | Output::Disconnect { .. }
+            | Output::Stall { .. }
+            | Output::PowerOff
+            | Output::Pendant(_)
+            | Output::Event(_) => None,
         }
     }
 }

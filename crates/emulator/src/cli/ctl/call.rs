@@ -119,7 +119,6 @@ impl Call {
     ///
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
-    #[expect(clippy::too_many_lines, reason = "a flat match by name")]
     pub fn from_command(command: &Command, json: bool) -> CallResult {
         Ok(match command {
             Command::State => get("/state"),

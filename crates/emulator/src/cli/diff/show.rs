@@ -258,14 +258,7 @@ fn difference_json(difference: &Difference) -> Value {
             json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
         }
         DifferenceKind::Ended { recorded, emulated } => {
-            let how = |ending: &Option<EndReason>| {
-                ending.map(|ending| match ending {
-                    EndReason::Closed => "closed",
-                    EndReason::Reset => "reset",
-                    EndReason::Refused => "refused",
-                })
-            };
-            json!({"kind": "ended", "recorded": how(recorded), "emulated": how(emulated)})
+            json!({"kind": "ended", "recorded": recorded, "emulated": emulated})
         }
     };
     value["file_line"] = Value::from(difference.file_line);

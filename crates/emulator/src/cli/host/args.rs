@@ -38,14 +38,19 @@ pub(in crate::cli) struct HostArgs {
     pub(super) total: Duration,
 }
 
+/// A word that is no number of seconds.
+#[derive(Debug, thiserror::Error)]
+#[error("expected a number of seconds above 0, at most 86400")]
+pub(in crate::cli) struct SecondsError;
+
 /// A number of seconds of a command line: more than 0, at most a day.
-pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, String> {
+pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, SecondsError> {
     const DAY: f64 = 86_400.0;
     word.parse::<f64>()
         .ok()
         .filter(|seconds| *seconds > 0.0 && *seconds <= DAY)
         .map(Duration::from_secs_f64)
-        .ok_or_else(|| "expected a number of seconds above 0, at most 86400".to_owned())
+        .ok_or(SecondsError)
 }
 
 /// Any command of the table.

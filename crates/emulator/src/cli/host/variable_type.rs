@@ -44,10 +44,15 @@ impl VariableType {
     }
 }
 
-impl FromStr for VariableType {
-    type Err = String;
+/// A word that is no type.
+#[derive(Debug, thiserror::Error)]
+#[error("expected a type code from -1 to 9, or {}", TYPE_NAMES.map(|(known, _)| known).join(", "))]
+pub(super) struct VariableTypeError;
 
-    fn from_str(word: &str) -> Result<VariableType, String> {
+impl FromStr for VariableType {
+    type Err = VariableTypeError;
+
+    fn from_str(word: &str) -> Result<VariableType, VariableTypeError> {
         if let Some((_, kind)) = TYPE_NAMES
             .iter()
             .find(|(known, _)| word.eq_ignore_ascii_case(known))
@@ -55,10 +60,7 @@ impl FromStr for VariableType {
             return Ok(VariableType::Name(*kind));
         }
         let code = word.parse().ok().and_then(VariableKind::from_code);
-        code.map(VariableType::Code).ok_or_else(|| {
-            let words = TYPE_NAMES.map(|(known, _)| known).join(", ");
-            format!("expected a type code from -1 to 9, or {words}")
-        })
+        code.map(VariableType::Code).ok_or(VariableTypeError)
     }
 }
 
@@ -79,7 +81,7 @@ mod tests {
         }
         assert_eq!(VariableType::default().code("A(1)"), -1);
         for wrong in ["", "-2", "10", "point", "1.0"] {
-            let error = wrong.parse::<VariableType>().unwrap_err();
+            let error = wrong.parse::<VariableType>().unwrap_err().to_string();
             assert!(error.contains("from -1 to 9, or integer, real"), "{error}");
         }
     }

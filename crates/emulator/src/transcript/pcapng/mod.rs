@@ -132,10 +132,11 @@ impl Writer {
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
             RecordKind::Link(link) => {
-                let words = match link {
-                    // A capture is for reading; the state itself is in the other forms.
-                    LinkRecord::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
-                    link => link.to_string(),
+                // A capture is for reading; the state itself is in the other forms.
+                let words = if let LinkRecord::Restored { at: moment, .. } = link {
+                    format!("restore {}us", moment.as_micros())
+                } else {
+                    link.to_string()
                 };
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
                 if let Some(begins) = link.new_time() {
