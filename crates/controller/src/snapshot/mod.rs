@@ -123,7 +123,7 @@ impl SnapshotHeader {
 }
 
 /// The whole controller as a value to be serialized.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Snapshot {
     format: String,
