@@ -435,6 +435,50 @@ fn the_controller_routes_and_only_the_ports_write_conversations() {
     none("the robot reaches into the ports", &offenders);
 }
 
+/// Parts of the robot, and the folder whose files may write their fields; the compiler holds it for private fields.
+const PARTS: [(&str, &str); 9] = [
+    ("alarms", "alarm.rs"),
+    ("arm", "arm"),
+    ("drive", "drive.rs"),
+    ("executor", "executor"),
+    ("maintenance", "maintenance.rs"),
+    ("panel", "panel.rs"),
+    ("parameters", "parameters.rs"),
+    ("persistence", "persistence.rs"),
+    ("signals", "io/signals.rs"),
+];
+
+/// The part of the robot whose field a line assigns.
+fn written_part(line: &str) -> Option<&str> {
+    let assigned = [" = ", " += ", " |= ", " &= "];
+    let (target, _) = assigned.iter().find_map(|sign| line.trim().split_once(sign))?;
+    let fields = target
+        .strip_prefix("self.robot.")
+        .or_else(|| target.strip_prefix("robot."));
+    let (part, field) = fields.or_else(|| target.strip_prefix("self."))?.split_once('.')?;
+    (!field.contains(' ')).then_some(part)
+}
+
+#[test]
+fn a_part_of_the_robot_is_written_by_its_own_files() {
+    assert_eq!(written_part("    self.panel.state = state;"), Some("panel"));
+    assert_eq!(written_part("let on = self.panel.state().servo;"), None);
+    let inside = root().join("crates/controller/src");
+    let mut offenders = Vec::new();
+    for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
+        let Ok(room) = path.strip_prefix(&inside) else {
+            continue;
+        };
+        for (number, line) in (1..).zip(product(&text).lines()) {
+            let part = written_part(line).and_then(|found| PARTS.iter().find(|(part, _)| *part == found));
+            if part.is_some_and(|(_, home)| !room.starts_with(home)) {
+                offenders.push(format!("{}:{number}: {}", path.display(), line.trim()));
+            }
+        }
+    }
+    none("fields written from outside of their part", &offenders);
+}
+
 #[test]
 fn errors_without_a_type_do_not_become_more() {
     let inside = sources().into_iter().filter(|(path, _)| !is_test(path));

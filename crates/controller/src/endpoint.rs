@@ -76,9 +76,8 @@ impl Endpoints {
 
     /// The peer of a port, while there is one.
     pub(crate) fn peer<'a>(&'a self, robot: &'a Robot, port: Port) -> Option<&'a str> {
-        let session = self.sessions.get(&port).map(|session| &session.peer);
-        let channel = robot.channels.get(&port).map(|channel| &channel.peer);
-        session.or(channel)?.as_deref()
+        let session = self.sessions.get(&port).map(|session| session.peer.as_deref());
+        session.unwrap_or_else(|| robot.channels.get(&port)?.peer())
     }
 
     /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its

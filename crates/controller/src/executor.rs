@@ -13,17 +13,17 @@ mod run_state;
 pub(crate) mod scheduler;
 pub(crate) mod scol_inputs;
 pub(crate) mod selection;
+pub(crate) mod step;
 mod task;
 pub(crate) mod tasks;
 
 use direct::Direct;
 pub use run_state::{Operation, RunState, Standstill, StopCause};
 use selection::Selected;
-pub use task::{Task, TaskState};
+pub use task::{Task, TaskState, TaskView};
 
 use crate::arm::Arm;
 use crate::port::Port;
-use crate::queries::TaskView;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;

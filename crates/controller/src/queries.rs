@@ -14,6 +14,7 @@ use crate::alarm::Alarms;
 use crate::arm::ArmPose;
 use crate::drive::Drive;
 use crate::endpoint::session::Exchange;
+pub use crate::executor::TaskView;
 use crate::io::gripper::HANDS;
 use crate::io::signals::Signals;
 use crate::ops::numbers;
@@ -30,19 +31,6 @@ use ts3100_proto::status::ExecutionStatus;
 
 /// Elements of one array that are shown at most.
 pub const MAX_ELEMENTS: usize = 1_000;
-
-/// A task at a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TaskView {
-    /// 1 the main program, 0 the statement of DO.
-    pub id: u16,
-    /// File line at which it stands.
-    pub line: u32,
-    /// What it is doing.
-    pub doing: &'static str,
-    /// The channel from which it waits for values.
-    pub reads: Option<Channel>,
-}
 
 /// A communication port at a moment.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 
 use super::{Executor, Task};
 use crate::endpoint::Endpoints;
-use crate::executor::scheduler::Step;
+use crate::executor::step::Step;
 use crate::robot::Robot;
 use crate::time::Time;
 use alloc::string::{String, ToString};

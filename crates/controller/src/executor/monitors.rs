@@ -2,8 +2,8 @@
 //!
 //! The conditions and handlers themselves belong to the machine of scol-mini.
 
-use crate::executor::scheduler::{Step, alarm_of};
 use crate::executor::scol_inputs::ScolInputs;
+use crate::executor::step::{Step, alarm_of};
 use crate::executor::{Task, TaskState};
 use crate::robot::Robot;
 use alloc::boxed::Box;

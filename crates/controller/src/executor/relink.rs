@@ -3,7 +3,7 @@
 
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
-use crate::snapshot::{SnapshotError, check};
+use crate::snapshot::error::{SnapshotError, check};
 use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;

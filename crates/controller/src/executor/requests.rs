@@ -5,7 +5,7 @@
 use crate::alarm::{self, AlarmCode};
 use crate::arm::SpeedLimits;
 use crate::endpoint::Endpoints;
-use crate::executor::scheduler::Step;
+use crate::executor::step::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
@@ -312,7 +312,7 @@ impl Robot {
             && self
                 .channels
                 .get(&port)
-                .is_none_or(|buffer| buffer.peer.is_none())
+                .is_none_or(|buffer| buffer.peer().is_none())
     }
 
     fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::io::channel::Channel> {

@@ -3,65 +3,15 @@
 //! Start at `run()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
 //! and `panel`.
 
-use crate::alarm::{self, AlarmCode};
 use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
+use crate::executor::step::Step;
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
 use crate::robot::Robot;
-use alloc::string::String;
-use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{FaultKind, Pause};
+use scol_mini::Pause;
 use ts3100_proto::command::RunMode;
-
-/// How far a task came.
-pub(crate) enum Step {
-    /// It waits for something.
-    Blocked,
-    /// A statement has begun that takes time.
-    Begun,
-    /// A statement is over.
-    Done {
-        /// It moved the arm.
-        motion: bool,
-    },
-    /// A statement is over, and with it the turn of its task.
-    Switch {
-        /// The task whose turn it is.
-        to: u16,
-    },
-    /// A statement is over that ends a task.
-    Killed {
-        /// That task.
-        id: u16,
-    },
-    /// RESTORE is over as a statement; the file is written when every task stands in its place.
-    Restore {
-        /// What is to be restored; none: all.
-        names: Vec<String>,
-    },
-    /// STOP was executed.
-    Stopped,
-    /// The main program, or the statement of DO, is over.
-    Ended,
-    /// Something went wrong; the detail says what and where.
-    Trouble(AlarmCode, String),
-}
-
-impl Step {
-    /// A statement without motion is over.
-    pub(crate) const DONE: Step = Step::Done { motion: false };
-
-    /// If the statement is over, this comes of it.
-    pub(crate) fn then(self, next: Step) -> Step {
-        if matches!(self, Step::Done { .. }) {
-            next
-        } else {
-            self
-        }
-    }
-}
 
 impl Robot {
     /// Runs the program and the statement of DO as far as they go at this instant.
@@ -253,19 +203,5 @@ impl Robot {
     /// Whether the arm is on a motion of this task.
     pub(crate) fn moves(&self, task: &Task) -> bool {
         self.arm.is_moving() && self.executor.owns_arm(task)
-    }
-}
-
-pub(crate) fn alarm_of(kind: FaultKind) -> AlarmCode {
-    match kind {
-        FaultKind::DivisionByZero => alarm::DIVISION_BY_ZERO,
-        FaultKind::Undefined => alarm::UNDEFINED_VARIABLE,
-        FaultKind::Type => alarm::TYPE_MISMATCH,
-        FaultKind::Range => alarm::OUT_OF_RANGE,
-        FaultKind::Subscript => alarm::SUBSCRIPT,
-        FaultKind::Nesting => alarm::NESTING,
-        FaultKind::Overflow => alarm::OVERFLOW,
-        FaultKind::NextWithoutFor => alarm::NEXT_WITHOUT_FOR,
-        FaultKind::Domain => alarm::DOMAIN,
     }
 }

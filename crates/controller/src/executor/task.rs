@@ -2,14 +2,13 @@
 //!
 //! How tasks take turns is in `scheduler`.
 
-use super::scheduler::{Step, alarm_of};
 use super::scol_inputs::ScolInputs;
+use super::step::{Step, alarm_of};
 use crate::alarm::AlarmCode;
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
-use crate::queries::TaskView;
 #[cfg(feature = "serde")]
-use crate::snapshot::{SnapshotError, check};
+use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::boxed::Box;
 use alloc::format;
@@ -18,6 +17,19 @@ use alloc::vec::Vec;
 use core::fmt::Display;
 use core::time::Duration;
 use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};
+
+/// A task at a moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskView {
+    /// 1 the main program, 0 the statement of DO.
+    pub id: u16,
+    /// File line at which it stands.
+    pub line: u32,
+    /// What it is doing.
+    pub doing: &'static str,
+    /// The channel from which it waits for values.
+    pub reads: Option<Channel>,
+}
 
 /// What a task is doing. Every change goes through [`Task::enter`].
 ///

@@ -1,7 +1,7 @@
 //! TASK, SWITCH and KILL, and which task moves the arm. How tasks take turns is in `scheduler`.
 
 use crate::alarm;
-use crate::executor::scheduler::Step;
+use crate::executor::step::Step;
 use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::robot::Robot;
 use crate::time::Time;

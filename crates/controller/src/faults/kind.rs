@@ -6,7 +6,7 @@
 use super::rng::Rng;
 use crate::alarm::AlarmCode;
 use crate::endpoint::send_queue::Segment;
-use crate::faults::FaultError;
+use crate::faults::error::FaultError;
 use crate::input::PanelAction;
 use crate::port::Port;
 use alloc::collections::BTreeMap;

@@ -13,6 +13,7 @@
 //! assert_eq!(robot.faults().reports().next().unwrap().fired, 0);
 //! ```
 
+mod error;
 pub mod kind;
 mod kinds;
 mod reachability;
@@ -21,9 +22,9 @@ pub mod rng;
 mod saved;
 mod spec;
 
+pub use error::FaultError;
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
 pub use kinds::KINDS;
-pub use spec::FaultError;
 
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;

@@ -1,7 +1,7 @@
 //! Checks of what a host sends and does against the rules of `rules`.
 //!
 //! Nothing here changes an answer: the exchange of commands itself is in `exchange`, which calls these checks.
-//! [`HostHistory`] is what they remember of a host between texts.
+//! `history` is what they remember of a host between texts.
 
 use super::rules;
 use super::{MAX_BYTES, Rule};
@@ -13,10 +13,8 @@ use crate::ops::OperateError;
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::time::Time;
 use alloc::format;
 use alloc::string::ToString;
-use alloc::vec::Vec;
 use core::time::Duration;
 use ts3100_proto::command::{Answer, Command, InternalCommand};
 use ts3100_proto::file::FileError;
@@ -31,45 +29,6 @@ const MIN_POLL_INTERVAL: Duration = HOST_DELAY.saturating_mul(2);
 const REPEATED_REFUSALS: u32 = 3;
 /// Symbols of 5.2.2; blank, colon and underscore are missing in its list but used elsewhere (FRM-12).
 const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
-
-/// What the checks remember of a host between texts.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
-pub struct HostHistory {
-    /// The last request for each status (by its letters) and when it was received.
-    polls: Vec<(Vec<u8>, Time)>,
-    /// The last message that was refused, and how often in a row.
-    #[cfg_attr(feature = "serde", serde(rename = "refused"))]
-    last_refused: Option<(Vec<u8>, u32)>,
-    /// The controller's last text was an unsolicited SP. A host cannot keep 50 ms after a text it does not expect.
-    #[cfg_attr(feature = "serde", serde(rename = "surprised"))]
-    pub unsolicited_sp_sent: bool,
-    /// A text of a file was refused before its end. A host that ignores the answer goes on sending the file.
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub file_refused: bool,
-}
-
-impl HostHistory {
-    /// Notes a request for a status; returns the time since the same request, if that was the last with its letters.
-    fn note_poll(&mut self, message: &[u8], now: Time) -> Option<Duration> {
-        let same_letters = |(poll, _): &(Vec<u8>, Time)| match (poll.get(..2), message.get(..2)) {
-            (Some(last), Some(letters)) => last.eq_ignore_ascii_case(letters),
-            _ => false,
-        };
-        let poll = self.polls.iter_mut().find(|poll| same_letters(poll));
-        let Some((last, at)) = poll else {
-            self.polls.push((message.to_vec(), now));
-            return None;
-        };
-        let since = (last == message).then(|| now.since(*at));
-        (*last, *at) = (message.to_vec(), now);
-        since
-    }
-}
 
 /// What concerns the robot and the bytes alone.
 impl Robot {
@@ -339,7 +298,11 @@ impl Endpoints {
                 &[],
                 format!("the connection ended {what}"),
             );
-        } else if let Some(channel) = robot.channels.get(&port).filter(|channel| channel.peer.is_some()) {
+        } else if let Some(channel) = robot
+            .channels
+            .get(&port)
+            .filter(|channel| channel.peer().is_some())
+        {
             let half = channel.partial_value();
             if !half.is_empty() {
                 let text = "the peer left behind a value without comma or CR; it is dropped";

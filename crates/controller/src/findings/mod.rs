@@ -5,9 +5,10 @@
 //! formats of other tools (SARIF, JUnit) are written by the emulator.
 
 mod checks;
+mod history;
 pub mod rules;
 
-pub use checks::HostHistory;
+pub use history::HostHistory;
 pub use rules::RULES;
 
 use crate::output::Event;

@@ -36,7 +36,7 @@ pub enum Datum {
 )]
 pub struct Channel {
     /// Address of the peer, while one is connected.
-    pub peer: Option<String>,
+    peer: Option<String>,
     #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
     ring: VecDeque<u8>,
     /// The last byte read was a comma: a CR directly after it ends the record without a further value.
@@ -62,6 +62,12 @@ impl Channel {
     pub fn connect_peer(&mut self, peer: String) {
         self.peer = Some(peer);
         self.after_comma = false;
+    }
+
+    /// Address of the peer, while one is connected.
+    #[must_use]
+    pub fn peer(&self) -> Option<&str> {
+        self.peer.as_deref()
     }
 
     /// Number of bytes in the buffer.

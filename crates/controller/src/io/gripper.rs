@@ -2,7 +2,7 @@
 
 use crate::alarm;
 use crate::executor::requests::no_output;
-use crate::executor::scheduler::Step;
+use crate::executor::step::Step;
 use crate::executor::{Task, TaskState};
 use crate::io::signals::Signals;
 use crate::limits::LONGEST_DELAY;

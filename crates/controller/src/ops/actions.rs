@@ -5,7 +5,6 @@
 use super::Outcome;
 use crate::action::ActionError;
 use crate::alarm::ALARMS;
-use crate::drive::DriveError;
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::robot::Robot;
@@ -145,10 +144,7 @@ impl Robot {
             ));
         }
         self.store(&name, &Bytes::copy_from_slice(content))
-            .map_err(|error| match error {
-                DriveError::Name(error) => ActionError::missing(place, "a file name", error.to_string()),
-                error => ActionError::conflict(place, "a file the RAM drive takes", error.to_string()),
-            })
+            .map_err(|error| ActionError::conflict(place, "a file the RAM drive takes", error.to_string()))
     }
 
     pub(crate) fn erase_file(&mut self, name: &str) -> Result<(), ActionError> {

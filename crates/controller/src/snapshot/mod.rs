@@ -8,7 +8,11 @@
 //! snapshot: drain them first, as [`Controller::feed`] does.
 
 mod bounds;
+pub(crate) mod error;
 pub(crate) mod field;
+
+pub use error::SnapshotError;
+use error::check;
 
 use crate::Controller;
 use crate::alarm::Alarms;
@@ -34,66 +38,12 @@ use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
-use scol_mini::RestoreError;
-use thiserror::Error;
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
 
 /// What a snapshot says it is.
 pub const SNAPSHOT_FORMAT: &str = "ts3100-snapshot";
 /// Version of the snapshots that this version writes and reads. A field more or less is another version.
 pub const SNAPSHOT_VERSION: u32 = 1;
-
-/// Why a snapshot cannot be restored.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SnapshotError {
-    /// A value that no run leads to.
-    #[error("snapshot, {place}: expected {expected}, found {found}")]
-    Value {
-        /// Where: the fields, joined by dots.
-        place: String,
-        /// What could stand there.
-        expected: String,
-        /// What stands there.
-        found: String,
-    },
-    /// A machine or a memory that does not fit its program.
-    #[error("snapshot, {place}: {reason}")]
-    Run {
-        /// Where.
-        place: String,
-        /// What is wrong with it.
-        reason: RestoreError,
-    },
-}
-
-impl SnapshotError {
-    #[expect(clippy::needless_pass_by_value, reason = "numbers, words and errors alike")]
-    pub(crate) fn value(place: &str, expected: &str, found: impl ToString) -> SnapshotError {
-        SnapshotError::Value {
-            place: place.to_string(),
-            expected: expected.to_string(),
-            found: found.to_string(),
-        }
-    }
-
-    pub(crate) fn program(place: &str, reason: RestoreError) -> SnapshotError {
-        let place = place.to_string();
-        SnapshotError::Run { place, reason }
-    }
-}
-
-/// Fails unless `holds`, with the place, what could stand there, and what does.
-pub(crate) fn check(
-    holds: bool,
-    place: &str,
-    expected: &str,
-    found: impl ToString,
-) -> Result<(), SnapshotError> {
-    if holds {
-        return Ok(());
-    }
-    Err(SnapshotError::value(place, expected, found))
-}
 
 /// What stands at the head of every snapshot, to be read before the rest is believed to be one.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
