@@ -248,11 +248,16 @@ impl Robot {
     /// When the texts are not those of a file.
     pub fn file(&mut self, port: Port, command: &str) -> Vec<u8> {
         let first = self.ask(port, command);
+        self.rest_of_file(port, command, &first)
+    }
+
+    /// The content of a file whose first text has come.
+    fn rest_of_file(&mut self, port: Port, command: &str, first: &[u8]) -> Vec<u8> {
         let mut content = first
             .strip_prefix(b"FL,".as_slice())
             .map(<[u8]>::to_vec)
             .unwrap_or_else(|| {
-                panic!("{command}: FL expected, {} found", notation::write(&first));
+                panic!("{command}: FL expected, {} found", notation::write(first));
             });
         while content.last() != Some(&0x1A) {
             self.send(port, b"OK\r");
@@ -274,14 +279,14 @@ impl Robot {
 
     /// The binary body of SF.
     pub fn total(&mut self, port: Port) -> Vec<u8> {
-        let text = self.clone().ask(port, "SF");
-        let body = text.get(3..).unwrap_or_default();
-        if body.len() != SfLayout::Six.len() || SfLayout::from_first_text(body) != SfLayout::Six {
-            return self.file(port, "SF");
+        let first = self.ask(port, "SF");
+        let body = first.get(3..).unwrap_or_default();
+        // A full text, which needs no EOF.
+        if body.len() == SfLayout::Six.len() && SfLayout::from_first_text(body) == SfLayout::Six {
+            self.send(port, b"OK\r");
+            return body.to_vec();
         }
-        self.ask(port, "SF");
-        self.send(port, b"OK\r");
-        body.to_vec()
+        self.rest_of_file(port, "SF", &first)
     }
 
     /// A float of the SF body.

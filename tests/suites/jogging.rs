@@ -475,11 +475,8 @@ fn a_host_that_has_jogged_the_arm_may_leave_while_a_program_moves_it() {
     robot.disconnect(Port::Ip0);
     robot.advance_ms(10_000);
     robot.connect(Port::Ip0);
-    assert!(
-        (values(&mut robot, "PR,0")[0] - 90.0).abs() < 0.01,
-        "{:?}",
-        values(&mut robot, "PR,0")
-    );
+    let turned = values(&mut robot, "PR,0")[0];
+    assert!((turned - 90.0).abs() < 0.01, "{turned}");
 }
 
 #[test]
@@ -492,11 +489,8 @@ fn jg_stop_does_not_stop_a_program() {
     robot.advance_ms(300);
     robot.ask(Port::Ip0, "JG,2 !");
     robot.advance_ms(10_000);
-    assert!(
-        (values(&mut robot, "PR,0")[0] - 90.0).abs() < 0.01,
-        "{:?}",
-        values(&mut robot, "PR,0")
-    );
+    let turned = values(&mut robot, "PR,0")[0];
+    assert!((turned - 90.0).abs() < 0.01, "{turned}");
 }
 
 #[test]
@@ -505,11 +499,8 @@ fn a_watchdog_of_level_2_ends_the_jog() {
     robot.command(Port::Ip0, "WD,700 2");
     robot.command(Port::Ip0, "JG,1 +");
     robot.advance_ms(60_000);
-    assert!(
-        values(&mut robot, "PR,0")[0] < 10.0,
-        "{:?}",
-        values(&mut robot, "PR,0")
-    );
+    let turned = values(&mut robot, "PR,0")[0];
+    assert!(turned < 10.0, "{turned}");
 }
 
 #[test]
@@ -518,9 +509,6 @@ fn turning_the_key_ends_the_jog() {
     robot.command(Port::Ip0, "JG,1 +");
     robot.panel(PanelAction::Key(ts3100_controller::KeySwitch::Teaching));
     robot.advance_ms(60_000);
-    assert!(
-        values(&mut robot, "PR,0")[0] < 10.0,
-        "{:?}",
-        values(&mut robot, "PR,0")
-    );
+    let turned = values(&mut robot, "PR,0")[0];
+    assert!(turned < 10.0, "{turned}");
 }

@@ -1,7 +1,7 @@
 //! `ts3100 host` and `ts3100 check` against a running emulator, and against peers that answer nothing or
 //! nonsense.
 
-use super::support::{Serve, run, stderr, stdout};
+use super::support::{Serve, expect_code, run, stderr, stdout};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
@@ -11,13 +11,7 @@ const COUNTER: &str = "GLOBAL\nCOUNT = 7\nEND\nPROGRAM COUNTER\nCOUNT = COUNT + 
 
 pub fn ok(serve: &Serve, words: &[&str]) -> String {
     let output = serve.host(words);
-    assert_eq!(
-        output.status.code(),
-        Some(0),
-        "{words:?}: {}{}",
-        stdout(&output),
-        stderr(&output)
-    );
+    expect_code(&output, 0);
     stdout(&output)
 }
 

@@ -1,6 +1,6 @@
 //! `ts3100 ctl` and `completions` against a running `ts3100 serve`: exit codes, both forms of an answer, the token.
 
-use super::support::{Serve, run, stderr, stdout, ts3100};
+use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use serde_json::{Value, json};
 use std::process::Output;
 use ts3100_tests::testing::TempDir;
@@ -17,7 +17,7 @@ fn answer(serve: &Serve, words: &[&str]) -> Value {
     let mut all = vec!["--json"];
     all.extend(words);
     let output = ctl(serve, &all);
-    assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
+    expect_code(&output, 0);
     serde_json::from_str(&stdout(&output)).unwrap()
 }
 

@@ -1,6 +1,6 @@
 //! `ts3100 exec`: an emulator for the time of one command.
 
-use super::support::{TS3100, run, stderr, stdout, ts3100};
+use super::support::{TS3100, expect_code, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
 use ts3100_tests::testing::TempDir;
@@ -25,7 +25,7 @@ fn the_command_finds_a_robot_that_answers_and_was_not_spoken_to() {
         &words,
         "ts3100 host $TS3100_HOST:$TS3100_IP0_PORT so && echo $TS3100_HOST $TS3100_IP3_PORT",
     );
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
     assert_eq!(stderr(&output), "", "the emulator keeps quiet");
     let words = stdout(&output);
     let last = words.lines().last().unwrap();
@@ -54,7 +54,7 @@ fn the_question_whether_it_is_there_wakes_no_fault_and_waits_for_no_stepped_cloc
         "stepped",
     ];
     let output = exec(&words, "exit 7");
-    assert_eq!(output.status.code(), Some(7), "{}", stderr(&output));
+    expect_code(&output, 7);
     assert!(
         stderr(&output).contains("never fired: it saw no occasion"),
         "{}",
@@ -115,7 +115,7 @@ fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
 #[test]
 fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
     let output = run(&["exec", "--", "no-such-command-anywhere"]);
-    assert_eq!(output.status.code(), Some(127), "{}", stderr(&output));
+    expect_code(&output, 127);
     let directory = TempDir::new("binary");
     let file = directory.file("file", "");
     assert_eq!(run(&["exec", "--", &file]).status.code(), Some(126));

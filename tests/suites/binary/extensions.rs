@@ -1,7 +1,7 @@
 //! `ts3100 host` with variables of every type and with the commands beyond the manual.
 
 use super::client::{ok, peer};
-use super::support::{Serve, run, stderr, stdout};
+use super::support::{Serve, expect_code, run, stderr, stdout};
 use serde_json::Value;
 use ts3100_tests::testing::TempDir;
 
@@ -54,7 +54,7 @@ fn variables_are_read_and_written_by_word_by_code_or_without_a_type() {
         &["mr", "COUNT", "0", "--type", "0"],
     ] {
         let output = serve.host(words);
-        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        expect_code(&output, 2);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Faults and legal variation from the command line: flags, files, the report, the list.
 
-use super::support::{Serve, run, stderr, stdout};
+use super::support::{Serve, expect_code, run, stderr, stdout};
 use serde_json::Value;
 use ts3100_tests::host::Host;
 use ts3100_tests::testing::TempDir;
@@ -61,7 +61,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
     // What is denied of findings has nothing to do with faults.
     assert_eq!(words("selected-overwritten").status.code(), Some(0));
     let output = words("fault-never-fired");
-    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    expect_code(&output, 3);
     assert!(
         stderr(&output).contains("denied: fault 2 never fired"),
         "{}",

@@ -1,6 +1,6 @@
 //! `ts3100 run`: programs from a shell, without sockets.
 
-use super::support::run;
+use super::support::{expect_code, run};
 use super::tools::stdout;
 use serde_json::Value;
 use std::process::Output;
@@ -46,7 +46,7 @@ fn a_dialogue_runs_from_records() {
         directory.file("in.txt", "1,10.0\r\n2,-20.5\n9,0\n7,7\n")
     );
     let output = run(&["run", &file, "--input", &records]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
     assert_eq!(
         stdout(&output),
         "REQ\nDONE           1\nREQ\nDONE           2\nREQ\n"
@@ -159,7 +159,7 @@ fn channels_are_named_when_there_are_several() {
     );
     let keys = format!("tp={}", directory.file("keys.txt", "42\n"));
     let output = run(&["run", &file, "--input", &keys]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
     assert_eq!(stdout(&output), "TP: A\nCOM1: BC\nIP2:           42\n");
     assert!(
         stderr(&output).contains("stopped, line 8 is next"),
@@ -222,7 +222,7 @@ fn points_come_from_a_table_for_check_and_run() {
     let scara = ["--model", "tsl3000-thl400"];
     for verb in ["check", "run"] {
         let output = run(&[verb, &file, scara[0], scara[1], "--points", &points]);
-        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        expect_code(&output, 0);
         if verb == "run" {
             let printed = stderr(&output);
             assert!(printed.contains(", configuration LEFTY\n"), "{printed}");

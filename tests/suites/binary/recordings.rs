@@ -1,12 +1,12 @@
 //! `serve --transcript`, `tap` and `diff` as commands: what one records, another plays; a killed process leaves a
 //! whole transcript.
 
-use super::support::{Serve, run, stderr, stdout, ts3100};
+use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Stdio};
-use ts3100_tests::host::{Host, dial_address};
+use std::process::Stdio;
+use ts3100_tests::host::Host;
 use ts3100_tests::testing::TempDir;
 
 const PICK: &str =
@@ -50,56 +50,15 @@ fn a_transcript_into_a_pipe_without_a_reader_is_refused_and_holds_nothing_up() {
     }
 }
 
-/// A tap in front of an emulator, killed on drop.
-struct Tap {
-    child: Child,
-    ports: Vec<u16>,
-}
-
-impl Tap {
-    fn before(serve: &Serve, transcripts: &[&str]) -> Tap {
-        let ports = |channel: usize| serve.ports[channel].unwrap();
-        let channels = format!("ip0={},ip1={}", ports(0), ports(1));
-        let mut words = vec![
-            "tap",
-            "127.0.0.1",
-            "--ports",
-            "auto",
-            "--ready-json",
-            "--channels",
-            &channels,
-        ];
-        for transcript in transcripts {
-            words.extend(["--transcript", transcript]);
-        }
-        let mut child = ts3100(&words)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap())
-            .read_line(&mut line)
-            .unwrap();
-        let ready: serde_json::Value = serde_json::from_str(&line).unwrap();
-        let port = |name: &str| u16::try_from(ready["ports"][name].as_u64().unwrap()).unwrap();
-        Tap {
-            child,
-            ports: vec![port("ip0"), port("ip1")],
-        }
+/// A recording proxy between hosts and an emulator.
+fn tap(serve: &Serve, transcripts: &[String]) -> Serve {
+    let [ip0, ip1] = [0, 1].map(|channel| serve.ports[channel].unwrap());
+    let channels = format!("ip0={ip0},ip1={ip1}");
+    let mut words = vec!["tap", "127.0.0.1", "--channels", &channels];
+    for transcript in transcripts {
+        words.extend(["--transcript", transcript]);
     }
-
-    fn dial(&self, channel: usize) -> TcpStream {
-        dial_address(("127.0.0.1", self.ports[channel]))
-    }
-}
-
-impl Drop for Tap {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+    Serve::ready(&words)
 }
 
 #[test]
@@ -116,13 +75,7 @@ fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
     serve.signal("KILL");
     for name in &names[..2] {
         let output = run(&["diff", name]);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{}{}",
-            stdout(&output),
-            stderr(&output)
-        );
+        expect_code(&output, 0);
         assert!(
             stdout(&output).contains("8 answers compared: 0 differ in bytes"),
             "{}",
@@ -213,13 +166,7 @@ fn files_that_were_not_kept_are_not_kept_when_played() {
         let text = std::fs::read_to_string(name).unwrap();
         assert_eq!(text.matches("unkept PICK the directory ").count(), 2, "{text}");
         let output = run(&["diff", name]);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{}{}",
-            stdout(&output),
-            stderr(&output)
-        );
+        expect_code(&output, 0);
         // Without these records everything is kept.
         let mut lines: Vec<&str> = text.lines().filter(|line| !line.contains("unkept")).collect();
         lines.push("");
@@ -235,7 +182,7 @@ fn what_a_tap_records_is_played_to_the_emulator() {
     let pick = directory.file("pick.scol", PICK);
     let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
     let serve = Serve::start(&["--load", &pick]);
-    let tap = Tap::before(&serve, &[&names[0], &names[1], &names[2]]);
+    let tap = tap(&serve, &names);
     errand(tap.dial(0), tap.dial(1));
     drop(tap);
     let recorded = std::fs::read_to_string(&names[0]).unwrap();
@@ -245,13 +192,7 @@ fn what_a_tap_records_is_played_to_the_emulator() {
     );
     for name in &names[..2] {
         let output = run(&["diff", name, "--load", &pick, "--time-tolerance", "5s"]);
-        assert_eq!(
-            output.status.code(),
-            Some(0),
-            "{}{}",
-            stdout(&output),
-            stderr(&output)
-        );
+        expect_code(&output, 0);
     }
     // Without the file the emulator refuses, and says why.
     let output = run(&["diff", &names[0]]);
@@ -364,5 +305,5 @@ fn what_diff_and_tap_cannot_use_is_said() {
         assert!(error.contains(expected), "{words:?}: {error}");
     }
     let output = run(&["diff", &fine]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
 }

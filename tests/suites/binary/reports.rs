@@ -1,7 +1,7 @@
 //! Reports at the end of a run: findings in three forms, coverage of the permission tables, lines executed, and
 //! the exit codes that follow.
 
-use super::support::{Serve, run, stderr, stdout};
+use super::support::{Serve, expect_code, run, stderr, stdout};
 use serde_json::Value;
 use std::io::Write;
 use ts3100_tests::host::Host;
@@ -177,7 +177,7 @@ fn coverage_is_written_judged_and_merged() {
         "--min-coverage",
         "0.9",
     ]);
-    assert_eq!(merged.status.code(), Some(0), "{}", stderr(&merged));
+    expect_code(&merged, 0);
     assert_eq!(
         stdout(&merged),
         format!("0.9 % (2 of {} cells)\n", first["reachable"])
@@ -228,7 +228,7 @@ fn a_run_without_sockets_writes_the_same_lines() {
     let directory = TempDir::new("binary");
     let (file, info) = (directory.file("pick.scol", PICK), directory.file("run.info", ""));
     let output = run(&["run", &file, "--lcov", &info]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
     let trace = std::fs::read_to_string(&info).unwrap();
     assert!(
         trace.contains("DA:2,1\nDA:3,1\nDA:4,0\nDA:6,1\nDA:7,1\nLF:5\nLH:4\n"),

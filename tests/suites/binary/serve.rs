@@ -1,6 +1,6 @@
 //! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
 
-use super::support::{Serve, run, stderr, stdout, ts3100};
+use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
@@ -191,7 +191,7 @@ fn a_download_survives_a_kill() {
     let file = directory.file("pick.scol", PICK.replace('\n', "\r\n"));
     let serve = Serve::start(&["--drive", drive]);
     let output = serve.host(&["dl", &file]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    expect_code(&output, 0);
     serve.signal("KILL");
     assert_eq!(
         std::fs::read_to_string(directory.path().join("drive/PICK")).unwrap(),
@@ -349,7 +349,7 @@ fn a_directory_that_does_not_take_the_files_of_the_start_is_no_start() {
         &file,
     ];
     let output = run(&words);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    expect_code(&output, 2);
     assert!(
         stderr(&output).contains("cannot put in place"),
         "{}",
@@ -363,7 +363,7 @@ fn a_parameter_file_given_at_the_start_acts_at_once() {
     let serve = Serve::start(&["--set", "drive.open_mode=1 1 0 0"]);
     assert_eq!(serve.ports.iter().filter(|port| port.is_some()).count(), 2);
     let parameters = serve.host(&["ul", "ETHERNET.PAR"]);
-    assert_eq!(parameters.status.code(), Some(0), "{}", stderr(&parameters));
+    expect_code(&parameters, 0);
     let directory = TempDir::new("binary");
     let file = directory.file("ethernet.par", &parameters.stdout);
     let serve = Serve::start(&["--load", &file]);

@@ -60,7 +60,13 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A running emulator, killed on drop.
+/// The exit code is this one; what was printed is shown otherwise.
+pub fn expect_code(output: &Output, code: i32) {
+    let printed = (stdout(output), stderr(output));
+    assert_eq!(output.status.code(), Some(code), "{printed:?}");
+}
+
+/// A running `ts3100 serve` or `ts3100 tap`, killed on drop.
 pub struct Serve {
     child: Option<Child>,
     pub ports: Vec<Option<u16>>,
@@ -73,9 +79,14 @@ pub struct Serve {
 impl Serve {
     /// Starts it on free ports and waits for its ready line.
     pub fn start(words: &[&str]) -> Serve {
-        let mut command = ts3100(&["serve", "--ports", "auto", "--ready-json"]);
+        Serve::ready(&[&["serve"], words].concat())
+    }
+
+    /// Starts a subcommand with free ports and waits for its ready line.
+    pub fn ready(words: &[&str]) -> Serve {
+        let mut command = ts3100(words);
         let mut child = command
-            .args(words)
+            .args(["--ports", "auto", "--ready-json"])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
