@@ -218,7 +218,7 @@ pub fn outcomes(printed: &str) -> Outcomes {
 }
 
 /// Whose tests come after `Running unittests src/lib.rs (target/debug/deps/ts3100_proto-0123)` or
-/// `Running tests/embed.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the root of its
+/// `Running tests/suite/main.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the root of its
 /// package, which is how the tests of two packages are distinguished.
 fn package_of(line: &str) -> Option<&'static str> {
     let mut words = line.split_whitespace();
@@ -332,8 +332,8 @@ mod tests {
         let of = |line| package_of(line);
         let suites = "Running suites/main.rs (target/debug/deps/suites-88)";
         assert_eq!(of(suites), Some("ts3100-tests"));
-        let embed = "Running tests/embed.rs (target/debug/deps/embed-88)";
-        assert_eq!(of(embed), Some("ts3100-emulator"));
+        let suite = "Running tests/suite/main.rs (target/debug/deps/suite-88)";
+        assert_eq!(of(suite), Some("scol-mini"));
         let bench = "Running unittests src/main.rs (target/debug/deps/ts3100_benches-88)";
         assert_eq!(of(bench), None);
         assert_eq!(of("Doc-tests ts3100_controller"), Some("ts3100-controller"));
