@@ -3,8 +3,8 @@
 //! Each word has one row here, with its arguments. What functions compute is left to `machine::functions`, what system
 //! variables read to `machine::evaluate`, and where a word may stand to `parser`.
 
+use crate::conditions::Condition;
 use crate::options::Arm;
-use crate::tree::Condition;
 use crate::value::coordinates;
 
 /// A function, or a constructor of a vector value.

@@ -3,7 +3,7 @@
 //! A cell is read and written as one word: a processor that writes two halves and reads the whole has to wait for itself.
 //! The values that are not numbers are kept by `memory`; `machine::vm` computes on cells.
 
-use crate::request::Number;
+use crate::value::Number;
 
 /// What one place holds: a number itself, anything else by its number among the vectors of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,22 +4,34 @@
 
 use alloc::string::String;
 
-use crate::value::{Configuration, Payload, Trans};
-
-/// A coordinate system in use, with the name of the variable it came from (SF reports names).
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Frame {
-    /// Upper-case name of the coordinate data; `None` when it was written in place.
-    pub name: Option<String>,
-    /// Its origin and orientation in the system around it, in mm and degrees.
-    pub trans: Trans,
-}
+use crate::value::{Configuration, Frame, Payload};
 
 /// Axes that `GAIN` and `TORQUE` know.
 pub const AXES: usize = 8;
 /// Overlap ratio before `PASS` sets one, in percent.
 const FIRST_PASS: f64 = 50.0;
+
+/// A motion condition that can be assigned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Condition {
+    Speed,
+    Accel,
+    Decel,
+    Config,
+    Payload,
+    Work,
+    Tool,
+    Base,
+    Pass,
+    Accur,
+}
+
+impl Condition {
+    /// Whether it is a coordinate system.
+    pub fn is_frame(self) -> bool {
+        matches!(self, Condition::Work | Condition::Tool | Condition::Base)
+    }
+}
 
 /// How exactly a motion ends before the program goes on (`ACCUR`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -61,7 +61,7 @@ mod tree;
 mod value;
 
 pub use compile::{Compilation, compile, compile_direct, compile_with_points};
-pub use conditions::{AXES, Accuracy, Conditions, Frame};
+pub use conditions::{AXES, Accuracy, Conditions};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
 pub use lint::{check, check_with_points};
@@ -71,13 +71,11 @@ pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
 pub use program::{Program, STATE_VERSION, VariableInfo};
-pub use request::{
-    Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
-};
+pub use request::{Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request};
 pub use rewrite::{restore_values, rewrite_value};
 #[cfg(feature = "serde")]
 pub use snapshot::RestoreError;
-pub use value::{Configuration, Payload, Position, Trans, Value, ValueKind};
+pub use value::{Configuration, Frame, Number, Payload, Position, Trans, Value, ValueKind};
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).
 pub const MAX_SOURCE: usize = 99_999;

@@ -13,10 +13,13 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::cell::{Cell, Held};
-use crate::conditions::{Conditions, Frame};
+use crate::conditions::Conditions;
 use crate::program::{Owner, Program, Slot, StateVersion};
-use crate::value::{Trans, Value, ValueKind};
+use crate::value::{Frame, Trans, Value, ValueKind};
 use locals::Locals;
+
+/// Task ID of the main program (M-58762 p.2-27).
+pub(crate) const MAIN_TASK: u16 = 1;
 
 /// Why a variable could not be reached from outside.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -146,7 +149,7 @@ impl Memory {
             kinds: symbols.slots.iter().map(|slot| slot.kind).collect(),
             vectors: Vec::new(),
             free: Vec::new(),
-            task: crate::machine::MAIN_TASK,
+            task: MAIN_TASK,
             parked: BTreeMap::new(),
             conditions: Conditions::default(),
         };

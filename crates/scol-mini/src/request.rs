@@ -8,7 +8,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::conditions::Conditions;
-use crate::value::Position;
+use crate::value::{Number, Position};
 
 /// Most bytes one `PRINT` sends; the rest is cut off before its CR (SER-03).
 pub const MAX_PRINT: usize = 256;
@@ -156,16 +156,6 @@ pub enum Answer {
     Values(Vec<Number>),
     /// The `INPUT` was cut short: what came until then; the other variables become 0 (INP-10).
     Cancelled(Vec<Number>),
-}
-
-/// A received number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Number {
-    /// Written without a decimal point.
-    Integer(i32),
-    /// Written with one.
-    Real(f32),
 }
 
 /// A motion with everything that shapes it.

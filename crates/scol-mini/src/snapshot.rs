@@ -8,9 +8,9 @@ use alloc::format;
 use alloc::string::String;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::conditions::{Conditions, Frame};
+use crate::conditions::Conditions;
 use crate::program::{Program, STATE_VERSION, StateVersion};
-use crate::value::{Payload, Position, Trans, Value};
+use crate::value::{Frame, Payload, Position, Trans, Value};
 
 /// Why a state cannot be restored.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -147,22 +147,6 @@ pub(crate) fn conditions(conditions: &Conditions) -> Result<(), RestoreError> {
     )?;
     [base, tool, work].into_iter().try_for_each(frame)?;
     load.as_ref().map_or(Ok(()), |(_, load)| payload(load))
-}
-
-/// A frame that several positions share is written down with each.
-pub(crate) mod shared {
-    use alloc::sync::Arc;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use crate::conditions::Frame;
-
-    pub fn serialize<S: Serializer>(frame: &Option<Arc<Frame>>, to: S) -> Result<S::Ok, S::Error> {
-        frame.as_deref().serialize(to)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<Frame>>, D::Error> {
-        Ok(Option::<Frame>::deserialize(from)?.map(Arc::new))
-    }
 }
 
 /// A program is written as its fingerprint, and read back as one without steps that has it.

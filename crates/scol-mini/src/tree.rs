@@ -8,6 +8,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 use crate::builtin::{Builtin, System};
+use crate::conditions::Condition;
 use crate::diagnostic::Span;
 use crate::request::Channel;
 use crate::value::{Value, ValueKind};
@@ -93,27 +94,7 @@ pub(crate) enum Node {
     System(System),
 }
 
-/// A motion condition that can be assigned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Condition {
-    Speed,
-    Accel,
-    Decel,
-    Config,
-    Payload,
-    Work,
-    Tool,
-    Base,
-    Pass,
-    Accur,
-}
-
 impl Condition {
-    /// Whether it is a coordinate system.
-    pub fn is_frame(self) -> bool {
-        matches!(self, Condition::Work | Condition::Tool | Condition::Base)
-    }
-
     /// What it can be set to.
     pub fn takes(self) -> Takes {
         match self {

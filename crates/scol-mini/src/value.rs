@@ -3,12 +3,11 @@
 //! How values travel over the protocol is left to the protocol crate; computing with them is in `machine::evaluate`.
 
 use alloc::boxed::Box;
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::conditions::Frame;
 use crate::options::Arm;
-use crate::request::Number;
 
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -56,6 +55,16 @@ impl ValueKind {
     pub fn is_number(self) -> bool {
         matches!(self, ValueKind::Integer | ValueKind::Real)
     }
+}
+
+/// A number of the language; one that was received tells by its decimal point which it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Number {
+    /// Written without a decimal point.
+    Integer(i32),
+    /// Written with one.
+    Real(f32),
 }
 
 /// A value of the language: a number, or a box, because machines pass mostly numbers around.
@@ -197,7 +206,7 @@ pub struct Position {
     /// The posture; undefined = keep the present one.
     pub config: Configuration,
     /// The coordinate system the position refers to, from a `WORK` line of DATA (DATA-09); `None` = the current one.
-    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::shared"))]
+    #[cfg_attr(feature = "serde", serde(with = "shared"))]
     pub work: Option<Arc<Frame>>,
 }
 
@@ -281,6 +290,16 @@ impl Trans {
     }
 }
 
+/// A coordinate system in use, with the name of the variable it came from (SF reports names).
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Frame {
+    /// Upper-case name of the coordinate data; `None` when it was written in place.
+    pub name: Option<String>,
+    /// Its origin and orientation in the system around it, in mm and degrees.
+    pub trans: Trans,
+}
+
 /// Load data: mass in kg, centre of gravity and size in mm. A SCARA knows mass and `gravity[0]` only.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -324,6 +343,23 @@ impl Payload {
             gravity: [next(), next(), next()],
             size: [next(), next(), next()],
         }
+    }
+}
+
+/// A frame that several positions share is written down with each.
+#[cfg(feature = "serde")]
+mod shared {
+    use alloc::sync::Arc;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::Frame;
+
+    pub fn serialize<S: Serializer>(frame: &Option<Arc<Frame>>, to: S) -> Result<S::Ok, S::Error> {
+        frame.as_deref().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<Frame>>, D::Error> {
+        Ok(Option::<Frame>::deserialize(from)?.map(Arc::new))
     }
 }
 

@@ -8,7 +8,6 @@ use alloc::format;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::conditions::Frame;
 use crate::diagnostic::Problem;
 use crate::machine::constant_value;
 use crate::options::LanguageOptions;
@@ -17,7 +16,7 @@ use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
 use crate::sink::Sink;
 use crate::tree::Name;
-use crate::value::{Payload, Position, Trans, Value, ValueKind};
+use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
 /// Makes the variables of GLOBAL. One that cannot be made is suppressed: its uses are not reported.

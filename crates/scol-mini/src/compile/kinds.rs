@@ -6,13 +6,12 @@
 use alloc::format;
 
 use crate::builtin::{Builtin, Numeric, System};
+use crate::conditions::Condition;
 use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::Symbols;
 use crate::sink::Sink;
-use crate::tree::{
-    Binary, Condition, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable,
-};
+use crate::tree::{Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable};
 use crate::value::ValueKind;
 
 /// Checks the statements of a block.

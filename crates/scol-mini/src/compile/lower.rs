@@ -10,8 +10,8 @@ use crate::code::{Array, Call, Code, Instruction, Op, Passed, Register, TEMPORAR
 use crate::machine::constant_number;
 use crate::options::LanguageOptions;
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
-use crate::request::Number;
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Variable};
+use crate::value::Number;
 
 /// The code of these steps.
 pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options: &LanguageOptions) -> Code {

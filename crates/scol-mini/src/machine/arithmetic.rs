@@ -8,9 +8,9 @@ use alloc::format;
 
 use super::{Result, RuntimeError};
 use crate::options::{IntDivision, LanguageOptions};
-use crate::request::{FaultKind, Number};
+use crate::request::FaultKind;
 use crate::tree::{Binary, Relation, Unary};
-use crate::value::{Value, ValueKind};
+use crate::value::{Number, Value, ValueKind};
 
 pub(super) fn double(number: Number) -> f64 {
     match number {

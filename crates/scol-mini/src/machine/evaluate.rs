@@ -10,13 +10,13 @@ use super::arithmetic::{binary, double, truncated, truth, unary};
 use super::{Machine, Result, RuntimeError, compose};
 use crate::MAX_TASKS;
 use crate::builtin::System;
-use crate::conditions::Accuracy;
+use crate::conditions::{Accuracy, Condition};
 use crate::memory::Memory;
 use crate::options::Arm;
 use crate::program::Program;
-use crate::request::{FaultKind, Inputs, Number};
-use crate::tree::{Binary, Condition, Expression, Node, Unary};
-use crate::value::{Value, ValueKind};
+use crate::request::{FaultKind, Inputs};
+use crate::tree::{Binary, Expression, Node, Unary};
+use crate::value::{Number, Value, ValueKind};
 
 /// Everything an expression can read.
 #[derive(Clone, Copy)]

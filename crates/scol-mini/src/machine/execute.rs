@@ -8,9 +8,9 @@ use super::{Frame, Loop, Machine, Result, RunPhase, RuntimeError};
 use crate::MAX_CALL_NESTING;
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
-use crate::request::{FaultKind, Inputs, Number};
+use crate::request::{FaultKind, Inputs};
 use crate::tree::{Expression, Feature, PerAxis, Simple, Variable};
-use crate::value::Value;
+use crate::value::{Number, Value};
 use alloc::format;
 
 impl Machine {

@@ -13,9 +13,9 @@ use super::{Result, RuntimeError};
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Numeric};
 use crate::options::{Arm, LanguageOptions};
-use crate::request::{FaultKind, Number};
+use crate::request::FaultKind;
 use crate::tree::{Binary, Expression};
-use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
+use crate::value::{Configuration, Number, Payload, Position, Trans, Value, coordinates};
 
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 

@@ -7,9 +7,9 @@ use super::evaluate::Context;
 use super::{Loop, Machine, Result, RuntimeError};
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
-use crate::request::{FaultKind, Inputs, Number};
+use crate::request::{FaultKind, Inputs};
 use crate::tree::{Binary, Variable};
-use crate::value::Value;
+use crate::value::{Number, Value};
 
 impl Machine {
     /// Begins a FOR; returns the step that follows: the body, or what comes after NEXT.

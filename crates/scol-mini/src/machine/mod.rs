@@ -28,20 +28,17 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::memory::Memory;
+use crate::memory::{MAIN_TASK, Memory};
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program, StateVersion};
-use crate::request::{Answer, Fault, FaultKind, Inputs, Number, Pause, Request};
+use crate::request::{Answer, Fault, FaultKind, Inputs, Pause, Request};
 use crate::tree::{Expression, Simple};
-use crate::value::{Position, Value};
+use crate::value::{Number, Position, Value};
 
 pub(crate) use arithmetic::convert;
 pub use monitor::{Jump, MonitorAction};
 use place::{Argument, ValuePlace};
 use vm::Stop;
-
-/// Task ID of the main program (M-58762 p.2-27).
-pub(crate) const MAIN_TASK: u16 = 1;
 
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;

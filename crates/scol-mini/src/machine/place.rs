@@ -12,9 +12,9 @@ use super::{Machine, Result, RuntimeError};
 use crate::MAX_SUBSCRIPTS;
 use crate::memory::Memory;
 use crate::program::Program;
-use crate::request::{FaultKind, Number};
+use crate::request::FaultKind;
 use crate::tree::{Expression, Node, Reference, Variable};
-use crate::value::Value;
+use crate::value::{Number, Value};
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@
 use alloc::format;
 use alloc::string::String;
 
-use crate::request::Number;
+use crate::value::Number;
 
 /// Width of the field of a number (PRT-04).
 const FIELD: usize = 12;

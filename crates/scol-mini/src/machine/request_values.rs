@@ -13,10 +13,10 @@ use super::functions::configuration;
 use super::place::ValuePlace;
 use super::print::field;
 use super::{PendingRequest, Result, RuntimeError};
-use crate::conditions::{Accuracy, Conditions, Frame as System};
+use crate::conditions::{Accuracy, Condition, Conditions};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
-use crate::tree::{Condition, Expression, Item, MotionKind, Node, Simple, Variable};
-use crate::value::{Position, Value};
+use crate::tree::{Expression, Item, MotionKind, Node, Simple, Variable};
+use crate::value::{Frame as System, Position, Value};
 
 /// Text that clears a receive buffer instead of being sent (BUF-03).
 const BUFFER_RESET: &str = "BUFFRESET";

@@ -12,8 +12,8 @@ use super::{Loop, Machine};
 use crate::cell::{Cell, Held};
 use crate::code::{Array, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
 use crate::program::Program;
-use crate::request::Number;
 use crate::tree::Relation;
+use crate::value::Number;
 
 /// Why the instructions stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

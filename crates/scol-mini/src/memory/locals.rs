@@ -6,9 +6,8 @@
 use alloc::vec::Vec;
 use core::ops::Range;
 
-use super::Memory;
+use super::{MAIN_TASK, Memory};
 use crate::cell::{Cell, Held};
-use crate::machine::MAIN_TASK;
 use crate::program::{Owner, Program, Slot};
 use crate::value::{Value, ValueKind};
 

@@ -7,9 +7,10 @@ use alloc::vec::Vec;
 
 use super::Cursor;
 use crate::builtin::{self, Builtin};
+use crate::conditions::Condition;
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
-use crate::tree::{Condition, Expression, MotionKind, Simple, Statement};
+use crate::tree::{Expression, MotionKind, Simple, Statement};
 
 impl Cursor<'_> {
     pub(super) fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
