@@ -9,10 +9,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The packages whose tests count, and where their sources are.
-pub const PACKAGES: [(&str, &str); 5] = [
+pub const PACKAGES: [(&str, &str); 6] = [
     ("ts3100-proto", "crates/proto"),
     ("scol-mini", "crates/scol-mini"),
     ("ts3100-controller", "crates/controller"),
+    ("ts3100-driver", "crates/driver"),
     ("ts3100-emulator", "crates/emulator"),
     ("ts3100-tests", "tests"),
 ];

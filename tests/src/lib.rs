@@ -15,7 +15,7 @@ pub mod host;
 pub mod kinematics;
 pub mod notation;
 pub mod round_trip;
-#[path = "../../crates/emulator/src/testing.rs"]
+#[path = "../../crates/driver/src/testing.rs"]
 pub mod testing;
 pub mod transcript;
 

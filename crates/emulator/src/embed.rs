@@ -14,16 +14,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
-use crate::driver::request::{Request, View};
 use crate::launch::Launched;
 pub use crate::launch::StartError;
 use crate::reports::{CoverageReport, RunRecord};
-use crate::serial::SerialEndpoint;
-use crate::snapshot;
-use crate::snapshot::{SnapshotRequestError, SnapshotTask};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
@@ -41,6 +36,11 @@ use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+use ts3100_driver::clock::TimeMode;
+use ts3100_driver::driver::request::{Request, View};
+use ts3100_driver::serial::SerialEndpoint;
+use ts3100_driver::snapshot;
+use ts3100_driver::snapshot::{SnapshotRequestError, SnapshotTask};
 
 /// Configures an emulator; see [`Emulator::builder`].
 #[derive(Debug, Clone)]
@@ -269,7 +269,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::driver::REQUEST_QUEUE`] actions waiting, or the emulator has ended.
+/// The panel has [`ts3100_driver::driver::REQUEST_QUEUE`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;

@@ -5,8 +5,6 @@
 //! tests of robot programs. A host that speaks the protocol needs the daemon or [`crate::embed`]. The output of
 //! `ts3100 run` is formatted in `cli::run`.
 
-use crate::cell::{Cell, Effects, Side};
-use crate::clock::TimeMode;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 use ts3100_controller::output::{Event, Output};
@@ -14,6 +12,8 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{
     ArmPose, Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time,
 };
+use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_driver::clock::TimeMode;
 use ts3100_proto::status::ExecutionStatus;
 
 /// Name of the teach pendant as a channel.

@@ -1,23 +1,23 @@
 //! Starts an emulator as configured: a driver, and whoever listens to it (log, transcripts, reports, scenario, control
-//! interface). The command line and the embedding API start here; the loop is [`crate::driver`].
+//! interface). The command line and the embedding API start here; the loop is [`ts3100_driver::driver`].
 
 use crate::config::Settings;
 use crate::control;
 use crate::control::journal::{Journal, JournalWriter};
-use crate::driver::request::Request;
-use crate::driver::{Driver, OpenError, Setup};
 use crate::faults;
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::reports::RunRecord;
 use crate::scenario::Play;
-use crate::snapshot;
 use crate::transcript::{RecorderError, TranscriptBuffer, TranscriptSink};
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 use ts3100_controller::Controller;
+use ts3100_driver::driver::request::Request;
+use ts3100_driver::driver::{Driver, OpenError, Setup};
+use ts3100_driver::snapshot;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]

@@ -1,19 +1,19 @@
 //! Decides what is on the RAM drive when the power comes on: the files of the backing directory, those of `--load`,
 //! or the example program. It converts the name and the line ends of a PC file to those of the drive.
 //!
-//! Reading and writing the backing directory is [`crate::store`]'s job. Parameter files take effect only at
+//! Reading and writing the backing directory is [`ts3100_driver::store`]'s job. Parameter files take effect only at
 //! power-on (PAR-FILE-03), so they are separated from the files that are put on the drive afterwards.
 
 use crate::config::Settings;
-use crate::files;
 use crate::launch::StartError;
-use crate::snapshot;
-use crate::store::backing::{Backing, WhenFull};
-use crate::store::{Store, StoreError, StoredFiles};
 use std::io;
 use std::path::{Path, PathBuf};
 use tracing::warn;
 use ts3100_controller::{Controller, Time, limits};
+use ts3100_driver::files;
+use ts3100_driver::snapshot;
+use ts3100_driver::store::backing::{Backing, WhenFull};
+use ts3100_driver::store::{Store, StoreError, StoredFiles};
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
 

@@ -8,7 +8,6 @@
 mod fold;
 mod writer;
 
-use crate::cell::{Side, Subscriber};
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
 use tracing::level_filters::LevelFilter;
@@ -20,6 +19,7 @@ use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
+use ts3100_driver::cell::{Side, Subscriber};
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::text::Framing;
 

@@ -2,15 +2,15 @@
 //! stderr for people.
 //!
 //! The keys of the JSON line are a public format: keys may be added, none may change. The ports themselves are
-//! opened by [`crate::driver`].
+//! opened by [`ts3100_driver::driver`].
 
 use crate::config::Settings;
-use crate::serial::SerialEndpoint;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::net::SocketAddr;
 use ts3100_controller::port::Port;
+use ts3100_driver::serial::SerialEndpoint;
 
 /// The ready line on stdout. Keys may be added; none may change.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

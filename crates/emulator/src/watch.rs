@@ -2,12 +2,12 @@
 //! sleeping. The driver sends every output that it has carried out; the test decides which one it waits for. See
 //! [`crate::embed`] for the public API.
 
-use crate::cell::Subscriber;
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use ts3100_controller::output::Output;
 use ts3100_controller::time::Time;
+use ts3100_driver::cell::Subscriber;
 
 /// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.
 pub const MAX_OUTPUTS: usize = 4_096;

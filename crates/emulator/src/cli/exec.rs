@@ -9,8 +9,6 @@ use super::junit_stub;
 use super::serve::{RunOutputs, check_outputs};
 use crate::config::args::PortSource;
 use crate::config::{self, Seed, ServeArgs, Settings};
-use crate::driver::Driver;
-use crate::driver::self_check::connectable;
 use crate::embed::single_threaded;
 use crate::launch::Launched;
 use crate::log;
@@ -24,6 +22,8 @@ use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
 use ts3100_controller::port::Port;
+use ts3100_driver::driver::Driver;
+use ts3100_driver::driver::self_check::connectable;
 
 /// Set in the exit code when the reports say that the run failed, whatever the command says.
 pub const REPORTS_FAILED: u8 = 64;

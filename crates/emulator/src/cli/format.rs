@@ -3,12 +3,12 @@
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
 use super::check::read_source;
-use crate::files;
 use crate::printable::printable;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use ts3100_driver::files;
 
 /// Formats SCOL files in place; `-` formats stdin to stdout. The meaning never changes: a line whose words would
 /// not be the same is left as it is. Exit code: 0 done, 1 with --check: a file is not formatted, 2 a file cannot be

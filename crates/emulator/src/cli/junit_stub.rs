@@ -4,12 +4,12 @@
 //! The report of a run that did start is written by [`crate::scenario`]. The path is found even on a command line
 //! that clap rejects, by looking for `--junit` directly.
 
-use crate::files;
 use crate::reports::junit;
 use quick_junit::{NonSuccessKind, TestCaseStatus};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use ts3100_driver::files;
 
 /// What the report says until the run has ended.
 pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";

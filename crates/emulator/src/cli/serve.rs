@@ -2,26 +2,26 @@
 //! writes the reports.
 //!
 //! The order matters: report files are created before the ports open, so that a path that cannot be written is an
-//! error at the start. The loop that serves hosts is [`crate::driver`]; the ready line is [`crate::ready`].
+//! error at the start. The loop that serves hosts is [`ts3100_driver::driver`]; the ready line is [`crate::ready`].
 
 use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
 use crate::faults;
-use crate::files;
 use crate::launch::Launched;
 use crate::log;
 use crate::printable::printable;
 use crate::ready::{Ready, banner};
 use crate::reports::{ReportOutcome, RunRecord};
 use crate::scenario::{Play, ScenarioOutcome};
-use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use tracing::{error, info, warn};
 use ts3100_controller::Controller;
+use ts3100_driver::files;
+use ts3100_driver::snapshot;
 
 /// Exit code when an expectation of the scenario was not met.
 const SCENARIO_FAILED: u8 = 5;

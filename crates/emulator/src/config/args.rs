@@ -8,7 +8,6 @@ use super::model::ModelChoice;
 use super::report_args::ReportArgs;
 use super::seed::Seed;
 use super::serial::ListenAt;
-use crate::clock::{TimeGap, TimeMode};
 use crate::control::ControlChoice;
 use crate::transcript::TranscriptFile;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -17,7 +16,26 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use ts3100_controller::options;
 use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_driver::clock::{self, TimeMode};
 use ts3100_proto::words::Word;
+
+/// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum TimeGap {
+    /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
+    CatchUp,
+    /// Virtual time goes on from where it stood.
+    Skip,
+}
+
+impl From<TimeGap> for clock::TimeGap {
+    fn from(word: TimeGap) -> clock::TimeGap {
+        match word {
+            TimeGap::CatchUp => clock::TimeGap::CatchUp,
+            TimeGap::Skip => clock::TimeGap::Skip,
+        }
+    }
+}
 
 /// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
 ///

@@ -8,13 +8,13 @@ use super::ServeArgs;
 use super::model::ModelChoice;
 use super::options::OptionError;
 use crate::control::ControlError;
-use crate::files;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::Value;
+use ts3100_driver::files;
 
 /// Prefix of the environment variables that set flags.
 const PREFIX: &str = "TS3100_";

@@ -1,7 +1,7 @@
 //! The configuration of `serve`: flags over environment variables (`TS3100_*`) over a TOML file over defaults.
 //!
 //! All three are read through the definition of the flags in [`args`], so a key has the same name, values and error
-//! message everywhere. The result is [`Settings`], which [`crate::driver`] opens. [`crate::embed`] builds the same
+//! message everywhere. The result is [`Settings`], which [`ts3100_driver::driver`] opens. [`crate::embed`] builds the same
 //! settings without a command line.
 
 pub mod args;
@@ -12,19 +12,17 @@ mod report_args;
 mod seed;
 mod serial;
 
-pub use crate::tcp::{LinkOptions, Ports, SecondConnection};
 pub use args::ServeArgs;
 pub use layers::{ConfigError, Environment, read, read_points};
 pub use options::{OptionError, option_keys, set_option};
 pub use report_args::{ReportArgs, parse_percent};
 pub use seed::Seed;
 pub use serial::ListenAt;
+pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 
-use crate::clock::{self, TimeGap, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use crate::reports::Reports;
 use crate::scenario::Scenario;
-use crate::serial::SerialEndpoint;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
@@ -33,6 +31,8 @@ use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::port::Port;
+use ts3100_driver::clock::{self, TimeGap, TimeMode};
+use ts3100_driver::serial::SerialEndpoint;
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::words::Word as _;
 
@@ -173,7 +173,7 @@ impl Settings {
             serial: serial::serial_ends(args, listen)?,
             links,
             time,
-            time_gap: args.time_gap.unwrap_or_default(),
+            time_gap: args.time_gap.map(TimeGap::from).unwrap_or_default(),
             drive: args.drive.clone(),
             load: args.load.clone(),
             select: args.select.clone(),

@@ -1,11 +1,9 @@
 //! The named options (decision D0) by their keys: one row gives the key, the accepted values and the field that is
 //! set.
 //!
-//! The presets belong to the dialect. The effects are in the controller and, for the links, in [`crate::tcp`] and
-//! [`crate::store`].
+//! The presets belong to the dialect. The effects are in the controller and, for the links, in [`ts3100_driver::tcp`] and
+//! [`ts3100_driver::store`].
 
-use crate::store::backing::WhenFull;
-use crate::tcp::{LinkOptions, SecondConnection};
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::limits;
@@ -13,6 +11,8 @@ use ts3100_controller::options::{
     BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, UnknownInput, UnsolicitedSp, WaitAfterStop,
     WhileSending,
 };
+use ts3100_driver::store::backing::WhenFull;
+use ts3100_driver::tcp::{LinkOptions, SecondConnection};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;

@@ -1,15 +1,15 @@
 //! Where the serial ports HOST and COM1 are reached. The flags of both ports are merged, and two ways to one port
 //! are refused.
 //!
-//! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`crate::serial`].
+//! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`ts3100_driver::serial`].
 
 use super::ConfigError;
 use super::args::ServeArgs;
-use crate::serial::SerialEndpoint;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;
 use ts3100_controller::Port;
+use ts3100_driver::serial::SerialEndpoint;
 
 /// Names of the symbolic links in the directory of `--serial-dir`.
 const LINKS: [(Port, &str); 2] = [(Port::Host, "host"), (Port::Com1, "com1")];

@@ -1,6 +1,6 @@
 //! `/channels`: the six communication ports with their peers and buffers; inject bytes, drop a peer.
 //!
-//! The sockets are in [`crate::tcp`] and [`crate::serial`]; the buffers are the controller's.
+//! The sockets are in [`ts3100_driver::tcp`] and [`ts3100_driver::serial`]; the buffers are the controller's.
 
 use super::api_names::{NamedPort, PortName};
 use super::body::{JsonBody, NoBody, PathParam, parse_hex};
@@ -8,13 +8,13 @@ use super::event::hex;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::{LinkAction, View};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
+use ts3100_driver::driver::request::{LinkAction, View};
 use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
 use utoipa_axum::routes;

@@ -1,7 +1,7 @@
 //! `/clock` and `/wait`: how time passes, moving it by an amount or until a condition holds, and waiting without
 //! moving it.
 //!
-//! The clock is [`crate::clock`]; conditions are evaluated by the driver (`driver::wait`).
+//! The clock is [`ts3100_driver::clock`]; conditions are evaluated by the driver (`driver::wait`).
 
 use super::api_names::{NamedPort, PortName, StatusName};
 use super::body::{JsonBody, Seconds, object_only, whole_number};
@@ -9,9 +9,6 @@ use super::event::seconds;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::clock::{MAX_SCALE, TimeMode};
-use crate::driver::request::{LinkAction, View, WaitResult};
-use crate::driver::wait::{Wait, WaitCondition};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -20,6 +17,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::action::IoKind;
 use ts3100_controller::signals::Signals;
+use ts3100_driver::clock::{MAX_SCALE, TimeMode};
+use ts3100_driver::driver::request::{LinkAction, View, WaitResult};
+use ts3100_driver::driver::wait::{Wait, WaitCondition};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

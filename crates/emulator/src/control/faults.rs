@@ -7,7 +7,6 @@ use super::event::seconds;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -20,6 +19,7 @@ use ts3100_controller::action::Action;
 use ts3100_controller::faults::{
     Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

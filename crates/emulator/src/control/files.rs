@@ -9,11 +9,11 @@ use super::handle::DriverHandle;
 use super::panel::ProgramStatus;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::action::Action;
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

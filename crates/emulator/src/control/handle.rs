@@ -1,18 +1,18 @@
 //! What every call of the control interface uses: the queue to the driver and the journal.
 //!
-//! Each method sends one request and waits for its answer. The requests are carried out in [`crate::driver`].
+//! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
 use super::journal::Journal;
 use super::problem::Problem;
-use crate::driver::request::{LinkAction, Reply, Request, View, WaitResult};
-use crate::driver::wait::Wait;
-use crate::snapshot::SnapshotTask;
 use axum::http::StatusCode;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::action::Action;
+use ts3100_driver::driver::request::{LinkAction, Reply, Request, View, WaitResult};
+use ts3100_driver::driver::wait::Wait;
+use ts3100_driver::snapshot::SnapshotTask;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;

@@ -5,7 +5,6 @@
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;
-use crate::cell::{Notice, Side, Subscriber};
 use crate::transcript::{Format, TranscriptBuffer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,6 +12,7 @@ use tokio::sync::watch;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::time::Time;
+use ts3100_driver::cell::{Notice, Side, Subscriber};
 
 /// Most events kept; the oldest are dropped first.
 pub const KEPT_EVENTS: usize = 4_096;

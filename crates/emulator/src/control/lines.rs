@@ -6,13 +6,13 @@ use super::body::{JsonBody, NoBody, PathParam, Seconds};
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::signals::Signals;
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

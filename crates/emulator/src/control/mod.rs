@@ -37,7 +37,6 @@ pub use body::MAX_SNAPSHOT;
 pub use clock::MAX_WALL;
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
-use crate::driver::request::Request;
 use axum::Router;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use axum::response::IntoResponse;
@@ -53,6 +52,7 @@ use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 use tracing::error;
+use ts3100_driver::driver::request::Request;
 use utoipa::openapi::OpenApi;
 
 /// The environment variable that says where `ts3100 ctl` finds the interface.

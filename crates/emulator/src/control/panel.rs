@@ -7,12 +7,12 @@ use super::body::{JsonBody, NoBody};
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

@@ -5,11 +5,11 @@
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::port::Port;
+use ts3100_driver::driver::request::View;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
 use utoipa::ToSchema;

@@ -7,13 +7,13 @@ use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use super::state::{PendantPage, ether_pages};
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

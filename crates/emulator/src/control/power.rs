@@ -6,12 +6,12 @@ use super::body::NoBody;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::{LinkAction, View};
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
+use ts3100_driver::driver::request::{LinkAction, View};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

@@ -1,15 +1,13 @@
 //! `/snapshots`: named states of the whole controller; `/snapshot`: the present state in the file format of a
 //! snapshot.
 //!
-//! Snapshots are taken and restored by the driver; the format is [`crate::snapshot`].
+//! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
 use super::body::{NoBody, PathParam, SnapshotText};
 use super::event::seconds;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::driver::request::View;
-use crate::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -17,6 +15,8 @@ use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;
 use ts3100_controller::{Controller, Time};
+use ts3100_driver::driver::request::View;
+use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

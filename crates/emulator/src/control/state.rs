@@ -14,13 +14,13 @@ use super::parameters::Parameters;
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use super::variables::{self, VariableInfo};
-use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
+use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 

@@ -2,17 +2,17 @@
 //! (decision D3: one peer per channel). It keeps what the controller sends until `matching` compares it.
 
 use super::answers::{Answer, AnswerSplitter};
-use crate::cell::{Cell, Effects, Side};
 use crate::config::{SecondConnection, Settings};
 use crate::launch::StartError;
 use crate::loading;
-use crate::snapshot;
-use crate::tcp::CLOSE_GRACE;
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{DisconnectMode, Event};
 use ts3100_controller::{Action, Controller, Input, Output, PanelAction, PersistError, Port, Time};
+use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_driver::snapshot;
+use ts3100_driver::tcp::CLOSE_GRACE;
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 

@@ -1,11 +1,11 @@
 //! Fault files: TOML with one table `[[fault]]` for each fault and the keys of a fault specification.
 
-use crate::files;
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_controller::faults::{Fault, FaultError};
+use ts3100_driver::files;
 
 /// Largest file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;

@@ -1,7 +1,6 @@
 //! Coverage of the permission tables as one JSON document, and merging several of them. The document uses the words of the
 //! tables, so that documents of other versions and configurations can be merged.
 
-use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,6 +8,7 @@ use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reach
 use ts3100_controller::options::Config;
 use ts3100_controller::output::Verdict;
 use ts3100_controller::port::Port;
+use ts3100_driver::files;
 use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
 use ts3100_proto::status::MasterMode;
 

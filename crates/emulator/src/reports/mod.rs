@@ -16,12 +16,12 @@ pub use settings::{
     BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportError, ReportOutcome, Reports, coverage_text,
 };
 
-use crate::cell::{Notice, Subscriber};
 use crate::faults::FaultLog;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::options::Config;
 use ts3100_controller::output::Output;
 use ts3100_controller::{CommandCoverage, Controller, Findings, StatementCoverage, Time};
+use ts3100_driver::cell::{Notice, Subscriber};
 
 #[derive(Debug, Default)]
 struct RunData {

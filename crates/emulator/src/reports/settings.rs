@@ -2,12 +2,12 @@
 //! `coverage`, `lcov` and the formats beside them.
 
 use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, sarif};
-use crate::files;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
+use ts3100_driver::files;
 use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.

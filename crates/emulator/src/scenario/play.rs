@@ -6,7 +6,6 @@
 use super::condition::{ScenarioAction, ScenarioCondition};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
 use super::{Expectation, ExpectationKind, Scenario, Step, StepTrigger};
-use crate::cell::{ActionSource, Cell, Notice, Side, Subscriber};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,6 +13,7 @@ use tracing::info;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::{Controller, Time};
+use ts3100_driver::cell::{ActionSource, Cell, Notice, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
 const MAX_SCHEDULED: usize = 10_000;

@@ -3,7 +3,6 @@
 
 use super::condition::{ScenarioAction, ScenarioCondition, WordsError};
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
-use crate::files;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -11,6 +10,7 @@ use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_controller::input::PanelAction;
+use ts3100_driver::files;
 use ts3100_proto::words::{Word, split_duration};
 
 /// The tables and their keys; the first is the file itself.

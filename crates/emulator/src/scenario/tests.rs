@@ -1,13 +1,13 @@
 //! Scenarios read and played against a controller without sockets.
 
 use super::{ACTIONS, CONDITIONS, Play, Scenario, ScenarioAction, ScenarioCondition, TABLES, Verdict};
-use crate::cell::{Cell, Notice, Side, Subscriber};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use ts3100_controller::port::Port;
 use ts3100_controller::{Config, Controller, Dialect, Input, Time};
+use ts3100_driver::cell::{Cell, Notice, Side, Subscriber};
 
 fn read(text: &str) -> Result<Scenario, String> {
     Scenario::parse(Path::new("dir/s.toml"), text).map_err(|error| error.to_string())

@@ -5,8 +5,6 @@
 
 mod relay;
 
-use crate::clock::system_calendar;
-use crate::tcp::{ChannelError, bind};
 use crate::transcript::{
     EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
     without_port,
@@ -19,6 +17,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio::net::{TcpListener, TcpStream};
 use tracing::{debug, info, warn};
 use ts3100_controller::{Port, Time};
+use ts3100_driver::clock::system_calendar;
+use ts3100_driver::tcp::{ChannelError, bind};
 use ts3100_proto::escape::Escaped;
 
 /// Most hosts at once on one channel; the controller may serve fewer.

@@ -2,7 +2,6 @@
 //! they are forwarded.
 
 use super::TapLog;
-use crate::socket;
 use crate::transcript::{EndReason, PeerId, RecordKind, Side};
 use socket2::SockRef;
 use std::io;
@@ -12,6 +11,7 @@ use std::time::Duration;
 use tokio::io::Interest;
 use tokio::net::TcpStream;
 use tracing::{debug, info};
+use ts3100_driver::socket;
 
 /// Bytes read at once; no more of one direction is ever held.
 const READ_BUFFER: usize = 4_096;

@@ -4,10 +4,10 @@
 //! Also their text form: after `!` in a text transcript, in `edge` of a JSON line.
 
 use super::LineError;
-use crate::snapshot;
 use std::fmt;
 use std::str::FromStr;
 use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
+use ts3100_driver::snapshot;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::parameter::Parity;

@@ -12,12 +12,12 @@ mod recorder;
 mod sink;
 pub mod text;
 
-pub use crate::cell::Side;
-use crate::files;
 pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use sink::{Observer, TranscriptSink};
+pub use ts3100_driver::cell::Side;
+use ts3100_driver::files;
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -224,7 +224,7 @@ pub enum LineError {
     #[error(transparent)]
     Json(#[from] serde_json::Error),
     #[error(transparent)]
-    Snapshot(#[from] crate::snapshot::ParseError),
+    Snapshot(#[from] ts3100_driver::snapshot::ParseError),
 }
 
 impl LineError {
@@ -347,7 +347,7 @@ impl Recording {
     fn validated(self) -> Result<Recording, (usize, LineError)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
             if let RecordKind::Link(LinkRecord::Restored { snapshot, .. }) = &record.kind {
-                crate::snapshot::from_json(snapshot).map_err(|error| (*line, error.into()))?;
+                ts3100_driver::snapshot::from_json(snapshot).map_err(|error| (*line, error.into()))?;
             }
         }
         Ok(self)

@@ -2,11 +2,11 @@
 //! process leaves a complete transcript. An error of the disk ends the transcript, never the run.
 
 use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
-use crate::files;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 use tracing::error;
+use ts3100_driver::files;
 
 /// Largest transcript that is written, in bytes; it ends there.
 pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;

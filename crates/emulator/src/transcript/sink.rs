@@ -5,7 +5,6 @@ use super::{
     EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
     TranscriptBuffer, without_port,
 };
-use crate::cell::{Notice, Subscriber};
 use crate::config::Settings;
 use crate::loading::PoweredController;
 use std::collections::BTreeSet;
@@ -14,6 +13,7 @@ use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{Action, Controller, Event, Input, Output, Port, Time};
+use ts3100_driver::cell::{Notice, Subscriber};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Turns inputs and outputs into records.

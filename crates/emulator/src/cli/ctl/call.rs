@@ -9,12 +9,12 @@ use super::args::{
 };
 use crate::client::percent_encoded;
 use crate::faults::fault_json;
-use crate::files;
 use crate::transcript::{Format, TranscriptFile};
 use serde_json::{Value, json};
 use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_controller::faults::Fault;
+use ts3100_driver::files;
 use ts3100_proto::escape::hex_byte;
 use ts3100_proto::words::{UnexpectedWord, Word as _};
 

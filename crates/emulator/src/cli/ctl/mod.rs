@@ -11,7 +11,6 @@ pub use args::CtlArgs;
 
 use crate::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use crate::control::{MAX_WALL, URL_VARIABLE};
-use crate::files;
 use crate::printable::{escape_lines, printable};
 use args::{Command, OutputStyle};
 use call::Call;
@@ -19,6 +18,7 @@ use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
+use ts3100_driver::files;
 
 /// The interface refused the call.
 const REFUSED: u8 = 1;

@@ -4,11 +4,11 @@
 
 use super::Answer;
 use super::session::{HostError, Session};
-use crate::files;
 use crate::loading::{LoadError, drive_content};
 use std::io::{self, Write};
 use std::path::Path;
 use ts3100_controller::limits::MAX_FILE;
+use ts3100_driver::files;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;

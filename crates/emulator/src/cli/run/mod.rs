@@ -6,9 +6,7 @@
 mod show;
 
 use super::check::CheckedFile;
-use crate::clock::TimeMode;
 use crate::config::{ServeArgs, Settings};
-use crate::files;
 use crate::headless::{self, RunEnd, RunRequest};
 use crate::loading::{drive_content, drive_name};
 use crate::printable::printable;
@@ -21,6 +19,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 use ts3100_controller::signals::Signals;
+use ts3100_driver::clock::TimeMode;
+use ts3100_driver::files;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;

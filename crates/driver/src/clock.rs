@@ -39,7 +39,7 @@ pub enum TimeMode {
 }
 
 /// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TimeGap {
     /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
     #[default]

@@ -229,7 +229,7 @@ impl Connection {
 }
 
 /// Sets the socket options of every connection: no delay, and keepalive to detect a vanished peer.
-pub(crate) fn prepare(port: Port, stream: &TcpStream) {
+pub fn prepare(port: Port, stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_IDLE);
     #[cfg(unix)]
@@ -249,7 +249,7 @@ pub(crate) fn prepare(port: Port, stream: &TcpStream) {
 }
 
 /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
-pub(crate) fn has_closed(stream: &TcpStream) -> bool {
+pub fn has_closed(stream: &TcpStream) -> bool {
     let ready = pin!(stream.ready(Interest::READABLE));
     match ready.poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(Ok(ready)) => ready.is_read_closed(),

@@ -10,23 +10,23 @@ use tokio::net::TcpStream;
 use tokio::task::coop::consume_budget;
 
 /// Waits for one of the given operations. Cancel safe.
-pub(crate) async fn ready(stream: &TcpStream, interest: Interest) -> io::Result<Ready> {
+pub async fn ready(stream: &TcpStream, interest: Interest) -> io::Result<Ready> {
     consume_budget().await;
     stream.ready(interest).await
 }
 
 /// Waits until the socket is readable. Cancel safe.
-pub(crate) async fn readable(stream: &TcpStream) -> io::Result<()> {
+pub async fn readable(stream: &TcpStream) -> io::Result<()> {
     ready(stream, Interest::READABLE).await.map(drop)
 }
 
 /// Waits until the socket is writable. Cancel safe.
-pub(crate) async fn writable(stream: &TcpStream) -> io::Result<()> {
+pub async fn writable(stream: &TcpStream) -> io::Result<()> {
     ready(stream, Interest::WRITABLE).await.map(drop)
 }
 
 /// Writes all bytes.
-pub(crate) async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
+pub async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {
         writable(stream).await?;
         match stream.try_write(bytes) {

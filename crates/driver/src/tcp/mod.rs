@@ -9,9 +9,9 @@ mod dial;
 mod listen;
 mod options;
 
-pub(crate) use connection::{has_closed, prepare};
+pub use connection::{has_closed, prepare};
 pub use listen::ChannelError;
-pub(crate) use listen::{bind, open};
+pub use listen::{bind, open};
 pub use options::{LinkOptions, Ports, SecondConnection};
 
 use connection::Connection;
@@ -36,7 +36,7 @@ use ts3100_proto::parameter::OpenMode;
 
 /// How long a second connection waits before it is refused. A host that reconnects at once may be seen here
 /// before its close, when the machine is busy.
-pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
+pub const CLOSE_GRACE: Duration = Duration::from_millis(50);
 
 /// Connections that may wait on one channel: a host that connects and closes several times in a row.
 const MAX_WAITING_CONNECTIONS: usize = 4;

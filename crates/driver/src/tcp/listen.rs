@@ -104,7 +104,7 @@ fn listening(address: SocketAddr, purpose: BindPurpose) -> io::Result<(TcpListen
 }
 
 /// Opens a listening socket and returns its address; port 0 selects a free port.
-pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
+pub fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
     listening(address, BindPurpose::Listen)
 }
 
@@ -162,7 +162,7 @@ impl ChannelError {
 }
 
 /// Opens the listening socket of a channel and returns its port number.
-pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), ChannelError> {
+pub fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), ChannelError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
     opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
 }

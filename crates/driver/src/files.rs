@@ -10,13 +10,13 @@ use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 /// Suffix of a file that is still being written; its name begins with a dot.
-pub(crate) const UNFINISHED_SUFFIX: &str = ".unfinished";
+pub const UNFINISHED_SUFFIX: &str = ".unfinished";
 
 /// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// The system's; not a regular file; larger than `most`.
-pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     expect_regular(&fs::metadata(path)?)?;
     read_all(File::open(path)?, most)
 }
@@ -25,7 +25,7 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 /// The system's; more than `most` bytes.
-pub(crate) fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
+pub fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
     // One byte more than allowed tells a full read from a cut one; the size of a file may change while it is read.
     source.take(most.saturating_add(1)).read_to_end(&mut content)?;
@@ -40,7 +40,7 @@ pub(crate) fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> 
 ///
 /// # Errors
 /// As [`read`]; not UTF-8.
-pub(crate) fn read_text(path: &Path, most: u64) -> io::Result<String> {
+pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?)
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
@@ -121,7 +121,7 @@ fn directory_of(path: &Path) -> &Path {
 ///
 /// # Errors
 /// The system's; a target of another kind, or a symbolic link out of its directory. What was there before is still there.
-pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     replace_with(path, |file| file.write_all(content))
 }
 
@@ -129,10 +129,7 @@ pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
 ///
 /// # Errors
 /// As [`replace`], and the error of `write`.
-pub(crate) fn replace_with(
-    path: &Path,
-    write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
-) -> io::Result<()> {
+pub fn replace_with(path: &Path, write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> io::Result<()> {
     if let Some(mut stream) = standard_stream(path) {
         return write(&mut stream).and_then(|()| stream.flush());
     }
@@ -156,7 +153,7 @@ pub(crate) fn replace_with(
 ///
 /// # Errors
 /// As [`replace`].
-pub(crate) fn check_target(path: &Path) -> io::Result<()> {
+pub fn check_target(path: &Path) -> io::Result<()> {
     if standard_stream(path).is_some() {
         return Ok(());
     }
@@ -172,7 +169,7 @@ pub(crate) fn check_target(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// As [`replace`]; a pipe that nobody reads.
-pub(crate) fn create(path: &Path) -> io::Result<File> {
+pub fn create(path: &Path) -> io::Result<File> {
     let (place, found) = resolve_target(path)?;
     if let Some(found) = found.filter(|found| kind_name(found.file_type()) != "a pipe") {
         expect_regular(&found)?;
@@ -199,7 +196,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
 ///
 /// # Errors
 /// The system's, or something else has the name.
-pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
+pub fn make_directory(path: &Path) -> io::Result<()> {
     match fs::create_dir(path) {
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
             let found = fs::symlink_metadata(path)?;
@@ -218,7 +215,7 @@ pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
 }
 
 /// The hidden path of a file that is being written, in the same directory so that the rename is atomic.
-pub(crate) fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
+pub fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
     let name = place
         .file_name()
         .ok_or_else(|| io::Error::other("expected the name of a file"))?;
@@ -232,7 +229,7 @@ pub(crate) fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<P
 }
 
 /// Writes a new file and syncs it to disk. An existing file or link of that name is removed, not followed.
-pub(crate) fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+pub fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         _ => {}
@@ -247,7 +244,7 @@ pub(crate) fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result
 }
 
 /// Syncs the entries of a directory to disk.
-pub(crate) fn sync_directory(path: &Path) -> io::Result<()> {
+pub fn sync_directory(path: &Path) -> io::Result<()> {
     // A directory can be opened and synced on Unix only; elsewhere the rename has to suffice.
     if cfg!(unix) {
         File::open(path)?.sync_all()?;

@@ -1,0 +1,19 @@
+//! What surrounds a controller: sockets, serial lines, clock, disk, and the loop that owns it.
+//!
+//! Nothing here knows what bytes or statements mean; that is `ts3100-proto`, `scol-mini` and `ts3100-controller`. Nothing
+//! here records, reports or serves HTTP either: who wants to know what happens is a [`cell::Subscriber`].
+//!
+//! Start with [`cell::Cell`], which feeds a controller without any I/O, then [`driver::Driver`], the loop around it.
+
+pub mod cell;
+pub mod clock;
+pub mod driver;
+pub mod files;
+mod port_queues;
+pub mod serial;
+pub mod snapshot;
+pub mod socket;
+pub mod store;
+pub mod tcp;
+#[cfg(test)]
+pub mod testing;
