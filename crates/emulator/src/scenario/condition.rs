@@ -350,7 +350,7 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
 fn parse_bytes(text: &str) -> Result<Vec<u8>, WordsError> {
     let bytes = escape::parse(text)?;
     if bytes.is_empty() {
-        let expected = "text, with control codes as <CR>,";
+        let expected = "text, with control codes as <CR>";
         return Err(WordsError::Nothing(expected.to_owned()));
     }
     Ok(bytes)
