@@ -273,6 +273,10 @@ impl Cell {
                     subscriber.output(at, &output);
                 }
             }
+            // Whatever a peer has received is in the recordings, even if the process is killed at once.
+            if matches!(output, Output::Send { .. }) {
+                self.flush();
+            }
             inputs.extend(effects.perform(at, output, &self.controller));
         }
         for subscriber in &mut self.audience.subscribers {
