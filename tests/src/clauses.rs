@@ -219,8 +219,8 @@ pub fn outcomes(printed: &str) -> Outcomes {
 }
 
 /// Whose tests come after `Running unittests src/lib.rs (target/debug/deps/ts3100_proto-0123)` or
-/// `Running tests/suite/main.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the root of its
-/// package, which is how the tests of two packages are distinguished.
+/// `Running tests/suite/main.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the
+/// root of its package, which is how the tests of two packages are distinguished.
 fn package_of(line: &str) -> Option<&'static str> {
     let mut words = line.split_whitespace();
     let file = match words.next()? {

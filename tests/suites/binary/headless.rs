@@ -1,7 +1,6 @@
 //! `ts3100 run`: programs from a shell, without sockets.
 
-use super::support::{expect_code, run};
-use super::tools::stdout;
+use super::support::{expect_code, run, stdout};
 use serde_json::Value;
 use std::process::Output;
 use ts3100_tests::testing::TempDir;

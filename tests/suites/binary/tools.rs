@@ -1,15 +1,11 @@
 //! The tools for programs from outside: `check` as documents, `fmt`.
 
-use super::support::run;
+use super::support::{run, stdout};
 use serde_json::Value;
 use ts3100_tests::testing::TempDir;
 
 const UNTIDY: &str = "program t\nn=1\nprint ip1,n,cr ' Count\nend\n";
 const TIDY: &str = "PROGRAM T\n  N = 1\n  PRINT IP1, N, CR ' Count\nEND\n";
-
-pub fn stdout(output: &std::process::Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
 
 #[test]
 fn check_writes_documents() {
