@@ -19,18 +19,6 @@ use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
 
-/// What becomes of the characters that come in.
-#[derive(Default)]
-struct Passed {
-    bytes: Vec<u8>,
-    /// When the last of them had passed.
-    at: Option<Time>,
-    /// Garbled characters dropped, by what is wrong with them.
-    bad: Vec<&'static str>,
-    /// Characters lost because the robot was sending.
-    lost: usize,
-}
-
 impl Endpoints {
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
     /// host loses nothing. `None` for the Ethernet channels.
@@ -175,7 +163,7 @@ impl Endpoints {
         }
         let half_duplex = self.is_half_duplex(robot, port);
         let keeps = robot.config.options.bad_character == BadCharacter::Keep;
-        let mut heard = Passed::default();
+        let (mut heard, mut heard_at, mut bad, mut lost) = (Vec::new(), None, Vec::new(), 0);
         let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
         if let Some(place) = self.parity_error(robot, port, &bytes)
             && let Some(arrival) = arrivals.get_mut(place)
@@ -185,28 +173,28 @@ impl Endpoints {
         for arrival in arrivals {
             let overlaps = |line: &SerialLine| line.was_sending(arrival.begin, arrival.end);
             if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
-                heard.lost += 1;
+                lost += 1;
                 continue;
             }
             match arrival.fault {
-                Some(fault) if !keeps => heard.bad.push(fault.description()),
+                Some(fault) if !keeps => bad.push(fault.description()),
                 _ => {
-                    heard.bytes.push(arrival.byte);
-                    heard.at = Some(arrival.end);
+                    heard.push(arrival.byte);
+                    heard_at = Some(arrival.end);
                 }
             }
         }
         for reason in ["parity error", "framing error"] {
-            let bytes = heard.bad.iter().filter(|found| **found == reason).count();
+            let bytes = bad.iter().filter(|found| **found == reason).count();
             if bytes > 0 {
                 robot.event(Event::Dropped { port, bytes, reason });
             }
         }
-        if heard.lost > 0 {
-            self.lost_while_sending(robot, port, heard.lost);
+        if lost > 0 {
+            self.lost_while_sending(robot, port, lost);
         }
-        if let Some(at) = heard.at {
-            self.received(robot, port, at, &heard.bytes.into());
+        if let Some(at) = heard_at {
+            self.received(robot, port, at, &heard.into());
         }
     }
 
