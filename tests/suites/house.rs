@@ -3,7 +3,7 @@
 //!
 //! These tests read the sources; they run nothing. Rules about `std` in the pure crates are in `purity.rs`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 const MEDIAN: usize = 200;
@@ -479,6 +479,73 @@ fn a_part_of_the_robot_is_written_by_its_own_files() {
         }
     }
     none("fields written from outside of their part", &offenders);
+}
+
+/// The paths of `use crate::...;`, a list in braces taken apart.
+fn crate_paths(text: &str) -> Vec<String> {
+    let trees = text
+        .split("use crate::")
+        .skip(1)
+        .filter_map(|rest| rest.split_once(';'));
+    let paths = trees.flat_map(|(tree, _)| match tree.split_once('{') {
+        Some((base, list)) => list
+            .split([',', '}'])
+            .map(|item| format!("{base}{}", item.trim()))
+            .collect(),
+        None => vec![tree.to_string()],
+    });
+    paths.collect()
+}
+
+/// The file of the longest part of a path that is a module.
+fn module_of<'a>(path: &str, modules: &'a BTreeMap<String, Vec<String>>) -> Option<&'a String> {
+    let mut path = path;
+    loop {
+        if let Some((module, _)) = modules.get_key_value(path) {
+            return Some(module);
+        }
+        path = path.rsplit_once("::")?.0;
+    }
+}
+
+#[test]
+fn no_two_files_of_the_controller_use_each_other() {
+    let inside = root().join("crates/controller/src");
+    let mut modules = BTreeMap::new();
+    for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
+        if let Ok(room) = path.strip_prefix(&inside) {
+            let room = room
+                .with_extension("")
+                .to_string_lossy()
+                .replace(['/', '\\'], "::");
+            let module = room.strip_suffix("::mod").unwrap_or(&room).to_string();
+            modules.insert(module, crate_paths(product(&text)));
+        }
+    }
+    modules.remove("lib");
+    let family = |one: &str, other: &str| other.strip_prefix(one).is_some_and(|rest| rest.starts_with("::"));
+    let uses = |module: &String| -> Vec<&String> {
+        let found = modules[module]
+            .iter()
+            .filter_map(|path| module_of(path, &modules));
+        found
+            .filter(|other| *other != module && !family(module, other) && !family(other, module))
+            .collect()
+    };
+    assert!(uses(&"robot".to_string()).contains(&&"panel".to_string()));
+    let mut offenders = Vec::new();
+    for module in modules.keys() {
+        let (mut reached, mut open) = (BTreeSet::new(), uses(module));
+        while let Some(next) = open.pop() {
+            if reached.insert(next) {
+                open.extend(uses(next));
+            }
+        }
+        if reached.contains(module) {
+            offenders.push(format!("{module} uses itself through {:?}", uses(module)));
+        }
+    }
+    none("files that use each other", &offenders);
 }
 
 #[test]
