@@ -22,6 +22,9 @@ pub const DEMO_NAME: &str = "DEMO";
 /// The example program, on the drive when neither a directory nor a file is given.
 pub const DEMO: &str = include_str!("../assets/demo.scol");
 
+/// Largest file of the PC that is read, in bytes: CRLF becomes one byte on the drive.
+pub const MAX_PC_FILE: u64 = 2 * limits::MAX_FILE as u64;
+
 /// Why a file of the PC cannot become a file of the drive.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
@@ -180,8 +183,7 @@ pub fn load(settings: &Settings) -> Result<DriveFiles, LoadError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
-    // CRLF becomes one byte on the drive, so a PC file may be up to twice the limit.
-    files::read(path, 2 * limits::MAX_FILE as u64).map_err(|reason| LoadError::Read {
+    files::read(path, MAX_PC_FILE).map_err(|reason| LoadError::Read {
         path: path.to_path_buf(),
         reason,
     })

@@ -6,13 +6,13 @@
 use super::check_report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
+use crate::loading::MAX_PC_FILE;
 use crate::printable::printable;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use ts3100_controller::limits;
 use ts3100_driver::files;
 
 /// Compiles SCOL files and prints what is wrong with them, and what is legal and likely wrong. Exit code: 0 no
@@ -171,5 +171,5 @@ impl CheckedFile {
 
 /// The bytes of a source, unless it is far too large for a file of the drive.
 pub(super) fn read_source(path: &Path) -> io::Result<Vec<u8>> {
-    files::read(path, 2 * limits::MAX_FILE as u64)
+    files::read(path, MAX_PC_FILE)
 }

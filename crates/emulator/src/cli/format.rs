@@ -3,6 +3,7 @@
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
 use super::check::read_source;
+use crate::loading::MAX_PC_FILE;
 use crate::printable::printable;
 use clap::Args;
 use std::io::{self, Write};
@@ -50,7 +51,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
 fn format_file(path: &Path, check: bool) -> io::Result<FormatOutcome> {
     let stdin = path == Path::new("-");
     let bytes = if stdin {
-        files::read_all(io::stdin().lock(), 2 * ts3100_controller::limits::MAX_FILE as u64)?
+        files::read_all(io::stdin().lock(), MAX_PC_FILE)?
     } else {
         read_source(path)?
     };

@@ -2,11 +2,11 @@
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
 use super::settings::{ReportError, Reports};
+use crate::loading::MAX_PC_FILE;
 use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::StatementCoverage;
-use ts3100_controller::limits::MAX_FILE;
 use ts3100_controller::options::Config;
 use ts3100_controller::statement_coverage::FileVersion;
 use ts3100_driver::files;
@@ -69,7 +69,7 @@ fn record(version: &FileVersion, config: &Config) -> Option<String> {
 fn find_source(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
     let has_it = |path: &&PathBuf| {
         drive_name(path).is_ok_and(|name| name == version.name)
-            && files::read(path, 2 * MAX_FILE as u64).is_ok_and(|bytes| {
+            && files::read(path, MAX_PC_FILE).is_ok_and(|bytes| {
                 [LineEnd::Cr, LineEnd::Lf]
                     .into_iter()
                     .any(|line_end| drive_content(&bytes, line_end) == version.content)

@@ -190,7 +190,7 @@ pub enum LineError {
     #[error("`file NAME` expected before a line of a file")]
     NoFile,
     #[error("a file of at most {0} bytes expected, more found")]
-    FileSize(usize),
+    FileSize(u64),
     #[error("bytes expected: a recording has no line for what did not come")]
     Nothing,
     #[error("us, ms or s expected behind @+, {0:?} found")]

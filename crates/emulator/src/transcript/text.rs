@@ -24,14 +24,13 @@
 //! ```
 
 use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side};
+use crate::loading::MAX_PC_FILE;
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::text::{ETX, LF, STX};
 use ts3100_proto::words::split_duration;
 
-/// Largest content of one file of the header, in bytes.
-const MAX_FILE: usize = 2 * ts3100_controller::limits::MAX_FILE;
 /// Longest pause that is read: a hundred years, in microseconds.
 const MAX_PAUSE: u64 = 3_155_760_000_000_000;
 
@@ -195,8 +194,8 @@ fn parse_file_line(header: &mut Header, line: &str) -> Result<(), LineError> {
             content.push(LF);
         }
     }
-    if content.len() > MAX_FILE {
-        return Err(LineError::FileSize(MAX_FILE));
+    if content.len() as u64 > MAX_PC_FILE {
+        return Err(LineError::FileSize(MAX_PC_FILE));
     }
     Ok(())
 }

@@ -4,10 +4,9 @@
 
 use super::Answer;
 use super::session::{HostError, Session};
-use crate::loading::{LoadError, drive_content};
+use crate::loading::{LoadError, MAX_PC_FILE, drive_content};
 use std::io::{self, Write};
 use std::path::Path;
-use ts3100_controller::limits::MAX_FILE;
 use ts3100_driver::files;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
@@ -15,7 +14,7 @@ use ts3100_proto::parameter::LineEnd;
 
 /// Sends a file of the PC, with the line ends of the drive, text by text.
 pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> Result<Answer, HostError> {
-    let text = files::read(file, 2 * MAX_FILE as u64).map_err(|reason| {
+    let text = files::read(file, MAX_PC_FILE).map_err(|reason| {
         HostError::Load(LoadError::Read {
             path: file.to_path_buf(),
             reason,
