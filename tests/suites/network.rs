@@ -51,7 +51,9 @@ fn four_channels_serve_at_the_same_time() {
         .servo_on(true)
         .start()
         .unwrap();
-    let [mut ip0, mut ip1, mut ip2, mut ip3] = Port::ETHERNET.map(|port| dial(&robot, port));
+    // IP0 last: when it is served, the driver knows of the others.
+    let [mut ip3, mut ip2, mut ip1, mut ip0] =
+        [Port::Ip3, Port::Ip2, Port::Ip1, Port::Ip0].map(|port| dial(&robot, port));
     ip0.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     for round in 1..=5 {
         ip3.write_all(b"\x02SU\r\x03").unwrap();

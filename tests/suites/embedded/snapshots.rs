@@ -62,8 +62,9 @@ fn a_state_is_put_back_while_the_hosts_stay() {
 #[test]
 fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
     let robot = robot().start().unwrap();
-    let mut host = dial(&robot, Port::Ip0);
     let mut peer = dial(&robot, Port::Ip1);
+    // A later connection is served, so the driver knows of the peer.
+    let mut host = dial(&robot, Port::Ip0);
     assert_eq!(ask(&mut host, "RN"), "OK");
     robot.snapshot("waiting").unwrap();
     for number in [4, 41] {
