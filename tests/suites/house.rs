@@ -58,14 +58,14 @@ fn sources() -> Vec<(PathBuf, String)> {
 }
 
 /// A source without its test module.
-fn product(text: &str) -> &str {
+pub fn product(text: &str) -> &str {
     match text.find("#[cfg(test)]\nmod tests") {
         Some(at) => &text[..at],
         None => text,
     }
 }
 
-fn is_test(path: &Path) -> bool {
+pub fn is_test(path: &Path) -> bool {
     let whole = path.to_string_lossy();
     let part = whole.strip_prefix(&*root().to_string_lossy()).unwrap_or(&whole);
     part.starts_with("/tests/")

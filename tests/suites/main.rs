@@ -15,6 +15,7 @@ mod architecture;
 mod binary;
 mod control;
 mod coverage;
+mod cycles;
 mod docs;
 mod effects;
 mod embedded;
