@@ -3,13 +3,14 @@
 
 use super::NewConnection;
 use super::connection::prepare;
+use socket2::SockRef;
 use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
-use tokio::net::{TcpListener, TcpSocket};
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::time::Sleep;
 use tracing::warn;
 use ts3100_controller::port::Port;
@@ -180,6 +181,19 @@ impl Acceptor {
             listener,
             pause: None,
         }
+    }
+
+    /// A connection that has arrived, whether or not the runtime knows of it.
+    pub(super) fn accept_now(&self, port: Port) -> Option<NewConnection> {
+        if self.pause.is_some() {
+            return None;
+        }
+        // What fails here fails again in `poll`, which reports it.
+        let (socket, peer) = SockRef::from(&self.listener).accept().ok()?;
+        socket.set_nonblocking(true).ok()?;
+        let stream = TcpStream::from_std(socket.into()).ok()?;
+        prepare(port, &stream);
+        Some((stream, peer.as_socket()?, None))
     }
 
     /// The next connection; whether it is served is decided by the caller.

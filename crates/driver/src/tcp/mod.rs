@@ -219,10 +219,33 @@ impl Channels {
             };
             if let Poll::Ready(event) = channel.poll(port, context.as_deref_mut()) {
                 self.first = index + 1;
-                return Poll::Ready((port, self.handle_event(port, event)));
+                let mut inputs = match event {
+                    ChannelEvent::Received(_) => self.connect_arrived(),
+                    ChannelEvent::Incoming(_) | ChannelEvent::Ended | ChannelEvent::Overdue(_) => Vec::new(),
+                };
+                inputs.extend(self.handle_event(port, event));
+                return Poll::Ready((port, inputs));
             }
         }
         Poll::Pending
+    }
+
+    /// Accepts what has arrived at channels without a peer. A host that has connected IP1 and then sends a command on
+    /// IP0 expects that the program finds its peer; the two sockets are not polled in that order.
+    fn connect_arrived(&mut self) -> Vec<Input> {
+        let mut inputs = Vec::new();
+        for port in Port::ETHERNET {
+            if let Some(Channel {
+                source: Some(Source::Accepted(acceptor)),
+                connection: None,
+                ..
+            }) = self.channels.get(&port)
+                && let Some(incoming) = acceptor.accept_now(port)
+            {
+                inputs.extend(self.on_connected(port, incoming));
+            }
+        }
+        inputs
     }
 
     fn handle_event(&mut self, port: Port, event: ChannelEvent) -> Vec<Input> {

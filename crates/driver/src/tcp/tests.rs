@@ -111,6 +111,31 @@ async fn bytes_pass_both_ways_and_the_end_is_reported_once() {
 
 // clause: ETH-06
 #[tokio::test]
+async fn who_connects_before_a_command_is_sent_on_another_channel_is_known_before_it() {
+    let mut links = links(LinkOptions::default());
+    let ports = links.open(&plan(OpenMode::Server, OpenMode::Server, 0)).unwrap();
+    let host = dial(ports[&Port::Ip0]).await;
+    assert_eq!(next(&mut links).await, [connected(&host)]);
+    // The runtime gets no turn, as when the driver is busy, and learns of neither.
+    let vision = std::net::TcpStream::connect(("127.0.0.1", ports[&Port::Ip1])).unwrap();
+    assert_eq!(host.try_write(b"RN\r").unwrap(), 3);
+    let peer = vision.local_addr().unwrap().to_string();
+    let known = Input::Connected {
+        port: Port::Ip1,
+        peer,
+    };
+    assert_eq!(
+        links.poll_next(None),
+        Poll::Ready((Port::Ip0, vec![known, received(b"RN\r")]))
+    );
+    // It is served like any other.
+    use std::io::Write as _;
+    (&vision).write_all(b"1\r").unwrap();
+    let data = Input::received(Port::Ip1, b"1\r".to_vec());
+    assert_eq!(next(&mut links).await, [data]);
+}
+
+#[tokio::test]
 async fn a_second_connection_is_closed_and_the_first_untouched() {
     let (mut links, port) = server(SecondConnection::Refuse);
     let mut first = dial(port).await;
