@@ -9,6 +9,7 @@ pub mod cell;
 pub mod clock;
 pub mod driver;
 pub mod files;
+pub mod pc_file;
 mod port_queues;
 pub mod serial;
 pub mod snapshot;

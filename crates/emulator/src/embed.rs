@@ -18,8 +18,6 @@ use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
 use crate::launch::Launched;
 pub use crate::launch::StartError;
-use crate::reports::{CoverageReport, RunRecord};
-use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -41,6 +39,8 @@ use ts3100_driver::driver::request::{Request, View};
 use ts3100_driver::serial::SerialEndpoint;
 use ts3100_driver::snapshot;
 use ts3100_driver::snapshot::{SnapshotRequestError, SnapshotTask};
+use ts3100_recording::reports::{CoverageReport, RunRecord};
+use ts3100_recording::transcript::FormatError;
 
 /// Configures an emulator; see [`Emulator::builder`].
 #[derive(Debug, Clone)]

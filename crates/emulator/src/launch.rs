@@ -4,12 +4,8 @@
 use crate::config::Settings;
 use crate::control;
 use crate::control::journal::{Journal, JournalWriter};
-use crate::faults;
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
-use crate::reports::RunRecord;
-use crate::scenario::Play;
-use crate::transcript::{RecorderError, TranscriptBuffer, TranscriptSink};
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -18,6 +14,12 @@ use ts3100_controller::Controller;
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::driver::{Driver, OpenError, Setup};
 use ts3100_driver::snapshot;
+use ts3100_recording::faults;
+use ts3100_recording::reports::RunRecord;
+use ts3100_recording::scenario::Play;
+use ts3100_recording::transcript::{
+    Header, RecorderError, TranscriptBuffer, TranscriptSink, calendar_if_set,
+};
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -89,7 +91,16 @@ impl Launched {
     /// See [`StartError`]; no port stays open.
     pub fn open(settings: &Settings) -> Result<Launched, StartError> {
         let powered = loading::power_on(settings)?;
-        let transcript = TranscriptSink::create(settings, &powered)?;
+        let header = Header {
+            origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
+            calendar: calendar_if_set(settings.controller.calendar),
+            flags: settings.flags.clone(),
+            files: powered.files.clone(),
+            select: settings.select.clone(),
+        };
+        let restored = powered.restored.then_some(&powered.controller);
+        let buffered = settings.control.is_some();
+        let transcript = TranscriptSink::create(header, &settings.transcripts, buffered, restored)?;
         let buffer = transcript.buffer();
         let run_record = RunRecord::new(&powered.controller, settings.record_lines);
         let (driver, requests) = Driver::open(Setup {

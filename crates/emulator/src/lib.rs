@@ -8,22 +8,18 @@ pub mod cli;
 pub mod client;
 pub mod config;
 pub mod control;
-pub mod diff;
 pub mod embed;
-pub mod faults;
 pub mod headless;
 pub mod launch;
 pub mod loading;
 pub mod log;
 mod printable;
 pub mod ready;
-pub mod reports;
-pub mod scenario;
-pub mod tap;
 #[cfg(test)]
+#[allow(dead_code, reason = "shared with crates that use all of it")]
 #[path = "../../driver/src/testing.rs"]
 mod testing;
-pub mod transcript;
 pub mod watch;
 
 pub use ts3100_driver::{clock, serial, snapshot};
+pub use ts3100_recording::{diff, faults, reports, scenario, tap, transcript};

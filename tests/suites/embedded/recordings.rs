@@ -9,6 +9,7 @@ use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
 use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
+use ts3100_emulator::loading::candidate;
 use ts3100_emulator::transcript::{LinkRecord, PeerId, RecordKind, Recording, Side};
 use ts3100_tests::bench::{self, Bench};
 use ts3100_tests::host::{Host, dial};
@@ -187,7 +188,7 @@ fn compared(recording: &Recording, tolerance: &Tolerance) -> ts3100_emulator::di
     settings.files.clone_from(&recording.header.files);
     settings.select.clone_from(&recording.header.select);
     settings.controller.calendar = recording.header.calendar.unwrap_or(settings.controller.calendar);
-    diff(recording, &settings, tolerance).unwrap()
+    diff(recording, candidate(&settings).unwrap(), tolerance)
 }
 
 #[test]

@@ -6,7 +6,6 @@
 use super::check_report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
-use crate::loading::MAX_PC_FILE;
 use crate::printable::printable;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
@@ -14,6 +13,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Compiles SCOL files and prints what is wrong with them, and what is legal and likely wrong. Exit code: 0 no
 /// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.

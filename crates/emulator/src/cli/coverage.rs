@@ -1,18 +1,18 @@
 //! `ts3100 coverage merge`: adds up the coverage reports of several runs.
 //!
-//! The report and its formats are in [`crate::reports`]; here files are read and written and the exit code is
+//! The report and its formats are in [`ts3100_recording::reports`]; here files are read and written and the exit code is
 //! chosen.
 
 use crate::printable::printable;
-use crate::reports::{CoverageReport, Reports, coverage_text};
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use ts3100_recording::reports::{CoverageReport, Reports, coverage_text};
 
 /// Exit code when the coverage is below the least that was asked for.
-const BELOW: u8 = crate::reports::BELOW_COVERAGE;
+const BELOW: u8 = ts3100_recording::reports::BELOW_COVERAGE;
 
 /// Works on the reports that `serve --coverage FILE.json` writes.
 #[derive(Debug, Args)]

@@ -1,15 +1,15 @@
 //! `ts3100 faults list` and `ts3100 faults check`: lists the kinds of faults and checks fault specifications.
 //!
 //! The kinds and their parameters are in the controller's `faults` module; reading fault files is
-//! [`crate::faults`].
+//! [`ts3100_recording::faults`].
 
-use crate::faults;
 use crate::printable::printable;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use ts3100_controller::faults::Fault;
+use ts3100_recording::faults;
 
 /// Exit code when something is no fault.
 const WRONG: u8 = 1;

@@ -3,13 +3,13 @@
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
 use super::check::read_source;
-use crate::loading::MAX_PC_FILE;
 use crate::printable::printable;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Formats SCOL files in place; `-` formats stdin to stdout. The meaning never changes: a line whose words would
 /// not be the same is left as it is. Exit code: 0 done, 1 with --check: a file is not formatted, 2 a file cannot be

@@ -1,15 +1,14 @@
 //! The JUnit report of a run that could not start. Without it CI would find a missing or empty file and show no
 //! error at all.
 //!
-//! The report of a run that did start is written by [`crate::scenario`]. The path is found even on a command line
+//! The report of a run that did start is written by [`ts3100_recording::scenario`]. The path is found even on a command line
 //! that clap rejects, by looking for `--junit` directly.
 
-use crate::reports::junit;
-use quick_junit::{NonSuccessKind, TestCaseStatus};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use ts3100_driver::files;
+use ts3100_recording::reports::junit;
 
 /// What the report says until the run has ended.
 pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";
@@ -19,9 +18,7 @@ const VARIABLE: &str = "TS3100_JUNIT";
 /// The report: one test case with an error, which is why.
 pub(super) fn document(why: &str) -> String {
     let why = why.trim_end();
-    let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
-    status.set_message(why.lines().next().unwrap_or_default());
-    status.set_description(why);
+    let status = junit::error(why.lines().next().unwrap_or_default(), why);
     let case = junit::case("ts3100", "start", Duration::ZERO, status);
     junit::report("ts3100", Duration::ZERO, [case])
 }

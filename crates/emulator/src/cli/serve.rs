@@ -7,13 +7,10 @@
 use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
-use crate::faults;
 use crate::launch::Launched;
 use crate::log;
 use crate::printable::printable;
 use crate::ready::{Ready, banner};
-use crate::reports::{ReportOutcome, RunRecord};
-use crate::scenario::{Play, ScenarioOutcome};
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -22,6 +19,9 @@ use tracing::{error, info, warn};
 use ts3100_controller::Controller;
 use ts3100_driver::files;
 use ts3100_driver::snapshot;
+use ts3100_recording::faults;
+use ts3100_recording::reports::{ReportOutcome, RunRecord};
+use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
 /// Exit code when an expectation of the scenario was not met.
 const SCENARIO_FAILED: u8 = 5;

@@ -1,6 +1,6 @@
 //! `ts3100 tap`: turns the flags into routes and runs a [`Tap`] until a signal.
 //!
-//! The relay between hosts and the real controller, and the recording, are in [`crate::tap`].
+//! The relay between hosts and the real controller, and the recording, are in [`ts3100_recording::tap`].
 
 use super::serve::stop_signal;
 use crate::config::args::{LogFormat, PortSource};
@@ -8,8 +8,6 @@ use crate::embed::single_threaded;
 use crate::log;
 use crate::printable::printable;
 use crate::ready::Ready;
-use crate::tap::{Route, Tap, TapSettings};
-use crate::transcript::TranscriptFile;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -21,6 +19,8 @@ use std::time::Duration;
 use tracing::info;
 use ts3100_controller::Port;
 use ts3100_proto::words::UnexpectedWord;
+use ts3100_recording::tap::{Route, Tap, TapSettings};
+use ts3100_recording::transcript::TranscriptFile;
 
 /// Exit code when the tap could not start.
 const COULD_NOT_START: u8 = 2;

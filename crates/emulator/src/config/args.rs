@@ -9,7 +9,6 @@ use super::report_args::ReportArgs;
 use super::seed::Seed;
 use super::serial::ListenAt;
 use crate::control::ControlChoice;
-use crate::transcript::TranscriptFile;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
@@ -18,6 +17,7 @@ use ts3100_controller::options;
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_driver::clock::{self, TimeMode};
 use ts3100_proto::words::Word;
+use ts3100_recording::transcript::TranscriptFile;
 
 /// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

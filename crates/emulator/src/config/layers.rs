@@ -116,13 +116,13 @@ pub enum ConfigError {
     FaultTwice(u32),
     /// A file of faults is not valid.
     #[error(transparent)]
-    FaultFile(#[from] crate::faults::FaultFileError),
+    FaultFile(#[from] ts3100_recording::faults::FaultFileError),
     /// `--restore` together with flags that configure the controller.
     #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
     Restore(String),
     /// The scenario is not valid.
     #[error(transparent)]
-    Scenario(#[from] crate::scenario::ScenarioError),
+    Scenario(#[from] ts3100_recording::scenario::ScenarioError),
     /// `--junit` without a scenario.
     #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
     JunitAlone,

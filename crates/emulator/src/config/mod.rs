@@ -21,9 +21,6 @@ pub use serial::ListenAt;
 pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 
 use crate::control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
-use crate::reports::Reports;
-use crate::scenario::Scenario;
-use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -35,6 +32,9 @@ use ts3100_driver::clock::{self, TimeGap, TimeMode};
 use ts3100_driver::serial::SerialEndpoint;
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::words::Word as _;
+use ts3100_recording::reports::Reports;
+use ts3100_recording::scenario::Scenario;
+use ts3100_recording::transcript::TranscriptFile;
 
 /// The complete configuration of an emulator, ready to be opened.
 #[derive(Debug, Clone)]
@@ -195,7 +195,7 @@ impl Settings {
 /// The faults of the file, followed by those of the command line.
 fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     let mut faults = match &args.faults {
-        Some(path) => crate::faults::read(path)?,
+        Some(path) => ts3100_recording::faults::read(path)?,
         None => Vec::new(),
     };
     for spec in &args.fault {

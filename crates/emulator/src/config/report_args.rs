@@ -1,11 +1,11 @@
 //! The flags of `serve` that ask for reports at the end of a run and for an exit code that depends on them.
 //!
-//! The reports are written by [`crate::reports`]. The doc comments are the help texts.
+//! The reports are written by [`ts3100_recording::reports`]. The doc comments are the help texts.
 
-use crate::reports::{Deny, FindingsFormat, Reports};
 use clap::Args;
 use std::path::PathBuf;
 use ts3100_proto::words::UnexpectedWord;
+use ts3100_recording::reports::{Deny, FindingsFormat, Reports};
 
 /// What is reported at the end of a run.
 #[derive(Debug, Clone, Default, Args)]

@@ -11,6 +11,7 @@ use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 use ts3100_proto::escape::Escaped;
+pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
 
 /// One thing that happened. Which of the other keys there are depends on `event`.
@@ -101,13 +102,6 @@ pub fn hex(bytes: &[u8]) -> String {
         let _ = write!(text, "{byte:02x}");
         text
     })
-}
-
-/// Virtual time in seconds.
-#[must_use]
-#[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
-pub fn seconds(time: Time) -> f64 {
-    time.as_micros() as f64 / 1e6
 }
 
 impl ApiEvent {

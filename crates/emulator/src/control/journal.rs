@@ -5,7 +5,6 @@
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;
-use crate::transcript::{Format, TranscriptBuffer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
@@ -13,6 +12,7 @@ use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Notice, Side, Subscriber};
+use ts3100_recording::transcript::{Format, TranscriptBuffer};
 
 /// Most events kept; the oldest are dropped first.
 pub const KEPT_EVENTS: usize = 4_096;

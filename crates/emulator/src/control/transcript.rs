@@ -1,16 +1,16 @@
 //! `/transcript`: the traffic of all ports and the actions at the controller, in the formats of `--transcript`.
 //!
-//! Recording and formats are in [`crate::transcript`].
+//! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::QueryParams;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use crate::transcript::Format;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Deserialize;
+use ts3100_recording::transcript::Format;
 use utoipa::IntoParams;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 use utoipa_axum::routes;

@@ -3,11 +3,11 @@
 //! Each command becomes one HTTP call in [`super::call`].
 
 use crate::config::args::word;
-use crate::transcript::TranscriptFile;
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_recording::transcript::TranscriptFile;
 
 /// Looks at a running emulator, changes anything of it, moves its time.
 ///

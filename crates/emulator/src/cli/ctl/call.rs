@@ -8,8 +8,6 @@ use super::args::{
     LineCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
 use crate::client::percent_encoded;
-use crate::faults::fault_json;
-use crate::transcript::{Format, TranscriptFile};
 use serde_json::{Value, json};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,6 +15,8 @@ use ts3100_controller::faults::Fault;
 use ts3100_driver::files;
 use ts3100_proto::escape::hex_byte;
 use ts3100_proto::words::{UnexpectedWord, Word as _};
+use ts3100_recording::faults::fault_json;
+use ts3100_recording::transcript::{Format, TranscriptFile};
 
 /// Largest file of this computer that is sent, in bytes: the drive takes less.
 const MAX_FILE: u64 = 128 * 1024;

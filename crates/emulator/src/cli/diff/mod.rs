@@ -1,21 +1,22 @@
 //! `ts3100 diff`: plays a recording to the emulator and lists the differences.
 //!
 //! Here the flags are merged with those the recording names, which configures the controller. The comparison is
-//! [`crate::diff`], its output is [`show`], and the search for better options is [`suggest`].
+//! [`ts3100_recording::diff`], its output is [`show`], and the search for better options is [`suggest`].
 
 mod show;
 mod suggest;
 
 use crate::config::{self, Environment, ServeArgs, Settings, args};
-use crate::diff::{Ignore, Tolerance, diff};
+use crate::loading;
 use crate::printable::printable;
-use crate::transcript::{Header, Recording, text};
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_recording::diff::{Ignore, Tolerance, diff};
+use ts3100_recording::transcript::{Header, Recording, text};
 
 /// Exit code when there are differences.
 const DIFFERENT: u8 = 1;
@@ -162,7 +163,7 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
         answer_timeout: args.patience,
         ignore,
     };
-    let report = diff(&recording, &settings, &tolerance)?;
+    let report = diff(&recording, loading::candidate(&settings)?, &tolerance);
     let suggestions = if args.suggest && !report.differences.is_empty() {
         suggest::suggestions(&recording, &settings, &tolerance, &report)
     } else {

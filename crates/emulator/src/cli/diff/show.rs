@@ -1,15 +1,15 @@
 //! The output of `ts3100 diff`: each difference with its place in the recording, as text or JSON.
 //!
-//! The differences themselves are found in [`crate::diff`].
+//! The differences themselves are found in [`ts3100_recording::diff`].
 
 use super::suggest::Suggestion;
-use crate::diff::{Difference, DifferenceKind, PartDifference, Report};
-use crate::transcript::EndReason;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 use ts3100_proto::escape::Escaped;
+use ts3100_recording::diff::{Difference, DifferenceKind, PartDifference, Report};
+use ts3100_recording::transcript::EndReason;
 
 /// Longest answer that is shown whole, in bytes.
 const MAX_SHOWN: usize = 200;

@@ -4,8 +4,9 @@
 //! What an option does is up to the controller; the list of options is in [`crate::config`].
 
 use crate::config::{Settings, option_keys, set_option};
-use crate::diff::{DifferenceKind, Report, Tolerance, diff};
-use crate::transcript::Recording;
+use crate::loading::candidate;
+use ts3100_recording::diff::{DifferenceKind, Report, Tolerance, diff};
+use ts3100_recording::transcript::Recording;
 
 /// Most suggestions that are made.
 const MAX_SUGGESTIONS: usize = 5;
@@ -50,9 +51,10 @@ pub(super) fn suggestions(
                 continue;
             }
             // One with which it cannot even start is none.
-            let Ok(report) = diff(recording, &other, tolerance) else {
+            let Ok(candidate) = candidate(&other) else {
                 continue;
             };
+            let report = diff(recording, candidate, tolerance);
             let left = differing_parts(&report);
             if left < differing_parts(found) {
                 let set = format!("{key}={value}");

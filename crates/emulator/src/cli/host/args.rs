@@ -8,10 +8,10 @@ use super::extensions::Extension;
 use super::session::HostError;
 use super::table::{TableCommand, help};
 use super::variable_type::VariableType;
-use crate::loading;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
+use ts3100_driver::pc_file;
 use ts3100_proto::command::Command;
 
 /// Sends one command to a controller or an emulator and shows its answer.
@@ -281,7 +281,7 @@ impl HostCommand {
             HostCommand::Vr => "VR".to_owned(),
             HostCommand::Eu => "EU".to_owned(),
             HostCommand::Ul { name, .. } => format!("UL,{name}"),
-            HostCommand::Dl { file, name: None } => format!("DL,{}", loading::drive_name(file)?),
+            HostCommand::Dl { file, name: None } => format!("DL,{}", pc_file::drive_name(file)?),
             HostCommand::Dl { name: Some(name), .. } => format!("DL,{name}"),
             HostCommand::Er { name } => format!("ER,{name}"),
             HostCommand::Sl { name } => format!("SL,{name}"),

@@ -10,6 +10,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 use ts3100_controller::limits;
+use ts3100_driver::pc_file::NameError;
 use ts3100_proto::command::Command;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
@@ -36,6 +37,9 @@ pub(super) enum HostError {
         /// What was expected and found.
         reason: String,
     },
+    /// The name of a file of the PC.
+    #[error(transparent)]
+    Name(#[from] NameError),
     /// A file of the PC.
     #[error(transparent)]
     Load(#[from] LoadError),

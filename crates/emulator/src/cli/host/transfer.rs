@@ -4,10 +4,11 @@
 
 use super::Answer;
 use super::session::{HostError, Session};
-use crate::loading::{LoadError, MAX_PC_FILE, drive_content};
+use crate::loading::LoadError;
 use std::io::{self, Write};
 use std::path::Path;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::{MAX_PC_FILE, drive_content};
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;

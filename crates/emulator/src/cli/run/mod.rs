@@ -8,9 +8,7 @@ mod show;
 use super::check::CheckedFile;
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
-use crate::loading::{drive_content, drive_name};
 use crate::printable::printable;
-use crate::reports::lcov;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use scol_mini::Severity;
@@ -21,6 +19,8 @@ use std::time::Duration;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::{drive_content, drive_name};
+use ts3100_recording::reports::lcov;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;

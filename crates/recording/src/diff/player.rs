@@ -1,10 +1,8 @@
 //! A controller in virtual time with the connections of a recording: what the driver and its channels do, without sockets
 //! (decision D3: one peer per channel). It keeps what the controller sends until `matching` compares it.
 
+use super::Candidate;
 use super::answers::{Answer, AnswerSplitter};
-use crate::config::{SecondConnection, Settings};
-use crate::launch::StartError;
-use crate::loading;
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
@@ -12,7 +10,7 @@ use ts3100_controller::output::{DisconnectMode, Event};
 use ts3100_controller::{Action, Controller, Input, Output, PanelAction, PersistError, Port, Time};
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::snapshot;
-use ts3100_driver::tcp::CLOSE_GRACE;
+use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
@@ -67,16 +65,17 @@ struct Lines {
 
 impl Player {
     /// As `serve` starts.
-    pub(super) fn power_on(settings: &Settings, recording: &Recording) -> Result<Player, StartError> {
-        let mut controller = loading::power_on(settings)?.controller;
+    pub(super) fn new(candidate: Candidate, recording: &Recording) -> Player {
+        let mut controller = candidate.controller;
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
         controller.persist_outside(true);
+        let text = controller.config().options.text;
         let mut player = Player {
             initial_controller: controller.clone(),
             cell: Cell::new(controller),
-            text: settings.controller.options.text,
-            second: settings.links.second,
+            text,
+            second: candidate.second,
             waiting_peers: Vec::new(),
             lines: Lines {
                 now: Time::ZERO,
@@ -88,10 +87,10 @@ impl Player {
                 not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
             },
         };
-        if settings.servo_on {
+        if candidate.servo_on {
             player.feed(Input::Panel(PanelAction::Servo(true)));
         }
-        Ok(player)
+        player
     }
 
     pub(super) fn now(&self) -> Time {

@@ -11,11 +11,35 @@ const PICK: &str = "PROGRAM PICK\nN = 0\nASK:\nPRINT IP1, \"REQ\", CR\nINPUT IP1
     PRINT IP1, \"DONE\", N, CR\nGOTO ASK\nEND\n";
 const SECOND: Duration = Duration::from_secs(1);
 
+/// What the recorded robot and the emulator are started with.
+#[derive(Clone)]
+struct Settings {
+    controller: Config,
+    program: String,
+    second: SecondConnection,
+    servo_on: bool,
+}
+
+impl Settings {
+    fn candidate(&self) -> Candidate {
+        let mut controller = Controller::new(self.controller.clone(), Vec::new()).unwrap();
+        controller.put_file("PICK", self.program.as_bytes()).unwrap();
+        controller.select(Time::ZERO, "PICK").unwrap();
+        let (second, servo_on) = (self.second, self.servo_on);
+        Candidate {
+            controller,
+            second,
+            servo_on,
+        }
+    }
+}
+
 fn with(program: &str) -> Settings {
     Settings {
-        files: vec![("PICK".to_owned(), program.as_bytes().to_vec())],
-        select: Some("PICK".to_owned()),
-        ..Settings::new(Config::new(Dialect::Field))
+        controller: Config::new(Dialect::Field),
+        program: program.to_owned(),
+        second: SecondConnection::default(),
+        servo_on: false,
     }
 }
 
@@ -33,7 +57,7 @@ struct Real {
 
 impl Real {
     fn new(settings: &Settings) -> Real {
-        let mut controller = crate::loading::power_on(settings).unwrap().controller;
+        let mut controller = settings.candidate().controller;
         while controller.poll_output().is_some() {}
         Real {
             controller,
@@ -133,7 +157,7 @@ fn day(settings: &Settings, delay: Duration) -> Recording {
 }
 
 fn compared(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Report {
-    diff(recording, settings, tolerance).unwrap()
+    diff(recording, settings.candidate(), tolerance)
 }
 
 fn none(report: &Report) {

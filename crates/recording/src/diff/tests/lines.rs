@@ -1,7 +1,6 @@
 //! Tests of the comparison that are about lines and connections, and of recordings of anything at all.
 
 use super::*;
-use crate::config::SecondConnection;
 use std::collections::BTreeMap;
 
 #[test]
@@ -87,7 +86,7 @@ fn a_second_host_is_compared_too() {
         robot(second, b"\x02OK\r\x03"),
     ]);
     let mut replacing = settings.clone();
-    replacing.links.second = SecondConnection::Replace;
+    replacing.second = SecondConnection::Replace;
     none(&compared(&replaced, &replacing, &Tolerance::default()));
     let report = compared(&replaced, &settings, &Tolerance::default());
     let ends = report

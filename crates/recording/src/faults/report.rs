@@ -2,7 +2,7 @@
 //! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
 use super::fault_json;
-use crate::control::event::seconds;
+use crate::reports::seconds;
 use crate::reports::{ReportError, Reports, junit};
 use quick_junit::TestCaseStatus;
 use serde_json::{Value, json};

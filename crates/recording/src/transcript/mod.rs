@@ -15,7 +15,7 @@ pub mod text;
 pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
-pub use sink::{Observer, TranscriptSink};
+pub use sink::{Observer, TranscriptSink, calendar_if_set};
 pub use ts3100_driver::cell::Side;
 use ts3100_driver::files;
 

@@ -2,14 +2,14 @@
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
 use super::settings::{ReportError, Reports};
-use crate::loading::MAX_PC_FILE;
-use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::StatementCoverage;
 use ts3100_controller::options::Config;
 use ts3100_controller::statement_coverage::FileVersion;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
+use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
 

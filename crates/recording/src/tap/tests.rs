@@ -1,7 +1,6 @@
 //! Tests of the tap between plain sockets: bytes and ends pass as they are, nothing else does.
 
 use super::*;
-use crate::embed::single_threaded;
 use crate::testing::eventually;
 use crate::transcript::{Format, Recording};
 use socket2::SockRef;
@@ -10,6 +9,7 @@ use std::net::{Shutdown, TcpListener as Listener, TcpStream as Stream};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::JoinHandle;
+use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
 const LONG: Duration = Duration::from_secs(30);
@@ -42,14 +42,18 @@ impl Tapped {
         let (stop, stopped) = oneshot::channel::<()>();
         let (tell, told) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
-            single_threaded().unwrap().block_on(async {
-                let tap = Tap::open(&settings).unwrap();
-                tell.send(tap.ports()[&Port::Ip0]).unwrap();
-                tap.run(async {
-                    let _ = stopped.await;
-                })
-                .await;
-            });
+            Builder::new_current_thread()
+                .enable_all()
+                .build()
+                .unwrap()
+                .block_on(async {
+                    let tap = Tap::open(&settings).unwrap();
+                    tell.send(tap.ports()[&Port::Ip0]).unwrap();
+                    tap.run(async {
+                        let _ = stopped.await;
+                    })
+                    .await;
+                });
         });
         Tapped {
             address: SocketAddr::new("127.0.0.1".parse().unwrap(), told.recv().unwrap()),

@@ -5,7 +5,7 @@
 pub mod coverage;
 pub mod findings;
 mod html;
-pub(crate) mod junit;
+pub mod junit;
 pub mod lcov;
 mod sarif;
 mod settings;
@@ -22,6 +22,13 @@ use ts3100_controller::options::Config;
 use ts3100_controller::output::Output;
 use ts3100_controller::{CommandCoverage, Controller, Findings, StatementCoverage, Time};
 use ts3100_driver::cell::{Notice, Subscriber};
+
+/// Virtual time in seconds.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
+pub fn seconds(time: Time) -> f64 {
+    time.as_micros() as f64 / 1e6
+}
 
 #[derive(Debug, Default)]
 struct RunData {

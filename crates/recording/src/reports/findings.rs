@@ -1,6 +1,6 @@
 //! Findings as one JSON document: the report of `--findings FILE.json`.
 
-use crate::control::event::seconds;
+use crate::reports::seconds;
 use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};

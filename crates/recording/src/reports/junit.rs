@@ -9,7 +9,7 @@ use std::time::Duration;
 use ts3100_controller::findings::{Findings, RULES, Rule, Tally};
 
 /// A report of one suite.
-pub(crate) fn report(name: &str, time: Duration, cases: impl IntoIterator<Item = TestCase>) -> String {
+pub fn report(name: &str, time: Duration, cases: impl IntoIterator<Item = TestCase>) -> String {
     let mut suite = TestSuite::new(name);
     suite.set_time(time);
     suite.add_test_cases(cases);
@@ -20,7 +20,7 @@ pub(crate) fn report(name: &str, time: Duration, cases: impl IntoIterator<Item =
 }
 
 /// A test case; `time` is virtual.
-pub(crate) fn case(class: &str, name: &str, time: Duration, status: TestCaseStatus) -> TestCase {
+pub fn case(class: &str, name: &str, time: Duration, status: TestCaseStatus) -> TestCase {
     let mut case = TestCase::new(name, status);
     case.set_classname(class);
     case.set_time(time);
@@ -28,8 +28,19 @@ pub(crate) fn case(class: &str, name: &str, time: Duration, status: TestCaseStat
 }
 
 /// The status of a case that failed: `message` is one line, `text` all of it.
-pub(crate) fn failure(message: &str, text: &str) -> TestCaseStatus {
-    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+#[must_use]
+pub fn failure(message: &str, text: &str) -> TestCaseStatus {
+    unsuccessful(NonSuccessKind::Failure, message, text)
+}
+
+/// The status of a case that could not be tried: `message` is one line, `text` all of it.
+#[must_use]
+pub fn error(message: &str, text: &str) -> TestCaseStatus {
+    unsuccessful(NonSuccessKind::Error, message, text)
+}
+
+fn unsuccessful(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(kind);
     status.set_message(message);
     status.set_description(text);
     status

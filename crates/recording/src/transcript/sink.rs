@@ -3,10 +3,8 @@
 
 use super::{
     EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
-    TranscriptBuffer, without_port,
+    TranscriptBuffer, TranscriptFile, without_port,
 };
-use crate::config::Settings;
-use crate::loading::PoweredController;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
@@ -112,7 +110,8 @@ impl Observer {
 }
 
 /// The calendar for a header; `None` for the default of a new controller.
-fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
+#[must_use]
+pub fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
     Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
 }
 
@@ -128,31 +127,25 @@ pub struct TranscriptSink {
 }
 
 impl TranscriptSink {
-    /// Creates the transcripts of the settings.
+    /// Creates the transcripts of a run, and with `buffered` the one in memory. A controller that the header alone does
+    /// not reproduce, because it was restored, is in them whole.
     ///
     /// # Errors
     /// The first file that cannot be written.
-    pub fn create(settings: &Settings, powered: &PoweredController) -> Result<TranscriptSink, RecorderError> {
-        let calendar = settings.controller.calendar;
-        let header = Header {
-            origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
-            calendar: calendar_if_set(calendar),
-            flags: settings.flags.clone(),
-            files: powered.files.clone(),
-            select: settings.select.clone(),
-        };
-        let recorder = Recorder::create(&settings.transcripts, &header, Duration::ZERO)?;
+    pub fn create(
+        header: Header,
+        files: &[TranscriptFile],
+        buffered: bool,
+        restored: Option<&Controller>,
+    ) -> Result<TranscriptSink, RecorderError> {
         let mut sink = TranscriptSink {
-            recorder,
-            buffer: settings
-                .control
-                .as_ref()
-                .map(|_| Arc::new(TranscriptBuffer::new(header))),
+            recorder: Recorder::create(files, &header, Duration::ZERO)?,
+            buffer: buffered.then(|| Arc::new(TranscriptBuffer::new(header))),
             observer: Observer::default(),
-            restored: powered.restored,
+            restored: restored.is_some(),
         };
-        if powered.restored {
-            sink.restored(Time::ZERO, &powered.controller);
+        if let Some(controller) = restored {
+            sink.restored(Time::ZERO, controller);
         }
         Ok(sink)
     }

@@ -24,9 +24,9 @@
 //! ```
 
 use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side};
-use crate::loading::MAX_PC_FILE;
 use std::time::Duration;
 use ts3100_controller::Time;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::text::{ETX, LF, STX};
 use ts3100_proto::words::split_duration;

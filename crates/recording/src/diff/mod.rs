@@ -13,13 +13,12 @@ mod player;
 pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
 
-use crate::config::Settings;
-use crate::launch::StartError;
 use crate::transcript::{EndReason, PeerId, Recording};
 use matching::Matching;
 use player::Player;
 use std::time::Duration;
-use ts3100_controller::Time;
+use ts3100_controller::{Controller, Time};
+use ts3100_driver::tcp::SecondConnection;
 
 /// Most differences in a report; further ones are only counted.
 pub const MAX_DIFFERENCES: usize = 10_000;
@@ -126,14 +125,22 @@ pub struct Report {
     pub ignored: usize,
 }
 
-/// Replays a recording against a controller with these settings.
-///
-/// # Errors
-/// The controller cannot be created from these settings.
-pub fn diff(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Result<Report, StartError> {
-    let player = Player::power_on(settings, recording)?;
-    let events = answers::events(recording, settings.controller.options.text);
-    Ok(Matching::new(player, tolerance).run(&events))
+/// The emulator that a recording is played to.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its controller, after power-on.
+    pub controller: Controller,
+    /// What it does with a second connection.
+    pub second: SecondConnection,
+    /// Servo power is turned on at the start.
+    pub servo_on: bool,
+}
+
+/// Plays a recording to an emulator and compares what that answers.
+#[must_use]
+pub fn diff(recording: &Recording, candidate: Candidate, tolerance: &Tolerance) -> Report {
+    let events = answers::events(recording, candidate.controller.config().options.text);
+    Matching::new(Player::new(candidate, recording), tolerance).run(&events)
 }
 
 #[cfg(test)]

@@ -1,0 +1,18 @@
+//! What is written down of a controller and of those who talk to it: transcripts and captures, recordings of a real robot,
+//! their comparison, scenarios and their results, reports for the authors of hosts.
+//!
+//! Nothing here owns a controller that hosts talk to: it subscribes to one ([`ts3100_driver::cell::Subscriber`]), or plays a
+//! recording to one of its own ([`diff`]).
+//!
+//! Start with [`transcript`]; the others read or write its records.
+
+pub mod diff;
+pub mod faults;
+pub mod reports;
+pub mod scenario;
+pub mod tap;
+#[cfg(test)]
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../driver/src/testing.rs"]
+mod testing;
+pub mod transcript;
