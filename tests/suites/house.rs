@@ -11,7 +11,7 @@ const LONGEST: usize = 600;
 const EXPECTS_PER_THOUSAND: usize = 2;
 
 /// Crate, the only dependencies it may name, and how many of them there may be.
-const DEPENDENCIES: [(&str, &[&str], usize); 5] = [
+const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
     ("proto", &["bytes", "nom", "thiserror", "serde"], 3),
     ("scol-mini", &["libm", "thiserror", "serde"], 3),
     (
@@ -21,6 +21,8 @@ const DEPENDENCIES: [(&str, &[&str], usize); 5] = [
     ),
     // Seven outside of the workspace, and rustix on Unix.
     ("driver", &[], 9),
+    ("recording", &[], 13),
+    ("control", &[], 14),
     ("emulator", &[], 20),
 ];
 

@@ -15,7 +15,6 @@
 //! ```
 
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
-use crate::control::ControlSettings;
 use crate::launch::Launched;
 pub use crate::launch::StartError;
 use crate::watch::{WaitError, Watch, channel};
@@ -26,6 +25,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_control::ControlSettings;
 use ts3100_controller::Controller;
 use ts3100_controller::action::{Action, ActionError};
 use ts3100_controller::faults::{Fault, FaultAction, FaultError, FaultReport};

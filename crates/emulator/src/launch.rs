@@ -2,14 +2,13 @@
 //! interface). The command line and the embedding API start here; the loop is [`ts3100_driver::driver`].
 
 use crate::config::Settings;
-use crate::control;
-use crate::control::journal::{Journal, JournalWriter};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc;
+use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_controller::Controller;
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::driver::{Driver, OpenError, Setup};
@@ -138,7 +137,7 @@ impl Launched {
         let Some(control) = &settings.control else {
             return Ok(None);
         };
-        let server = control::Server::bind(control).map_err(|reason| StartError::Control {
+        let server = ts3100_control::Server::bind(control).map_err(|reason| StartError::Control {
             address: control.address,
             reason,
         })?;

@@ -5,15 +5,12 @@
 //! driver (`ts3100-driver`) as configured; [`cli`] and [`control`] are the two ways users reach it, and [`embed`] is the third, for Rust tests.
 
 pub mod cli;
-pub mod client;
 pub mod config;
-pub mod control;
 pub mod embed;
 pub mod headless;
 pub mod launch;
 pub mod loading;
 pub mod log;
-mod printable;
 pub mod ready;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]
@@ -21,5 +18,7 @@ pub mod ready;
 mod testing;
 pub mod watch;
 
+pub use ts3100_control as control;
+pub use ts3100_control::client;
 pub use ts3100_driver::{clock, serial, snapshot};
 pub use ts3100_recording::{diff, faults, reports, scenario, tap, transcript};

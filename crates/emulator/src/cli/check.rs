@@ -6,12 +6,12 @@
 use super::check_report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
-use crate::printable::printable;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use ts3100_control::printable::printable;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 

@@ -3,13 +3,13 @@
 //! The report and its formats are in [`ts3100_recording::reports`]; here files are read and written and the exit code is
 //! chosen.
 
-use crate::printable::printable;
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use ts3100_recording::reports::{CoverageReport, Reports, coverage_text};
+use ts3100_control::printable::printable;
+use ts3100_recording::reports::{CoverageReport, coverage_text, write_report};
 
 /// Exit code when the coverage is below the least that was asked for.
 const BELOW: u8 = ts3100_recording::reports::BELOW_COVERAGE;
@@ -62,7 +62,7 @@ fn merge(args: &MergeArgs) -> anyhow::Result<u8> {
         .collect();
     let merged = CoverageReport::merged(reports?);
     for path in &args.out {
-        Reports::write(path, &coverage_text(&merged, path))?;
+        write_report(path, &coverage_text(&merged, path))?;
     }
     let mut stdout = std::io::stdout().lock();
     writeln!(

@@ -3,11 +3,11 @@
 //! The kinds and their parameters are in the controller's `faults` module; reading fault files is
 //! [`ts3100_recording::faults`].
 
-use crate::printable::printable;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use ts3100_control::printable::printable;
 use ts3100_controller::faults::Fault;
 use ts3100_recording::faults;
 

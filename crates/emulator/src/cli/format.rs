@@ -3,11 +3,11 @@
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
 use super::check::read_source;
-use crate::printable::printable;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use ts3100_control::printable::printable;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 

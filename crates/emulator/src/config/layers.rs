@@ -7,19 +7,19 @@
 use super::ServeArgs;
 use super::model::ModelChoice;
 use super::options::OptionError;
-use crate::control::ControlError;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::Value;
+use ts3100_control::ControlError;
 use ts3100_driver::files;
 
 /// Prefix of the environment variables that set flags.
 const PREFIX: &str = "TS3100_";
 /// Variables with the prefix that other subcommands read; they cause no warning.
-const OTHER_VARIABLES: [&str; 1] = [crate::control::URL_VARIABLE];
+const OTHER_VARIABLES: [&str; 1] = [ts3100_control::URL_VARIABLE];
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
 /// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.

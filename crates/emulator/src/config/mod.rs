@@ -20,10 +20,10 @@ pub use seed::Seed;
 pub use serial::ListenAt;
 pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 
-use crate::control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use ts3100_control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, Dialect};

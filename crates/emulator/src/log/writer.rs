@@ -6,7 +6,6 @@
 
 use super::fold::{LineFolder, LineKey, line_key};
 use crate::config::args::LogFormat;
-use crate::printable::{escape_line, escape_lines, printable};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,6 +14,7 @@ use std::time::{Duration, Instant};
 use tracing::callsite::Identifier;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
+use ts3100_control::printable::{escape_line, escape_lines, printable};
 
 /// Lines that may wait to be written; more are dropped.
 const QUEUE_LENGTH: usize = 4_096;

@@ -3,7 +3,7 @@
 
 use super::fault_json;
 use crate::reports::seconds;
-use crate::reports::{ReportError, Reports, junit};
+use crate::reports::{ReportError, junit, write_report};
 use quick_junit::TestCaseStatus;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -147,7 +147,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
 /// # Errors
 /// The first that cannot be written.
 pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
-    files.iter().try_for_each(|path| Reports::write(path, ""))
+    files.iter().try_for_each(|path| write_report(path, ""))
 }
 
 /// Writes the report into these files: JUnit XML where a name ends in `.xml`, otherwise JSON.
@@ -161,7 +161,7 @@ pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), R
         } else {
             document(faults, log)
         };
-        Reports::write(path, &text)
+        write_report(path, &text)
     })
 }
 

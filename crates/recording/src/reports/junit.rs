@@ -2,7 +2,6 @@
 //! that CI shows the rules that were kept, too. The XML is `quick_junit`'s.
 
 use super::findings::line;
-use super::settings::Deny;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -53,15 +52,6 @@ pub(super) fn document(findings: &Findings, fails: impl Fn(&Rule) -> bool) -> St
         rule_case(rule, tally.map(|(_, tally)| tally), fails(rule))
     });
     report("ts3100 findings", Duration::ZERO, cases)
-}
-
-/// Whether a broken rule fails its test case when these are denied.
-pub(super) fn fails(deny: &[Deny], rule: &Rule) -> bool {
-    // What is denied of faults says nothing of rules.
-    if deny.iter().all(|deny| *deny == Deny::NeverFired) {
-        return Deny::WARNINGS.covers(rule);
-    }
-    deny.iter().any(|deny| deny.covers(rule))
 }
 
 fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {

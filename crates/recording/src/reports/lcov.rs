@@ -1,7 +1,7 @@
 //! Lines of the user files executed, in the tracefile format of lcov that `genhtml` and coverage services read.
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
-use super::settings::{ReportError, Reports};
+use super::{ReportError, write_report};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::StatementCoverage;
@@ -35,7 +35,7 @@ pub fn write(
         let _ = writeln!(trace, "SF:{}", source.display());
         trace.push_str(&record);
     }
-    Reports::write(path, &trace)
+    write_report(path, &trace)
 }
 
 /// What the tracefile says of one content of a file, but for its name; `None` for one that is no program.
@@ -94,6 +94,6 @@ fn write_source(trace: &Path, version: &FileVersion) -> Result<PathBuf, ReportEr
     };
     let path = directory.join(name);
     let text = String::from_utf8_lossy(&version.content);
-    Reports::write(&path, &text.replace("\r\n", "\n").replace('\r', "\n"))?;
+    write_report(&path, &text.replace("\r\n", "\n").replace('\r', "\n"))?;
     Ok(path)
 }

@@ -2,12 +2,11 @@
 //! `coverage`, `lcov` and the formats beside them.
 
 use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, sarif};
-use std::io;
+use super::{ReportError, write_report};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
-use ts3100_driver::files;
 use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.
@@ -115,16 +114,6 @@ pub struct Reports {
     pub lcov: Option<PathBuf>,
 }
 
-/// A report that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {reason}", path.display())]
-pub struct ReportError {
-    /// Which file.
-    pub path: PathBuf,
-    /// What the system said.
-    pub reason: io::Error,
-}
-
 /// Result of the reports of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportOutcome {
@@ -158,7 +147,7 @@ impl Reports {
     pub fn prepare(&self) -> Result<(), ReportError> {
         let findings = self.findings.iter().map(|(path, _)| path);
         let paths = findings.chain(&self.coverage).chain(&self.lcov);
-        paths.into_iter().try_for_each(|path| Reports::write(path, ""))
+        paths.into_iter().try_for_each(|path| write_report(path, ""))
     }
 
     /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive.
@@ -174,11 +163,11 @@ impl Reports {
         let config = controller.config();
         let findings = run_record.findings();
         for (path, format) in &self.findings {
-            Reports::write(path, &self.findings_text(&findings, *format))?;
+            write_report(path, &self.findings_text(&findings, *format))?;
         }
         let coverage = run_record.coverage(config);
         for path in &self.coverage {
-            Reports::write(path, &coverage_text(&coverage, path))?;
+            write_report(path, &coverage_text(&coverage, path))?;
         }
         if let Some(path) = &self.lcov {
             lcov::write(path, &run_record.executed(), config, loaded)?;
@@ -196,20 +185,9 @@ impl Reports {
         })
     }
 
-    /// Writes a whole file.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn write(path: &Path, text: &str) -> Result<(), ReportError> {
-        files::replace(path, text.as_bytes()).map_err(|reason| ReportError {
-            path: path.to_path_buf(),
-            reason,
-        })
-    }
-
     fn findings_text(&self, findings: &Findings, format: FindingsFormat) -> String {
         match format {
-            FindingsFormat::Junit => junit::document(findings, |rule| junit::fails(&self.deny, rule)),
+            FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
             FindingsFormat::Json => pretty(&FindingsView::new(findings)),
         }
@@ -230,4 +208,13 @@ fn pretty(document: &impl serde::Serialize) -> String {
     let mut text = serde_json::to_string_pretty(document).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// Whether a broken rule fails its test case when these are denied.
+fn fails(deny: &[Deny], rule: &Rule) -> bool {
+    // What is denied of faults says nothing of rules.
+    if deny.iter().all(|deny| *deny == Deny::NeverFired) {
+        return Deny::WARNINGS.covers(rule);
+    }
+    deny.iter().any(|deny| deny.covers(rule))
 }

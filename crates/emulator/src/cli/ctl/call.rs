@@ -7,10 +7,10 @@ use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
     LineCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
-use crate::client::percent_encoded;
 use serde_json::{Value, json};
 use std::io;
 use std::path::{Path, PathBuf};
+use ts3100_control::client::percent_encoded;
 use ts3100_controller::faults::Fault;
 use ts3100_driver::files;
 use ts3100_proto::escape::hex_byte;
@@ -21,7 +21,7 @@ use ts3100_recording::transcript::{Format, TranscriptFile};
 /// Largest file of this computer that is sent, in bytes: the drive takes less.
 const MAX_FILE: u64 = 128 * 1024;
 /// Largest snapshot that is sent, in bytes: the interface takes no larger one.
-const MAX_SNAPSHOT: u64 = crate::control::MAX_SNAPSHOT as u64;
+const MAX_SNAPSHOT: u64 = ts3100_control::MAX_SNAPSHOT as u64;
 
 /// A call.
 #[derive(Debug, Clone, PartialEq)]
@@ -349,7 +349,7 @@ fn read(path: &Path, most: u64) -> CallResult<Vec<u8>> {
 fn read_content(path: &Path) -> CallResult<Value> {
     Ok(match String::from_utf8(read(path, MAX_FILE)?) {
         Ok(text) => json!({ "text": text }),
-        Err(error) => json!({"hex": crate::control::event::hex(error.as_bytes())}),
+        Err(error) => json!({"hex": ts3100_control::event::hex(error.as_bytes())}),
     })
 }
 

@@ -1,7 +1,7 @@
 //! `ts3100 ctl`: the control interface on the command line. One command makes one HTTP call.
 //!
 //! The arguments are in [`args`], their mapping to calls in [`call`], the formatting of responses in [`show`]. Here
-//! the call is sent with [`crate::client`] and its result becomes an exit code.
+//! the call is sent with [`ts3100_control::client`] and its result becomes an exit code.
 
 mod args;
 mod call;
@@ -9,15 +9,15 @@ mod show;
 
 pub use args::CtlArgs;
 
-use crate::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
-use crate::control::{MAX_WALL, URL_VARIABLE};
-use crate::printable::{escape_lines, printable};
 use args::{Command, OutputStyle};
 use call::Call;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
+use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
+use ts3100_control::printable::{escape_lines, printable};
+use ts3100_control::{MAX_WALL, URL_VARIABLE};
 use ts3100_driver::files;
 
 /// The interface refused the call.

@@ -8,12 +8,12 @@ mod suggest;
 
 use crate::config::{self, Environment, ServeArgs, Settings, args};
 use crate::loading;
-use crate::printable::printable;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
+use ts3100_control::printable::printable;
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};

@@ -13,12 +13,12 @@ mod variable_type;
 
 pub(super) use args::{HostArgs, seconds};
 
-use crate::printable::{escape_lines, printable};
 use args::{Decoder, ExchangeKind};
 use serde_json::Value;
 use session::{HostError, Session};
 use std::io::{self, Write};
 use std::process::ExitCode;
+use ts3100_control::printable::{escape_lines, printable};
 use ts3100_proto::command::Command;
 
 /// Exit code of NG.

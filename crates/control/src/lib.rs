@@ -9,6 +9,7 @@ mod alarms;
 mod api_names;
 mod body;
 mod channels;
+pub mod client;
 mod clock;
 pub mod event;
 mod events;
@@ -24,6 +25,7 @@ mod panel;
 mod parameters;
 mod pendant;
 mod power;
+pub mod printable;
 mod problem;
 mod route_table;
 mod service;
@@ -58,7 +60,7 @@ use utoipa::openapi::OpenApi;
 /// The environment variable that says where `ts3100 ctl` finds the interface.
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
 /// The page for people.
-const PAGE: &str = include_str!("../../assets/control.html");
+const PAGE: &str = include_str!("../assets/control.html");
 /// What the page may do: speak to where it comes from.
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'unsafe-inline'; \
     script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";

@@ -30,7 +30,7 @@ fn push_escaped(to: &mut String, letter: char) {
 }
 
 /// The text on one line, with control characters as in the log: `<CR>`, `<1B>`.
-pub(crate) fn escape_line(text: &str) -> String {
+pub fn escape_line(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
             push_escaped(&mut to, letter);
@@ -39,7 +39,7 @@ pub(crate) fn escape_line(text: &str) -> String {
 }
 
 /// As [`escape_line`], but line feeds and tabs stay.
-pub(crate) fn escape_lines(text: &str) -> String {
+pub fn escape_lines(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
             match letter {
@@ -51,7 +51,7 @@ pub(crate) fn escape_lines(text: &str) -> String {
 }
 
 /// A message for people: lines stay, control characters are spelled out, long lines and long messages are cut.
-pub(crate) fn printable(message: impl Display) -> String {
+pub fn printable(message: impl Display) -> String {
     let text = message.to_string();
     let mut lines: Vec<String> = Vec::new();
     for line in text.split('\n').take(MAX_LINES) {

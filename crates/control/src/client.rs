@@ -2,7 +2,7 @@
 //!
 //! It speaks HTTP/1.0, where the end of the connection ends the response, so it needs neither chunked encoding nor
 //! a connection pool. It has no TLS because the control interface has none. It does not know which calls exist; see
-//! `cli::ctl::call` for those and [`crate::control`] for the server.
+//! `cli::ctl::call` for those and [`crate`] for the server.
 
 use std::io::{self, BufRead as _, BufReader, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
