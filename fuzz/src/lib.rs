@@ -6,7 +6,7 @@
 use std::time::Duration;
 use ts3100_controller::options::Config;
 use ts3100_controller::{
-    ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, Port, Time,
+    ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
 };
 
 /// Deadlines the controller may want served within one step of time before it is considered hung.
@@ -177,10 +177,10 @@ impl Cell {
     }
 
     /// Every third request to persist a file fails, so that the targets cover a full disk.
-    fn persist_result(&mut self) -> Result<(), String> {
+    fn persist_result(&mut self) -> Result<(), PersistError> {
         self.persist_requests = self.persist_requests.wrapping_add(1);
         if self.persist_requests.is_multiple_of(3) {
-            Err(String::from("full"))
+            Err(PersistError::Refused(String::from("full")))
         } else {
             Ok(())
         }

@@ -126,6 +126,7 @@ impl HttpConnection {
 }
 
 impl AsyncRead for HttpConnection {
+    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,

@@ -4,6 +4,9 @@
 //! `ts3100-controller`, and SCOL is compiled and run in `scol-mini`. Start reading at [`launch`], which starts a
 //! driver (`ts3100-driver`) as configured; [`cli`] and [`control`] are the two ways users reach it, and [`embed`] is the third, for Rust tests.
 
+// A new variant of an enum of ours is met at every place that tells them apart.
+#![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
+
 pub mod cli;
 pub mod config;
 pub mod embed;

@@ -99,35 +99,36 @@ impl EventLog {
     /// Logs one event. `now` is virtual time; JSON lines have it as `t` in seconds.
     fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
-        match event {
-            Event::Finding {
-                rule, port, message, ..
-            } => {
-                self.flush();
-                self.pending = Some(PendingFinding {
-                    t,
-                    rule,
-                    port: port.map(Port::name),
-                    message: message.clone(),
-                });
-            }
-            Event::Refused {
-                port,
-                command,
-                reason,
-            } => {
-                let port = port.name();
-                let about = self.pending.take_if(|held| held.port == Some(port));
-                self.flush();
-                self.log_refusal(&t, port, (command, reason), about.as_ref());
-            }
-            // Comes between a finding and the refusal it explains, so the finding stays held back.
-            answered @ Event::Answered { .. } => log_event(&t, answered),
-            other => {
-                self.flush();
-                log_event(&t, other);
-            }
+        if let Event::Finding {
+            rule, port, message, ..
+        } = event
+        {
+            self.flush();
+            self.pending = Some(PendingFinding {
+                t,
+                rule,
+                port: port.map(Port::name),
+                message: message.clone(),
+            });
+            return;
         }
+        if let Event::Refused {
+            port,
+            command,
+            reason,
+        } = event
+        {
+            let port = port.name();
+            let about = self.pending.take_if(|held| held.port == Some(port));
+            self.flush();
+            self.log_refusal(&t, port, (command, reason), about.as_ref());
+            return;
+        }
+        // An answer comes between a finding and the refusal it explains, so the finding stays held back.
+        if !matches!(event, Event::Answered { .. }) {
+            self.flush();
+        }
+        log_event(&t, event);
     }
 
     /// Logs a finding that is held back.

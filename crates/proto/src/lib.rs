@@ -7,6 +7,8 @@
 //! A newcomer follows a command from the wire: [`text`] cuts a byte stream into framed texts, [`message`] joins texts
 //! to messages, [`command`] reads a message, [`status`] and [`reply`] are the way back.
 
+// A new variant of an enum of ours is met at every place that tells them apart.
+#![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 #![no_std]
 extern crate alloc;
 #[cfg(test)]

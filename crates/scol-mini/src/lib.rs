@@ -26,6 +26,9 @@
 //! machine.answer(&mut memory, Answer::Done).unwrap();
 //! assert_eq!(machine.run(&mut memory, &Still, &mut 100), Pause::Ended);
 //! ```
+
+// A new variant of an enum of ours is met at every place that tells them apart.
+#![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 #![no_std]
 extern crate alloc;
 #[cfg(test)]

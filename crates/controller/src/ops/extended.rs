@@ -9,7 +9,7 @@ use crate::io::system_signals::din;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::String;
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
@@ -85,7 +85,7 @@ impl Robot {
                 let value: u32 = set.map(|(bit, _)| 1 << bit).sum();
                 Outcome::file(format!("{value}\r").into_bytes())
             }
-            Err(reason) => Outcome::Ng(reason),
+            Err(error) => Outcome::Ng(error.to_string()),
         }
     }
 
@@ -98,7 +98,7 @@ impl Robot {
                 }
                 Outcome::Ok
             }
-            Err(reason) => Outcome::Ng(reason),
+            Err(error) => Outcome::Ng(error.to_string()),
         }
     }
 
@@ -167,12 +167,17 @@ impl Robot {
     }
 }
 
-fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16>, String> {
+/// A line that does not exist, or that no command may write.
+#[derive(Debug, thiserror::Error)]
+#[error("line {0} cannot be used here")]
+struct LineError(u16);
+
+fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16>, LineError> {
     let lines: Vec<u16> = (0..u16::from(count))
         .map(|place| first.saturating_add(place))
         .collect();
     match lines.iter().find(|line| !allowed(**line)) {
-        Some(line) => Err(format!("line {line} cannot be used here")),
+        Some(line) => Err(LineError(*line)),
         None => Ok(lines),
     }
 }

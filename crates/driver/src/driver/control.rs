@@ -7,6 +7,7 @@ use super::Driver;
 use super::request::{LinkAction, PendingWait, Request, View, WaitResult};
 use crate::cell::{Notice, Side};
 use crate::clock::{self, TimeMode, Wake};
+use crate::store::StoreError;
 use crate::store::backing::Backing;
 use std::time::Duration;
 use tracing::{error, info};
@@ -106,7 +107,7 @@ impl Driver {
             LinkAction::Reset => self.reset().map_err(|reason| ActionError {
                 kind: ActionErrorKind::NotPersisted,
                 expected: "a directory with the files of the start".to_owned(),
-                found: reason,
+                found: reason.to_string(),
                 place: "drive".to_owned(),
             }),
         }
@@ -133,7 +134,7 @@ impl Driver {
     ///
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
-    fn reset(&mut self) -> Result<(), String> {
+    fn reset(&mut self) -> Result<(), StoreError> {
         for input in self.edge.close_channels() {
             if let Input::Disconnected { port } = input {
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));

@@ -5,6 +5,7 @@ use super::request::PendingWait;
 use crate::cell::Effects;
 use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::serial::SerialLines;
+use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels};
 use std::collections::BTreeMap;
@@ -44,12 +45,11 @@ impl Edge {
     ///
     /// # Errors
     /// Why some of the files were not saved.
-    pub fn replace_files(&mut self, current: &Controller, next: &Controller) -> Result<(), String> {
-        let Some(backing) = &mut self.backing else {
-            return Ok(());
-        };
-        let files_result = backing.replace_files(current.files(), next);
-        files_result.map_err(|reason| reason.to_string())
+    pub fn replace_files(&mut self, current: &Controller, next: &Controller) -> Result<(), StoreError> {
+        match &mut self.backing {
+            Some(backing) => backing.replace_files(current.files(), next),
+            None => Ok(()),
+        }
     }
 
     /// Saves the error history to the backing directory.
@@ -63,7 +63,10 @@ impl Edge {
 impl Effects for Edge {
     fn persist(&mut self, at: Time, name: &str, content: Option<&[u8]>) -> Result<(), PersistError> {
         match &mut self.backing {
-            Some(backing) => backing.persist(at, name, content).map_err(PersistError::Refused),
+            Some(backing) => {
+                let kept = backing.persist(at, name, content);
+                kept.map_err(|reason| PersistError::Refused(reason.to_string()))
+            }
             None => Ok(()),
         }
     }

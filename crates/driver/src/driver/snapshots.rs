@@ -51,7 +51,7 @@ impl Driver {
         info!(event = "restored", t = %self.edge.clock.now(), "snapshot restored");
         // Send what the change of peers has caused.
         self.feed(Input::Tick);
-        opened.and(files_result.map_err(SnapshotRequestError::Drive))
+        opened.and(files_result.map_err(|reason| SnapshotRequestError::Drive(reason.to_string())))
     }
 
     /// Resets connections that a fault has stalled: the state that knows when the fault ends is about to be

@@ -60,14 +60,14 @@ impl Backing {
     ///
     /// # Errors
     /// Why the change was not saved and must not be made.
-    pub fn persist(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), String> {
+    pub fn persist(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), StoreError> {
         let Err(reason) = self.write(name, content) else {
             self.note_saved(name);
             return Ok(());
         };
         self.note_failure(now, name, &reason);
         match self.when_full {
-            WhenFull::Refuse => Err(reason.to_string()),
+            WhenFull::Refuse => Err(reason),
             WhenFull::Memory => {
                 self.status.unsaved.insert(name.to_owned());
                 Ok(())

@@ -9,6 +9,7 @@ use std::io;
 use std::path::Path;
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits::MAX_HISTORY;
+use ts3100_proto::calendar::CalendarTime;
 
 /// Name of the file in the backing directory.
 pub(super) const FILE: &str = ".ts3100.history";
@@ -76,23 +77,35 @@ impl Store {
     }
 }
 
-fn read(path: &Path) -> Result<VecDeque<Alarm>, String> {
+/// Why a saved history cannot be used.
+#[derive(Debug, thiserror::Error)]
+enum HistoryError {
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    #[error("version {VERSION} expected, {0} found")]
+    Version(u32),
+    #[error("at most {MAX_HISTORY} alarms expected, {0} found")]
+    Length(usize),
+    #[error("a date expected, {0:?} found")]
+    Date(CalendarTime),
+}
+
+fn read(path: &Path) -> Result<VecDeque<Alarm>, HistoryError> {
     let content = match files::read(path, MAX_SIZE) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(VecDeque::new()),
-        content => content.map_err(|error| error.to_string())?,
+        content => content?,
     };
-    let Reading { version, history } = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
+    let Reading { version, history } = serde_json::from_slice(&content)?;
     if version != VERSION {
-        return Err(format!("version {VERSION} expected, {version} found"));
+        return Err(HistoryError::Version(version));
     }
     if history.len() > MAX_HISTORY {
-        return Err(format!(
-            "at most {MAX_HISTORY} alarms expected, {} found",
-            history.len()
-        ));
+        return Err(HistoryError::Length(history.len()));
     }
     match history.iter().find(|alarm| !alarm.at.is_valid()) {
-        Some(alarm) => Err(format!("a date expected, {:?} found", alarm.at)),
+        Some(alarm) => Err(HistoryError::Date(alarm.at)),
         None => Ok(history),
     }
 }

@@ -149,6 +149,7 @@ impl ReservedPort {
 }
 
 impl ChannelError {
+    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
     fn from_io(channel: Port, address: SocketAddr, reason: io::Error) -> ChannelError {
         match reason.kind() {
             io::ErrorKind::AddrInUse => ChannelError::InUse { channel, address },

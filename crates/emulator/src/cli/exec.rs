@@ -65,6 +65,7 @@ impl From<anyhow::Error> for ExecError {
 }
 
 /// Runs to the end of the command.
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let mut junit = args
         .serve

@@ -181,6 +181,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
     Ok((merged, unknown))
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let text = read_text(path)?;
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| ConfigError::Toml {
@@ -260,6 +261,7 @@ fn scalar(origin: &str, key: &str, value: &Value) -> Result<String, ConfigError>
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn flatten(
     origin: &str,
     prefix: &str,

@@ -114,6 +114,7 @@ impl Source<'_> {
         }
     }
 
+    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
     fn fault(&self, table: &Spanned<DeValue<'_>>) -> Result<Fault, FaultFileError> {
         let at = table.span().start;
         let DeValue::Table(keys) = table.get_ref() else {

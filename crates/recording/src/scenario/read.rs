@@ -324,6 +324,7 @@ fn word<T: Word>(value: &Value<'_>, what: &str) -> ReadResult<T> {
     T::from_word(&string(value)?).ok_or_else(|| expected(value, what))
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn string(value: &Value<'_>) -> ReadResult<String> {
     match value.get_ref() {
         DeValue::String(text) => Ok(text.as_ref().to_owned()),
@@ -331,6 +332,7 @@ fn string(value: &Value<'_>) -> ReadResult<String> {
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
     match value.get_ref() {
         DeValue::Array(array) => Ok(array),
@@ -338,6 +340,7 @@ fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn whole(value: &Value<'_>) -> ReadResult<u32> {
     let number = match value.get_ref() {
         DeValue::Integer(number) => u32::from_str_radix(number.as_str(), number.radix()).ok(),

@@ -225,6 +225,7 @@ fn read_header(line: &str) -> Result<Header, LineError> {
     })
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn read_record(line: &str) -> serde_json::Result<Record> {
     let Line { t_us, event } = serde_json::from_str(line)?;
     let kind = match event {

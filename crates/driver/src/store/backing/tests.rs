@@ -38,7 +38,10 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
     for failures in 1..=3 {
         let reason = backing.persist(NOW, "A", Some(b"A\n")).unwrap_err();
         let condition = backing.status();
-        assert_eq!((condition.failures, &condition.error), (failures, &Some(reason)));
+        assert_eq!(
+            (condition.failures, &condition.error),
+            (failures, &Some(reason.to_string()))
+        );
         assert!(condition.unsaved.is_empty(), "the drive is as before");
     }
     fs::remove_dir(way).unwrap();

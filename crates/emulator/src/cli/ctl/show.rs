@@ -41,6 +41,7 @@ pub fn format_event(kind: &str, event: &Value) -> String {
     text
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn plain(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
@@ -48,6 +49,7 @@ fn plain(value: &Value) -> String {
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn is_plain(value: &Value) -> bool {
     match value {
         Value::Array(list) => list.iter().all(|value| !value.is_array() && !value.is_object()),
@@ -57,6 +59,7 @@ fn is_plain(value: &Value) -> bool {
 }
 
 /// A plain value or a list of such on one line.
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn on_line(value: &Value) -> String {
     match value {
         Value::Array(list) if list.is_empty() => "none".to_owned(),
@@ -66,6 +69,7 @@ fn on_line(value: &Value) -> String {
     }
 }
 
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn write(text: &mut String, value: &Value, depth: usize) {
     let indent = "  ".repeat(depth);
     match value {

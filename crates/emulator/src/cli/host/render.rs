@@ -224,6 +224,7 @@ fn sf_mode(code: u16) -> Value {
 
 /// The value for people: an object as one `name  value` line a field (none for null), a list of objects as one line each
 /// under a heading, a list of numbers as one line.
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 pub(super) fn table(value: &Value) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
