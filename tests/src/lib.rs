@@ -1,7 +1,7 @@
 //! Helpers shared by the suites, first of all a controller under virtual time.
 //!
 //! [`Robot`] only carries bytes, time and panel actions to the controller and keeps what it sends; what is expected is
-//! written in the suites. [`bench`] and [`host`] are for running emulators and their real connections. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
+//! written in the suites. [`mod@bench`] and [`host`] are for running emulators and their real connections. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
 
 #![expect(
     clippy::panic,

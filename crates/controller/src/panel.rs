@@ -1,5 +1,5 @@
 //! The panel: power, servo power, key switch, modes and holds, as far as they are a state. [`PanelState`] is what one may
-//! read; [`Panel`] changes it.
+//! read; `Panel` changes it.
 //!
 //! What a change does to the arm and the program is in `ops::panel`.
 
@@ -156,7 +156,7 @@ pub struct PanelState {
     /// When servo power that was turned on becomes active, if the option `servo.interval` delays it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub servo_due: Option<Time>,
-    /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`](crate::limits::SERVO_ONS) less one at most.
+    /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`] less one at most.
     #[cfg_attr(feature = "serde", serde(default))]
     pub servo_ons: u8,
     /// The emergency stop button is pressed.

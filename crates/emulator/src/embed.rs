@@ -1,7 +1,7 @@
 //! Emulators inside another process, for Rust tests. Each emulator listens on free ports of the loopback and ends
 //! when its handle is dropped.
 //!
-//! The builder fills the same [`Settings`] as the command line, and the thread it starts runs the same [`Driver`]
+//! The builder fills the same [`Settings`] as the command line, and the thread it starts runs the same driver
 //! as `serve`.
 //!
 //! ```no_run

@@ -1,8 +1,8 @@
-//! The product around the controller: configuration, command line, HTTP control interface, recordings and reports.
+//! The product `ts3100`: configuration, command line, embedding API, and what is put together at the start.
 //!
-//! It does not decide what the robot does. Bytes are decoded in `ts3100-proto`, commands are executed in
-//! `ts3100-controller`, and SCOL is compiled and run in `scol-mini`. Start reading at [`launch`], which starts a
-//! driver (`ts3100-driver`) as configured; [`cli`] and [`control`] are the two ways users reach it, and [`embed`] is the third, for Rust tests.
+//! It decides nothing about the robot: `ts3100-controller` does. The loop around the controller is in `ts3100-driver`, HTTP in
+//! `ts3100-control`, transcripts, scenarios and reports in `ts3100-recording`. Start reading at [`launch`], which starts a
+//! driver as configured; [`cli`] and [`control`] are two ways users reach it, [`embed`] is the third, for Rust tests.
 
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]

@@ -105,6 +105,7 @@ pub(crate) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
+    /// At the first of the `tokens` of one line of `source`.
     pub fn new(source: &'a str, arm: Arm, tokens: &'a [Lexeme]) -> Self {
         let end = tokens.last().map_or(0, |lexeme| lexeme.span.end);
         Self {
@@ -118,10 +119,12 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// The next token; `None` at the end of the line.
     pub fn peek(&self) -> Option<&'a Token> {
         self.tokens.get(self.at).map(|lexeme| &lexeme.token)
     }
 
+    /// The token `ahead` tokens after the next one.
     pub fn peek_at(&self, ahead: usize) -> Option<&'a Token> {
         self.tokens.get(self.at + ahead).map(|lexeme| &lexeme.token)
     }
@@ -141,22 +144,29 @@ impl<'a> Cursor<'a> {
         before.map_or_else(|| self.span(), |lexeme| lexeme.span)
     }
 
+    /// Takes the next token, which the caller has looked at.
     pub fn advance(&mut self) {
         self.at += 1;
     }
 
+    /// Takes the next token if it is this sign.
     pub fn sign(&mut self, sign: Sign) -> bool {
         let found = self.peek() == Some(&Token::Sign(sign));
         self.at += usize::from(found);
         found
     }
 
+    /// Takes the next token if it is this word, in upper case as the lexer gives it.
     pub fn word(&mut self, word: &str) -> bool {
         let found = matches!(self.peek(), Some(Token::Word(found)) if found == word);
         self.at += usize::from(found);
         found
     }
 
+    /// Takes this sign.
+    ///
+    /// # Errors
+    /// E0101 with `spelling`, what the author should have written.
     pub fn expect_sign(&mut self, sign: Sign, spelling: &str) -> Result<(), Problem> {
         if self.sign(sign) {
             Ok(())
@@ -165,6 +175,10 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// Takes this word.
+    ///
+    /// # Errors
+    /// E0101.
     pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
         if self.word(word) {
             Ok(())
@@ -173,7 +187,10 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A name that is no word of the language.
+    /// A name that is no word of the language. The configuration words of the other arm are free.
+    ///
+    /// # Errors
+    /// E0101 where no word stands, E0208 for a word of the language; `what` says what the name is for.
     pub fn name(&mut self, what: &str) -> Result<Name, Problem> {
         let span = self.span();
         let Some(Token::Word(word)) = self.peek() else {
@@ -190,6 +207,10 @@ impl<'a> Cursor<'a> {
         })
     }
 
+    /// That nothing follows.
+    ///
+    /// # Errors
+    /// E0101 at what follows.
     pub fn end_of_line(&self) -> Result<(), Problem> {
         if self.peek().is_none() {
             Ok(())
@@ -223,6 +244,9 @@ impl<'a> Cursor<'a> {
     }
 
     /// Runs `parse` one level deeper.
+    ///
+    /// # Errors
+    /// E0104 beyond the deepest level: parsers call themselves, and a line of parentheses must not exhaust the stack.
     pub fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Result<T, Problem>) -> Result<T, Problem> {
         if self.depth >= crate::MAX_EXPRESSION_NESTING {
             let message = format!("nested more than {} deep", crate::MAX_EXPRESSION_NESTING);
