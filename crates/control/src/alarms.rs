@@ -13,7 +13,6 @@ use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::input::PanelAction;
 use ts3100_driver::driver::request::View;
-use ts3100_proto::calendar::CalendarTime;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -78,19 +77,6 @@ pub struct RaiseRequest {
     detail: String,
 }
 
-/// Date and time as the error history writes them.
-pub fn format_calendar(at: CalendarTime) -> String {
-    let CalendarTime {
-        year,
-        month,
-        day,
-        hour,
-        minute,
-        second,
-    } = at;
-    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
-}
-
 impl ActiveAlarm {
     /// An alarm as a document.
     pub fn new(alarm: &Alarm) -> ActiveAlarm {
@@ -100,7 +86,7 @@ impl ActiveAlarm {
             text: alarm.message(),
             cause: alarm.code.cause,
             remedy: alarm.code.remedy,
-            at: format_calendar(alarm.at),
+            at: alarm.at.to_string(),
         }
     }
 }

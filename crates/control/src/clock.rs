@@ -288,7 +288,7 @@ async fn get_clock(State(handle): State<DriverHandle>) -> Result<Json<ClockStatu
         behind: view.clock.lag().as_secs_f64(),
         skipped: view.clock.skipped().as_secs_f64(),
         now: seconds(view.controller.now()),
-        calendar: super::alarms::format_calendar(view.controller.calendar_now()),
+        calendar: view.controller.calendar_now().to_string(),
         next: view.controller.poll_deadline().map(seconds),
     };
     Ok(Json(handle.query(look).await?))

@@ -217,7 +217,7 @@ impl ControllerState {
         ControllerState {
             t: seconds(now),
             time_mode: view.clock.mode().to_string(),
-            calendar: super::alarms::format_calendar(controller.calendar_now()),
+            calendar: controller.calendar_now().to_string(),
             power: state.powered,
             key: state.key,
             control_right: state.control_right,

@@ -6,7 +6,6 @@
 use super::args::Decoder;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
-use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
@@ -61,13 +60,13 @@ fn directory_entry(entry: &DirectoryEntry) -> Value {
 fn version(record: &VersionRecord) -> Value {
     json!({
         "name": record.name,
-        "date": date(record.date),
+        "date": record.date.to_string(),
         "checksum": format!("{:04X}", record.checksum),
     })
 }
 
 fn error_entry(entry: &ErrorEntry) -> Value {
-    json!({ "alarm": alarm(entry.level, entry.code), "at": date(entry.at) })
+    json!({ "alarm": alarm(entry.level, entry.code), "at": entry.at.to_string() })
 }
 
 fn number(number: &Number) -> Value {
@@ -78,7 +77,7 @@ fn number(number: &Number) -> Value {
 }
 
 fn alarm_record(record: &AlarmRecord) -> Value {
-    json!({ "alarm": record.number, "message": record.message, "at": date(record.at) })
+    json!({ "alarm": record.number, "message": record.message, "at": record.at.to_string() })
 }
 
 /// Values without names: which coordinates they are depends on the query and the arm.
@@ -198,18 +197,6 @@ fn rounded(values: &[f32; 8]) -> Vec<f64> {
 
 fn alarm(level: AlarmLevel, code: u16) -> String {
     format!("{}-{code:03}", level.number())
-}
-
-fn date(at: CalendarTime) -> String {
-    let CalendarTime {
-        year,
-        month,
-        day,
-        hour,
-        minute,
-        second,
-    } = at;
-    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
 }
 
 fn sf_mode(code: u16) -> Value {
