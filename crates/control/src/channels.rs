@@ -78,7 +78,10 @@ impl ChannelStatus {
         ChannelStatus {
             port: port_view.port,
             accepts: view.ports.get(&port_view.port).copied(),
-            serial: view.serial.get(&port_view.port).map(ToString::to_string),
+            serial: view
+                .serial_lines
+                .endpoint(port_view.port)
+                .map(ToString::to_string),
             peer: port_view.peer,
             exchange: port_view.exchange,
             partial: port_view.partial,

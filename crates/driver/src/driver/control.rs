@@ -68,7 +68,7 @@ impl Driver {
             controller: &self.cell.controller,
             clock: &self.edge.clock,
             ports: &self.edge.ports,
-            serial: self.edge.serial_lines.endpoints(),
+            serial_lines: &self.edge.serial_lines,
             backing: self.edge.backing.as_ref().map(Backing::status),
             snapshots: &self.snapshot_store,
         }

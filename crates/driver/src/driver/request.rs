@@ -5,7 +5,7 @@
 
 use super::wait::{Wait, WaitCondition};
 use crate::clock::{Clock, TimeMode};
-use crate::serial::SerialEndpoint;
+use crate::serial::SerialLines;
 use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
 use crate::store::backing;
 use std::collections::BTreeMap;
@@ -65,8 +65,8 @@ pub struct View<'a> {
     pub clock: &'a Clock,
     /// TCP port of each server channel.
     pub ports: &'a BTreeMap<Port, u16>,
-    /// Endpoint (path or address) of each open serial line.
-    pub serial: BTreeMap<Port, SerialEndpoint>,
+    /// The open serial lines.
+    pub serial_lines: &'a SerialLines,
     /// State of the backing directory; `None` without `--drive`.
     pub backing: Option<&'a backing::BackingStatus>,
     /// The named snapshots.

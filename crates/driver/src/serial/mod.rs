@@ -240,6 +240,12 @@ impl SerialLines {
         }
     }
 
+    /// Endpoint of a port's line, if one is open.
+    #[must_use]
+    pub fn endpoint(&self, port: Port) -> Option<&SerialEndpoint> {
+        self.open.get(&port).map(|line| &line.endpoint)
+    }
+
     /// Endpoint of each open line: link, device or address.
     #[must_use]
     pub fn endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
