@@ -202,7 +202,8 @@ impl Cell {
             first.get_or_insert(result);
             // What follows from the first input is the controller's own doing.
             by = Side::Robot;
-            if inputs.is_empty() {
+            // The controller has nothing overdue after an input; what it has put out can make planned inputs due.
+            if inputs.is_empty() && self.audience.actions.is_some() {
                 now = self.catch_up(now, by, &mut inputs, effects);
             }
         }

@@ -1,7 +1,8 @@
 //! A message queue for each port, polled in rotation. A host that sends without pause delays only itself: its queue is
 //! short, and each turn serves at most one portion of its bytes.
 //!
-//! [`crate::tcp`] and [`crate::serial`] each own one set of queues; their tasks send, the driver polls.
+//! The tasks of [`crate::serial`] send, the driver polls. The driver reads the sockets of [`crate::tcp`] itself, in portions of
+//! the same size.
 
 use std::task::{Context, Poll};
 use tokio::sync::mpsc;
