@@ -6,35 +6,35 @@
 
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{Input, PanelAction, Time};
-use ts3100_fuzz::{Cell, text_and_choices};
+use ts3100_fuzz::{Robot, text_and_choices};
 
 /// Events of one run.
 const EVENTS: u32 = 200;
 
 fuzz_target!(|data: &[u8]| {
     let (source, mut choices) = text_and_choices(data);
-    let mut cell = Cell::new(true);
-    if cell.controller.put_file("TEST", source.as_bytes()).is_err() {
+    let mut robot = Robot::new(true);
+    if robot.cell.controller.put_file("TEST", source.as_bytes()).is_err() {
         return;
     }
-    if cell.controller.select(Time::ZERO, "TEST").is_err() {
+    if robot.cell.controller.select(Time::ZERO, "TEST").is_err() {
         return;
     }
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
     let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
     let port = ts3100_controller::Port::Ip0;
-    let answer = cell.feed_and_collect(Input::received(port, text));
+    let answer = robot.feed_and_collect(Input::received(port, text));
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
-    cell.feed(Input::Panel(PanelAction::Start));
-    cell.advance(50);
+    robot.feed(Input::Panel(PanelAction::Start));
+    robot.advance(50);
     for _ in 0..EVENTS {
         if choices.is_empty() {
             break;
         }
-        cell.act(&mut choices);
+        robot.act(&mut choices);
     }
-    cell.advance(2_000);
-    cell.new_host();
-    let status = cell.ask("SU");
+    robot.advance(2_000);
+    robot.new_host();
+    let status = robot.ask("SU");
     assert!(status.starts_with(b"FL,MODE:"), "{}", status.escape_ascii());
 });

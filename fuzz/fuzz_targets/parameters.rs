@@ -6,7 +6,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{Input, PanelAction};
-use ts3100_fuzz::{Cell, text_and_choices};
+use ts3100_fuzz::{Robot, text_and_choices};
 use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, UserParameters, rewrite};
 
 const SECTIONS: [&str; 8] = ["E00", "E01", "E04", "E05", "E10", "U06", "U07", "U09"];
@@ -36,24 +36,27 @@ fuzz_target!(|data: &[u8]| {
             "a change is done once"
         );
     }
-    let mut cell = Cell::new(true);
+    let mut robot = Robot::new(true);
     for name in ["ETHERNET.PAR", "USER.PAR"] {
-        let _ = cell.controller.put_file(name, content);
-        let _ = cell.controller.set_parameter(name, section, &key, &value);
+        let _ = robot.cell.controller.put_file(name, content);
+        let _ = robot.cell.controller.set_parameter(name, section, &key, &value);
     }
     let stored = |name: &str| {
-        let mut files = cell.controller.files();
+        let mut files = robot.cell.controller.files();
         files
             .find(|(found, _)| *found == name)
             .map(|(_, content)| content.to_vec())
     };
     let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
-    let (before, lines_before) = (cell.controller.ethernet().clone(), *cell.controller.user());
-    cell.feed(Input::Panel(PanelAction::PowerCycle));
-    cell.advance(1_000);
+    let (before, lines_before) = (
+        robot.cell.controller.ethernet().clone(),
+        *robot.cell.controller.user(),
+    );
+    robot.feed(Input::Panel(PanelAction::PowerCycle));
+    robot.advance(1_000);
     // The power-on takes what the files say, and for the rest the values of before.
     let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;
-    assert_eq!(*cell.controller.ethernet(), expected);
+    assert_eq!(*robot.cell.controller.ethernet(), expected);
     let expected = UserParameters::parse(&lines.unwrap_or_default(), &lines_before, Edition::SixAxis).0;
-    assert_eq!(*cell.controller.user(), expected);
+    assert_eq!(*robot.cell.controller.user(), expected);
 });

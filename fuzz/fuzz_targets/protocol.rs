@@ -7,7 +7,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{ControlRight, Input, KeySwitch, PanelAction};
-use ts3100_fuzz::{Cell, Choices};
+use ts3100_fuzz::{Choices, Robot};
 use ts3100_proto::parameter::OpenMode;
 
 /// Events of one run.
@@ -24,27 +24,28 @@ fn entry(record: &str) -> (&str, usize) {
 
 fuzz_target!(|data: &[u8]| {
     let mut choices = Choices(data);
-    let mut cell = Cell::new(choices.byte() & 1 == 0);
-    let stored = cell.controller.put_file("TEST", PROGRAM);
+    let mut robot = Robot::new(choices.byte() & 1 == 0);
+    let stored = robot.cell.controller.put_file("TEST", PROGRAM);
     assert!(stored.is_ok());
     for _ in 0..EVENTS {
         if choices.is_empty() {
             break;
         }
-        cell.act(&mut choices);
+        robot.act(&mut choices);
     }
     // Long enough for every time limit of an unfinished text; then a new host is served.
-    cell.advance(30_000);
-    cell.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
-    cell.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
-    cell.feed(Input::Panel(PanelAction::PowerCycle));
-    if cell.controller.network().channels[0].mode == OpenMode::NotUsed {
+    robot.advance(30_000);
+    robot.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
+    robot.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
+    robot.feed(Input::Panel(PanelAction::PowerCycle));
+    if robot.cell.controller.network().channels[0].mode == OpenMode::NotUsed {
         return;
     }
-    cell.new_host();
-    let listed = String::from_utf8(cell.file("CA")).expect("a directory is characters");
+    robot.new_host();
+    let listed = String::from_utf8(robot.file("CA")).expect("a directory is characters");
     let found: Vec<(&str, usize)> = listed.split_terminator('\r').map(entry).collect();
-    let mut stored_files: Vec<(&str, usize)> = cell
+    let mut stored_files: Vec<(&str, usize)> = robot
+        .cell
         .controller
         .files()
         .map(|(name, content)| (name, content.len()))

@@ -1,4 +1,4 @@
-//! What the fuzz targets share: [`Choices`] reads the fuzzer's bytes as decisions, [`Cell`] is a controller and its peers
+//! What the fuzz targets share: [`Choices`] reads the fuzzer's bytes as decisions, [`Robot`] is a controller and its peers
 //! under virtual time.
 //!
 //! The properties that must hold are asserted in `fuzz_targets/`; `README.md` lists them.
@@ -8,6 +8,7 @@ use ts3100_controller::options::Config;
 use ts3100_controller::{
     ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
 };
+use ts3100_driver::cell::{Cell, Effects, Side};
 
 /// Deadlines the controller may want served within one step of time before it is considered hung.
 const MAX_DEADLINES: u32 = 200_000;
@@ -61,78 +62,71 @@ pub fn text_and_choices(data: &[u8]) -> (String, Choices<'_>) {
     )
 }
 
-/// A controller and its clock.
-pub struct Cell {
-    /// The controller.
-    pub controller: Controller,
+/// A controller, its clock and its peers.
+pub struct Robot {
+    /// The controller, to which nobody listens.
+    pub cell: Cell,
     now: Time,
-    /// File changes that it has asked to persist so far.
+    peers: Peers,
+}
+
+/// What is around the controller.
+#[derive(Default)]
+struct Peers {
+    /// Sent on IP0 during one input.
+    sent: Vec<u8>,
+    /// Bytes that came out of one input or deadline.
+    size: usize,
+    /// Deadlines served during one input.
+    deadlines: u32,
+    /// File changes that the controller has asked to persist so far.
     persist_requests: u32,
 }
 
 const PORTS: [Port; 6] = [Port::Host, Port::Ip0, Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
 
-impl Cell {
+impl Robot {
     /// A controller with a host on IP0 and peers on the channels, servo power on.
     ///
     /// # Panics
     /// Never: an empty drive is always taken.
     #[must_use]
-    pub fn new(field: bool) -> Cell {
+    pub fn new(field: bool) -> Robot {
         let dialect = if field { Dialect::Field } else { Dialect::Manual };
         let controller = Controller::new(Config::new(dialect), Vec::new()).expect("an empty drive is taken");
-        let mut cell = Cell {
-            controller,
+        let mut robot = Robot {
+            cell: Cell::new(controller),
             now: Time::ZERO,
-            persist_requests: 0,
+            peers: Peers::default(),
         };
-        cell.controller.persist_outside(true);
+        robot.cell.controller.persist_outside(true);
         for port in PORTS {
-            cell.feed(Input::Connected {
+            robot.feed(Input::Connected {
                 port,
                 peer: String::from("fuzz"),
             });
         }
-        cell.feed(Input::Panel(PanelAction::Servo(true)));
-        cell
+        robot.feed(Input::Panel(PanelAction::Servo(true)));
+        robot
     }
 
-    /// Feeds one input and drains the outputs.
+    /// Feeds one input; every deadline before it is served at its own time.
     ///
     /// # Panics
-    /// As [`Cell::feed_and_collect`] does.
+    /// As [`Robot::feed_and_collect`] does.
     pub fn feed(&mut self, input: Input) {
         self.feed_and_collect(input);
     }
 
-    /// As [`Cell::feed`]; returns the bytes sent on IP0.
+    /// As [`Robot::feed`]; returns the bytes sent on IP0.
     ///
     /// # Panics
-    /// When more comes out than any input can ask for.
+    /// When more comes out than any input can ask for, and when the controller makes no progress.
     pub fn feed_and_collect(&mut self, input: Input) -> Vec<u8> {
-        let (mut size, mut sent) = (0, Vec::new());
-        let mut next = Some(input);
-        while let Some(input) = next.take() {
-            for output in self.controller.feed(self.now, input) {
-                size += match output {
-                    Output::Send { port, bytes } => {
-                        let length = bytes.len();
-                        if port == Port::Ip0 {
-                            sent.extend(bytes);
-                        }
-                        length
-                    }
-                    Output::Stored { content, .. } => content.len(),
-                    Output::Persist { .. } => {
-                        next = Some(Input::Persisted(self.persist_result()));
-                        64
-                    }
-                    _ => 64,
-                };
-            }
-        }
-        assert!(size < MAX_OUT, "{size} bytes came of one input");
-        sent
+        (self.peers.size, self.peers.deadlines) = (0, 0);
+        // A refused action is one of the events.
+        let _refused = self.cell.feed(self.now, input, Side::Host, &mut self.peers);
+        std::mem::take(&mut self.peers.sent)
     }
 
     /// Sends a command on IP0 and returns the data section of the answer.
@@ -176,34 +170,13 @@ impl Cell {
         self.feed(Input::Connected { port, peer });
     }
 
-    /// Every third request to persist a file fails, so that the targets cover a full disk.
-    fn persist_result(&mut self) -> Result<(), PersistError> {
-        self.persist_requests = self.persist_requests.wrapping_add(1);
-        if self.persist_requests.is_multiple_of(3) {
-            Err(PersistError::Refused(String::from("full")))
-        } else {
-            Ok(())
-        }
-    }
-
-    /// Advances the virtual time by `millis` and serves every deadline at its own time.
+    /// Advances the virtual time by `millis`.
     ///
     /// # Panics
-    /// When the controller makes no progress.
+    /// As [`Robot::feed_and_collect`] does.
     pub fn advance(&mut self, millis: u64) {
-        let end = self.now + Duration::from_millis(millis);
-        for _ in 0..MAX_DEADLINES {
-            match self.controller.poll_deadline() {
-                Some(due) if due <= end => self.now = self.now.max(due),
-                _ => {
-                    self.now = end;
-                    self.feed(Input::Tick);
-                    return;
-                }
-            }
-            self.feed(Input::Tick);
-        }
-        panic!("{MAX_DEADLINES} deadlines before {end}: the controller makes no progress");
+        self.now = self.now + Duration::from_millis(millis);
+        self.feed(Input::Tick);
     }
 
     /// Feeds one event that the bytes choose.
@@ -261,5 +234,43 @@ impl Cell {
                 _ => PanelAction::Servo(!on),
             })),
         }
+    }
+}
+
+impl Effects for Peers {
+    /// Every third request to persist a file fails, so that the targets cover a full disk.
+    fn persist(&mut self, _at: Time, _name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
+        self.persist_requests = self.persist_requests.wrapping_add(1);
+        if self.persist_requests.is_multiple_of(3) {
+            Err(PersistError::Refused(String::from("full")))
+        } else {
+            Ok(())
+        }
+    }
+
+    fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        self.size += match output {
+            Output::Send { port, bytes } => {
+                if port == Port::Ip0 {
+                    self.sent.extend_from_slice(&bytes);
+                }
+                bytes.len()
+            }
+            Output::Stored { content, .. } => content.len(),
+            _ => 64,
+        };
+        assert!(self.size < MAX_OUT, "{} bytes came of one input", self.size);
+        Vec::new()
+    }
+
+    fn is_late(&mut self, reached: Time) -> bool {
+        self.size = 0;
+        self.deadlines += 1;
+        let hangs = self.deadlines >= MAX_DEADLINES;
+        assert!(
+            !hangs,
+            "{MAX_DEADLINES} deadlines before {reached}: the controller makes no progress"
+        );
+        false
     }
 }

@@ -1,7 +1,7 @@
 //! Helpers shared by the suites, first of all a controller under virtual time.
 //!
-//! [`Robot`] only carries bytes, time and panel actions to the controller and keeps what it sends; what is expected is
-//! written in the suites. [`mod@bench`] and [`host`] are for running emulators and their real connections. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
+//! [`Robot`] only carries bytes, time and panel actions to a [`Cell`] and keeps what the controller sends; what is expected
+//! is written in the suites. [`mod@bench`] and [`host`] are for running emulators and their real connections. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
 
 #![expect(
     clippy::panic,
@@ -24,16 +24,17 @@ use std::time::Duration;
 use ts3100_controller::{
     Config, Controller, Dialect, Event, Findings, Input, Output, PanelAction, Port, Time,
 };
+use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_proto::status::sf::SfLayout;
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
 
 /// A controller, its virtual clock, and what it has sent.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Robot {
-    /// The controller.
-    pub controller: Controller,
+    /// The controller, to which nobody listens.
+    pub cell: Cell,
     now: Time,
     sent: BTreeMap<Port, Vec<u8>>,
     /// Everything else it has put out, in order.
@@ -61,14 +62,8 @@ impl Robot {
     #[must_use]
     pub fn with(config: Config) -> Robot {
         let controller = Controller::new(config, Vec::new());
-        let mut robot = Robot {
-            controller: controller.unwrap_or_else(|error| panic!("a fresh controller: {error}")),
-            now: Time::ZERO,
-            sent: BTreeMap::new(),
-            outputs: Vec::new(),
-            round_trips: round_trip::RoundTrips::current(),
-            findings: Findings::default(),
-        };
+        let mut robot =
+            Robot::from_controller(controller.unwrap_or_else(|error| panic!("a fresh controller: {error}")));
         robot.feed(Input::Tick);
         robot
     }
@@ -78,7 +73,7 @@ impl Robot {
     pub fn from_controller(controller: Controller) -> Robot {
         Robot {
             now: controller.now(),
-            controller,
+            cell: Cell::new(controller),
             sent: BTreeMap::new(),
             outputs: Vec::new(),
             round_trips: round_trip::RoundTrips::current(),
@@ -105,9 +100,9 @@ impl Robot {
     /// # Panics
     /// When the drive does not take it or it does not compile.
     pub fn load(&mut self, name: &str, program: &str) {
-        let stored = self.controller.put_file(name, program.as_bytes());
+        let stored = self.cell.controller.put_file(name, program.as_bytes());
         stored.unwrap_or_else(|error| panic!("storing {name}: {error}"));
-        let selected = self.controller.select(self.now, name);
+        let selected = self.cell.controller.select(self.now, name);
         selected.unwrap_or_else(|error| panic!("selecting {name}: {error}"));
         self.feed(Input::Tick);
     }
@@ -120,17 +115,16 @@ impl Robot {
 
     /// One thing happens now.
     pub fn feed(&mut self, input: Input) {
-        for output in self.controller.feed(self.now, input) {
-            if let Output::Event(event) = &output {
-                self.findings.record(event);
-            }
-            match output {
-                Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
-                other => self.outputs.push(other),
-            }
-        }
+        let mut world = World {
+            sent: &mut self.sent,
+            outputs: &mut self.outputs,
+            findings: &mut self.findings,
+            deadlines: 0,
+        };
+        // The suites read the refusal of an action from its event.
+        let _refused = self.cell.feed(self.now, input, Side::Host, &mut world);
         if self.round_trips.is_due() {
-            self.controller = round_trip::round_trip(&self.controller);
+            self.cell.controller = round_trip::round_trip(&self.cell.controller);
         }
     }
 
@@ -174,17 +168,15 @@ impl Robot {
     pub fn advance(&mut self, duration: Duration) {
         let end = self.now + duration;
         for _ in 0..MAX_DEADLINES {
-            match self.controller.poll_deadline() {
-                Some(due) if due <= end => self.now = self.now.max(due),
-                _ => {
-                    self.now = end;
-                    self.feed(Input::Tick);
-                    return;
-                }
+            // The cell serves all deadlines in one go; a round trip comes after each of them.
+            match self.cell.deadline() {
+                Some(due) if due < end && self.round_trips.are_made() => self.now = self.now.max(due),
+                _ => break,
             }
             self.feed(Input::Tick);
         }
-        panic!("{MAX_DEADLINES} deadlines before {end}: the controller does not get on");
+        self.now = end;
+        self.feed(Input::Tick);
     }
 
     /// Time passes in milliseconds.
@@ -309,6 +301,36 @@ impl Robot {
             _ => None,
         };
         self.outputs.iter().filter_map(number).collect()
+    }
+}
+
+/// What is around the controller of a [`Robot`]: it keeps what is put out.
+struct World<'a> {
+    sent: &'a mut BTreeMap<Port, Vec<u8>>,
+    outputs: &'a mut Vec<Output>,
+    findings: &'a mut Findings,
+    deadlines: u32,
+}
+
+impl Effects for World<'_> {
+    fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        if let Output::Event(event) = &output {
+            self.findings.record(event);
+        }
+        match output {
+            Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
+            other => self.outputs.push(other),
+        }
+        Vec::new()
+    }
+
+    fn is_late(&mut self, reached: Time) -> bool {
+        self.deadlines += 1;
+        assert!(
+            self.deadlines < MAX_DEADLINES,
+            "{MAX_DEADLINES} deadlines before {reached}: the controller does not get on"
+        );
+        false
     }
 }
 

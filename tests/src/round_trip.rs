@@ -45,10 +45,16 @@ impl RoundTrips {
         RoundTrips { every, inputs: 0 }
     }
 
+    /// Whether round trips are made at all.
+    #[must_use]
+    pub fn are_made(&self) -> bool {
+        self.every > 0
+    }
+
     /// Counts one input and returns whether a round trip is due.
     pub fn is_due(&mut self) -> bool {
         self.inputs += 1;
-        self.every > 0 && self.inputs.is_multiple_of(self.every)
+        self.are_made() && self.inputs.is_multiple_of(self.every)
     }
 }
 

@@ -159,6 +159,7 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
 fn state(name: &str) -> Robot {
     let mut robot = Robot::ready(PROGRAM);
     robot
+        .cell
         .controller
         .put_file("OTHER", b"PROGRAM OTHER\nPRINT IP1, \"O\", CR\nEND\n")
         .unwrap();

@@ -218,7 +218,7 @@ fn a_host_that_knows_what_to_do_survives_and_one_that_does_not_fails() {
             done,
             Ok(()),
             "{kind}: the careful host; the log: {:?}",
-            world.fired
+            world.peers.fired
         );
         says_why(&world, kind);
         let (world, done) = careless(row, Some(spec));
@@ -229,8 +229,8 @@ fn a_host_that_knows_what_to_do_survives_and_one_that_does_not_fails() {
 
 /// The log has one line of the fault, with its words, and the report one firing with its time.
 fn says_why(world: &World, kind: &str) {
-    let [(1, logged, words)] = world.fired.as_slice() else {
-        panic!("{kind}: the log has {:?}", world.fired);
+    let [(1, logged, words)] = world.peers.fired.as_slice() else {
+        panic!("{kind}: the log has {:?}", world.peers.fired);
     };
     assert_eq!(*logged, kind);
     assert!(words.len() > 10, "{kind}: {words}");
@@ -244,7 +244,7 @@ fn says_why(world: &World, kind: &str) {
         "{kind}"
     );
     assert!(report.summary().contains("fired 1 times"), "{}", report.summary());
-    assert_eq!(world.controller.faults().never_fired().count(), 0);
+    assert_eq!(world.cell.controller.faults().never_fired().count(), 0);
 }
 
 #[test]
@@ -266,7 +266,7 @@ fn the_same_faults_give_the_same_run() {
         }
         let mut host = Careful::new(&mut world, Port::Ip0);
         let done: Vec<_> = (0..10).map(|_| host.file(&mut world, "VR", "").is_ok()).collect();
-        (world.sent, world.fired, done)
+        (world.peers.sent, world.peers.fired, done)
     };
     assert_eq!(run(5), run(5));
     assert_ne!(run(5).1, run(6).1);
@@ -280,6 +280,7 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
     let mut host = Careful::new(&mut world, Port::Ip0);
     host.file(&mut world, "SU", "MODE:").unwrap();
     let lines: Vec<String> = world
+        .cell
         .controller
         .faults()
         .never_fired()
@@ -293,5 +294,5 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
         ]
     );
     world.pass(Duration::from_secs(1));
-    assert!(world.fired.is_empty());
+    assert!(world.peers.fired.is_empty());
 }

@@ -34,7 +34,7 @@ fn a_file_without_data_finds_the_taught_points() {
     assert_eq!(robot.alarms(), Vec::<String>::new());
     assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
     robot.received(Port::Ip0);
-    let world = robot.controller.arm_pose().world_values();
+    let world = robot.cell.controller.arm_pose().world_values();
     assert!(
         (world[1] + 150.0).abs() < 1e-6 && (world[2] - 15.0).abs() < 1e-6,
         "{world:?}"
@@ -119,30 +119,30 @@ fn a_restored_controller_knows_its_points_and_one_of_old_has_none() {
     robot.load("PICK", BARE);
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(50);
-    let mut again = Robot::from_controller(Controller::restore(robot.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.cell.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.advance_ms(10_000);
         assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
         robot.load("AGAIN", BARE);
         assert!(read(robot, "T1 4").starts_with("250.000"));
     }
-    let mut snapshot = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let mut snapshot = serde_json::to_value(robot.cell.controller.snapshot()).unwrap();
     let two = snapshot["config"]["points"][0].clone();
     snapshot["config"]["points"].as_array_mut().unwrap().push(two);
     let twice = serde_json::from_value(snapshot).unwrap();
     assert!(Controller::restore(twice).is_err(), "a name appears twice");
     let mut plain = Robot::ready("PROGRAM P\nMOVE P1\nEND\nDATA\nPOINT P1=400/\nEND\n");
     plain.advance_ms(1);
-    let mut snapshot = serde_json::to_value(plain.controller.snapshot()).unwrap();
+    let mut snapshot = serde_json::to_value(plain.cell.controller.snapshot()).unwrap();
     snapshot["config"].as_object_mut().unwrap().remove("points");
     let old = serde_json::from_value(snapshot).unwrap();
-    assert_eq!(Controller::restore(old).unwrap(), plain.controller);
+    assert_eq!(Controller::restore(old).unwrap(), plain.cell.controller);
 }
 
 #[test]
 fn a_point_without_a_value_is_refused_with_what_to_do() {
     let mut robot = scara_of(ArmModel::thl400());
-    robot.controller.put_file("PICK", BARE.as_bytes()).unwrap();
+    robot.cell.controller.put_file("PICK", BARE.as_bytes()).unwrap();
     robot.connect(Port::Ip0);
     assert_eq!(robot.ask(Port::Ip0, "SL,PICK"), b"NG\r");
     let reasons = format!("{:?}", robot.outputs);
@@ -230,13 +230,13 @@ fn options_that_an_older_snapshot_does_not_name_are_as_they_were() {
     config.options.din_unknown = ts3100_controller::options::UnknownInput::Zero;
     let mut robot = Robot::with(config);
     robot.load("P", "PROGRAM P\nPRINT IP1, 1.001 == 1.0, DIN(70), CR\nEND\n");
-    let mut old = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let mut old = serde_json::to_value(robot.cell.controller.snapshot()).unwrap();
     let options = old["config"]["options"].as_object_mut().unwrap();
     for name in ["equal_within", "din_unknown"] {
         assert!(options.remove(name).is_some(), "{name}");
     }
     let old = serde_json::from_value(old).unwrap();
-    assert_eq!(Controller::restore(old).unwrap(), robot.controller);
+    assert_eq!(Controller::restore(old).unwrap(), robot.cell.controller);
 }
 
 // clause: INP-03 INP-14 INP-10
@@ -305,13 +305,13 @@ fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
     assert_eq!(robot.ask(Port::Ip0, "DO,INPUT IP1, FRESH, N, MINE"), b"OK\r");
     robot.advance_ms(500);
     assert_eq!(robot.ask(Port::Ip0, "DO,DELAY 0"), b"NG\r", "it waits");
-    let mut again = Robot::from_controller(Controller::restore(robot.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.cell.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.raw(Port::Ip1, b"2.5,");
         robot.advance_ms(100);
         assert_eq!(
-            Controller::restore(robot.controller.snapshot()).unwrap(),
-            robot.controller
+            Controller::restore(robot.cell.controller.snapshot()).unwrap(),
+            robot.cell.controller
         );
         robot.raw(Port::Ip1, b"12,3\r");
         robot.advance_ms(500);
@@ -357,6 +357,7 @@ fn restore_writes_the_data_back_into_the_file() {
             "{statement}"
         );
         let file = robot
+            .cell
             .controller
             .files()
             .find(|(name, _)| *name == "TEST")
@@ -378,8 +379,8 @@ fn restore_writes_the_data_back_into_the_file() {
         assert_eq!(read(&mut robot, "FIRST(0) 5"), first, "{statement}");
         // The machine goes on in the new file.
         assert_eq!(
-            Controller::restore(robot.controller.snapshot()).unwrap(),
-            robot.controller
+            Controller::restore(robot.cell.controller.snapshot()).unwrap(),
+            robot.cell.controller
         );
         robot.load("TEST", &text);
         assert_eq!(
@@ -405,8 +406,8 @@ fn restore_by_do_and_by_a_monitor_is_the_same_and_what_cannot_be_restored_is_an_
     robot.advance_ms(500);
     assert!(stored(&robot).contains("N = 3\nEND"), "{}", stored(&robot));
     assert_eq!(
-        Controller::restore(robot.controller.snapshot()).unwrap(),
-        robot.controller
+        Controller::restore(robot.cell.controller.snapshot()).unwrap(),
+        robot.cell.controller
     );
 
     let mut robot = Robot::new(Dialect::Field);

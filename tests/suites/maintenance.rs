@@ -171,7 +171,7 @@ fn times_and_counts_are_those_of_the_states_and_survive_a_power_cycle() {
     robot.advance_ms(30 * 60_000);
     robot.put(Input::Action(Action::PowerOn));
     robot.connect(Port::Ip0);
-    robot = Robot::from_controller(round_trip::round_trip(&robot.controller));
+    robot = Robot::from_controller(round_trip::round_trip(&robot.cell.controller));
     let read = maintenance(&mut robot);
     let [total, energised, off, motion, fault, servo_offs, servo] = read.information;
     close(total, 60.0, "total");
@@ -205,12 +205,12 @@ fn a_locked_machine_wears_nothing() {
 #[test]
 fn the_current_position_file_shows_joints_line_and_torques_of_the_motion() {
     let mut robot = Robot::ready("PROGRAM T\nDELAY 1.0\nMOVEA 1, 100.9 WITH DECEL=50\nDELAY 9.0\nEND\n");
-    let at_rest = robot.controller.current_position();
+    let at_rest = robot.cell.controller.current_position();
     assert_eq!(at_rest.joints, [0, 10, 130, 0, 40, 0]);
     robot.command(Port::Ip0, "RN");
     let mut shown = |ms: u64| {
         robot.advance_ms(ms);
-        let position = robot.controller.current_position();
+        let position = robot.cell.controller.current_position();
         assert_eq!(CurrentPosition::decode(&position.encode()), Ok(position));
         assert_eq!(position.measured, position.joints);
         assert_eq!(position.torques[1..], [0; 5]);

@@ -136,7 +136,7 @@ fn the_drive_has_a_thousand_files() {
     let mut robot = with(|_| {});
     let before = text(&mut robot, "CA").split('\r').count() - 1;
     for number in before..1_000 {
-        let stored = robot.controller.put_file(&format!("F{number}"), b"END\n");
+        let stored = robot.cell.controller.put_file(&format!("F{number}"), b"END\n");
         assert!(stored.is_ok(), "{number}");
     }
     robot.command(Port::Ip0, "DL,ONEMORE");

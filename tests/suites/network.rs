@@ -193,7 +193,7 @@ fn factory_settings_answer_a_client_with_factory_settings() {
     drop(robot);
     assert_eq!(ip0.rest(), (vec![], None));
     let serial = ts3100_tests::Robot::new(ts3100_controller::Dialect::Field);
-    let com1 = serial.controller.serial_line(Port::Com1).unwrap();
+    let com1 = serial.cell.controller.serial_line(Port::Com1).unwrap();
     assert_eq!(
         (com1.speed, com1.length, com1.parity.number(), com1.stop),
         (9_600, 8, 0, 1)

@@ -73,7 +73,11 @@ pub fn example(letters: &str) -> (&'static str, &'static str) {
 
 pub fn prepare(column: usize, running: bool) -> Robot {
     let mut robot = Robot::ready(PROGRAM);
-    robot.controller.put_file("OLD", b"PROGRAM OLD\nEND\n").unwrap();
+    robot
+        .cell
+        .controller
+        .put_file("OLD", b"PROGRAM OLD\nEND\n")
+        .unwrap();
     robot.connect(Port::Host);
     let key = [KeySwitch::Teaching, KeySwitch::Internal]
         .get(column)

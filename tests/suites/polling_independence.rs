@@ -125,8 +125,8 @@ fn seen(robot: &mut Robot, log: &mut String) {
         "{} {} {raised:?} {:?} {:?}",
         robot.now(),
         String::from_utf8_lossy(&printed),
-        robot.controller.outputs_on(),
-        robot.controller.arm_pose(),
+        robot.cell.controller.outputs_on(),
+        robot.cell.controller.arm_pose(),
     );
 }
 

@@ -20,7 +20,7 @@ fn with_parameters(dialect: Dialect, name: &str, change: &[(&str, &str)]) -> Rob
         assert!(content.contains(from), "{from:?} in {content}");
         content = content.replacen(from, to, 1);
     }
-    robot.controller.put_file(name, content.as_bytes()).unwrap();
+    robot.cell.controller.put_file(name, content.as_bytes()).unwrap();
     robot.panel(PanelAction::PowerCycle);
     for port in [Port::Ip0, Port::Host, Port::Com1] {
         robot.connect(port);
@@ -49,7 +49,10 @@ fn host_of_a_scara_controller_is_served_at_300_and_600_bit_s() {
     };
     let set = |robot: &mut Robot, port: &str, speed: u32| {
         let value = format!("{speed} 8 0 1");
-        robot.controller.set_parameter("USER.PAR", "U06", port, &value)
+        robot
+            .cell
+            .controller
+            .set_parameter("USER.PAR", "U06", port, &value)
     };
     for speed in [300, 600] {
         let mut robot = with(ArmModel::thl400());
@@ -80,7 +83,7 @@ fn the_serial_lines_are_as_u06_sets_them() {
                     let line = format!("{speed} {length} {code} {stop}");
                     let mut robot = with_lines(&line, &line);
                     let found = |port| {
-                        let line = robot.controller.serial_line(port).unwrap();
+                        let line = robot.cell.controller.serial_line(port).unwrap();
                         (line.speed, line.length, line.parity, line.stop)
                     };
                     assert_eq!(found(Port::Host), (speed, length, parity, stop));
@@ -104,7 +107,7 @@ fn the_serial_lines_are_as_u06_sets_them() {
     assert!(
         Port::ETHERNET
             .iter()
-            .all(|port| robot.controller.serial_line(*port).is_none())
+            .all(|port| robot.cell.controller.serial_line(*port).is_none())
     );
 }
 
@@ -146,6 +149,7 @@ fn a_transfer_of_host_is_255_bytes_at_most() {
     fill.push(b'\r');
     robot.panel(PanelAction::Servo(true));
     robot
+        .cell
         .controller
         .put_file("T", b"GLOBAL\nN = 0\nEND\nPROGRAM T\nEND\n")
         .unwrap();
@@ -164,7 +168,11 @@ fn a_transfer_of_host_is_255_bytes_at_most() {
     let program = format!("PROGRAM LONG\n{}END\n", "PRINT IP1, \"A\", CR\n".repeat(100));
     let mut robot = Robot::new(Dialect::Manual);
     robot.connect(Port::Host);
-    robot.controller.put_file("LONG", program.as_bytes()).unwrap();
+    robot
+        .cell
+        .controller
+        .put_file("LONG", program.as_bytes())
+        .unwrap();
     for _ in 0..60 {
         robot.panel(PanelAction::EmergencyStop(true));
         robot.panel(PanelAction::EmergencyStop(false));
@@ -214,7 +222,11 @@ fn each_kind_of_file_comes_by_fl() {
 fn fields_keep_to_their_lengths() {
     let mut robot = Robot::ready("GLOBAL\nA = 10\nEND\nPROGRAM TEST\nEND\n");
     for name in ["A", "ABCDEFGH.SCL", "B12345678901"] {
-        robot.controller.put_file(name, &vec![b'\n'; 20_000]).unwrap();
+        robot
+            .cell
+            .controller
+            .put_file(name, &vec![b'\n'; 20_000])
+            .unwrap();
     }
     for record in text(&mut robot, "CA").split_terminator('\r') {
         let (name, size) = record.split_once(' ').unwrap();
@@ -305,7 +317,7 @@ fn a_program_downloaded_at_each_cycle_is_the_one_that_runs() {
 }
 
 fn page(robot: &Robot, number: usize) -> Vec<String> {
-    robot.controller.ethernet_pages()[number - 1].lines.clone()
+    robot.cell.controller.ethernet_pages()[number - 1].lines.clone()
 }
 
 /// Words of a row: blanks between them do not count.
@@ -317,7 +329,7 @@ fn words(row: &str) -> Vec<&str> {
 #[test]
 fn the_display_has_three_pages_in_a_row() {
     let robot = Robot::new(Dialect::Field);
-    let pages = robot.controller.ethernet_pages();
+    let pages = robot.cell.controller.ethernet_pages();
     assert_eq!(PAGES, 3);
     let headings: Vec<&str> = pages.iter().map(|page| page.heading.as_str()).collect();
     assert_eq!(
@@ -373,8 +385,8 @@ fn page_2_shows_ports_and_peers() {
     assert_eq!(words(&lines[0]), ["IP0", "01000", "00000", "0.0.0.0"]);
     assert!(lines[1..].iter().all(|row| unused(row)), "{lines:?}");
     robot.connect(Port::Ip0);
-    assert_eq!(robot.controller.peer_of(Port::Ip0).as_deref(), Some("suite"));
-    let mut robot = robot.controller;
+    assert_eq!(robot.cell.controller.peer_of(Port::Ip0).as_deref(), Some("suite"));
+    let mut robot = robot.cell.controller;
     let peer = "192.168.0.150:54321".to_string();
     robot.feed(
         robot.now(),

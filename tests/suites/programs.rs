@@ -204,7 +204,7 @@ pub fn play(source: &str) -> String {
         if now >= limit * 1_000 || (next == limit * 1_000 && !runs(&robot)) {
             break;
         }
-        let due = robot.controller.poll_deadline().map_or(u64::MAX, |due| {
+        let due = robot.cell.controller.poll_deadline().map_or(u64::MAX, |due| {
             (due.as_micros().saturating_sub(log.start)).max(now + 1)
         });
         robot.advance(Duration::from_micros(due.min(next).min(limit * 1_000) - now));

@@ -18,6 +18,7 @@ fn paced(u06: &str, change: impl Fn(&mut Options)) -> Robot {
     let mut robot = Robot::with(config);
     for port in ["COM1", "HOST"] {
         robot
+            .cell
             .controller
             .set_parameter("USER.PAR", "U06", port, u06)
             .unwrap();
@@ -107,7 +108,12 @@ fn ten_thousand_bytes_take_what_the_line_takes_in_both_directions() {
         rest.extend(frame(b"CA\r"));
         let mut rest = rest.as_slice();
         while !rest.is_empty() {
-            let room = robot.controller.line_room(Port::Host).unwrap().min(rest.len());
+            let room = robot
+                .cell
+                .controller
+                .line_room(Port::Host)
+                .unwrap()
+                .min(rest.len());
             robot.raw(Port::Host, &rest[..room]);
             rest = &rest[room..];
             robot.advance_ms(10);
@@ -131,7 +137,11 @@ fn a_file_takes_the_time_of_its_bytes_and_of_the_hosts_answers() {
         "PROGRAM BULK\n{}END\n",
         "DELAY 1.0 ' filler of some length\n".repeat(282)
     );
-    robot.controller.put_file("BULK", program.as_bytes()).unwrap();
+    robot
+        .cell
+        .controller
+        .put_file("BULK", program.as_bytes())
+        .unwrap();
     let start = robot.now();
     robot.send(Port::Host, b"UL,BULK\r");
     let (mut sent, mut got) = (frame(b"UL,BULK\r").len(), 0);
@@ -394,7 +404,7 @@ fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     robot.advance_ms(100);
     let servo = Output::Event(Event::Servo(true));
     assert!(robot.outputs.contains(&servo));
-    assert_eq!(robot.controller.peer_of(Port::Host), None);
+    assert_eq!(robot.cell.controller.peer_of(Port::Host), None);
     // The next host is there before the line is free, and hears nothing of the former one's answer.
     let mut robot = usual();
     robot.send(Port::Host, b"CA\r");
@@ -416,7 +426,10 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(robot.controller.peer_of(Port::Host).as_deref(), Some("suite"));
+    assert_eq!(
+        robot.cell.controller.peer_of(Port::Host).as_deref(),
+        Some("suite")
+    );
     assert!(robot.outputs.contains(&Output::Event(Event::Servo(true))));
     assert_eq!(
         robot.received(Port::Host),
@@ -445,7 +458,7 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.send(Port::Host, b"SP\r");
     robot.disconnect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(robot.controller.peer_of(Port::Host), None);
+    assert_eq!(robot.cell.controller.peer_of(Port::Host), None);
     assert_eq!(robot.received(Port::Host), b"");
 }
 
@@ -487,15 +500,15 @@ fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
 #[test]
 fn the_line_takes_no_more_than_it_says() {
     let mut robot = usual();
-    let room = robot.controller.line_room(Port::Com1).unwrap();
+    let room = robot.cell.controller.line_room(Port::Com1).unwrap();
     robot.raw(Port::Com1, &vec![b'1'; room]);
-    assert_eq!(robot.controller.line_room(Port::Com1), Some(0));
+    assert_eq!(robot.cell.controller.line_room(Port::Com1), Some(0));
     assert!(findings(&robot, "line-overflow").is_empty());
     robot.raw(Port::Com1, b"2");
     assert_eq!(findings(&robot, "line-overflow").len(), 1);
     robot.advance_ms(100);
-    assert_eq!(robot.controller.line_room(Port::Com1), Some(96));
-    assert_eq!(robot.controller.line_room(Port::Ip0), None);
+    assert_eq!(robot.cell.controller.line_room(Port::Com1), Some(96));
+    assert_eq!(robot.cell.controller.line_room(Port::Ip0), None);
 }
 
 #[test]
@@ -506,18 +519,18 @@ fn print_waits_for_room_and_a_stop_ends_the_wait() {
     robot.panel(PanelAction::Start);
     robot.advance_ms(500);
     assert!(
-        robot.controller.program_runs(),
+        robot.cell.controller.program_runs(),
         "5,000 bytes are not out in 0.5 s"
     );
     robot.panel(PanelAction::Stop);
     robot.advance_ms(1);
-    assert!(!robot.controller.program_runs());
+    assert!(!robot.cell.controller.program_runs());
     let before = robot.received(Port::Com1).len();
     robot.advance_ms(2_000);
     assert!((480..=1_600).contains(&(before + robot.received(Port::Com1).len())));
     robot.panel(PanelAction::Start);
     robot.advance_ms(10_000);
-    assert!(!robot.controller.program_runs());
+    assert!(!robot.cell.controller.program_runs());
 }
 
 #[test]

@@ -41,11 +41,17 @@ fn value(text: &str, section: &str, key: &str, new: &str) -> String {
 }
 
 fn modes(robot: &Robot) -> [OpenMode; 4] {
-    robot.controller.network().channels.map(|channel| channel.mode)
+    robot
+        .cell
+        .controller
+        .network()
+        .channels
+        .map(|channel| channel.mode)
 }
 
 fn ports(robot: &Robot) -> [u16; 4] {
     robot
+        .cell
         .controller
         .network()
         .channels
@@ -109,7 +115,7 @@ fn parameters_act_after_a_power_cycle() {
             OpenMode::Server
         ]
     );
-    let client = robot.controller.network().channels[1];
+    let client = robot.cell.controller.network().channels[1];
     assert_eq!(
         (client.peer_address, client.peer_port),
         ([192, 168, 0, 151], 1001)
@@ -149,6 +155,7 @@ fn a_broken_parameter_file_keeps_the_last_good_values() {
     let mut robot = idle(Dialect::Field);
     for broken in ["", "[E05] {IP0} = banana", "[[[[{{{{====", "[END]"] {
         robot
+            .cell
             .controller
             .put_file("ETHERNET.PAR", broken.as_bytes())
             .unwrap();

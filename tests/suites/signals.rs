@@ -534,7 +534,7 @@ fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
         );
         // Requested again meanwhile it comes no later; a snapshot carries it.
         robot.command(Port::Ip0, "SO");
-        robot = Robot::from_controller(ts3100_tests::round_trip::round_trip(&robot.controller));
+        robot = Robot::from_controller(ts3100_tests::round_trip::round_trip(&robot.cell.controller));
         robot.advance(due.since(robot.now()) - Duration::from_millis(1));
         assert!(!servo(&mut robot), "{way}");
         robot.advance_ms(1);

@@ -101,7 +101,7 @@ const LATER_FIELDS: [&str; 5] = [
 #[test]
 fn a_snapshot_without_the_fields_that_came_later_is_read() {
     let robot = busy();
-    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
+    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.cell.controller)).unwrap();
     for field in LATER_FIELDS {
         let (parent, name) = field.rsplit_once('/').unwrap();
         let parent = json.pointer_mut(parent).unwrap().as_object_mut().unwrap();
@@ -118,7 +118,7 @@ fn a_snapshot_without_the_fields_that_came_later_is_read() {
 #[test]
 fn the_busy_controller_is_busy() {
     let robot = busy();
-    let json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
+    let json: Json = serde_json::from_str(&round_trip::to_json(&robot.cell.controller)).unwrap();
     assert_eq!(json["format"], "ts3100-snapshot");
     assert_eq!(json["version"], 1);
     for place in [
@@ -143,7 +143,7 @@ fn the_busy_controller_is_busy() {
 #[test]
 fn another_version_or_form_is_refused_with_words() {
     let robot = Robot::new(Dialect::Field);
-    let mut json = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let mut json = serde_json::to_value(robot.cell.controller.snapshot()).unwrap();
     json["version"] = 2.into();
     let head: SnapshotHeader = serde_json::from_value(json.clone()).unwrap();
     assert_eq!(
@@ -267,7 +267,7 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
 /// A state that cannot occur is refused, and the message names the field.
 #[test]
 fn a_state_that_cannot_occur_is_refused_with_its_field() {
-    let whole: Json = serde_json::from_str(&round_trip::to_json(&busy().controller)).unwrap();
+    let whole: Json = serde_json::from_str(&round_trip::to_json(&busy().cell.controller)).unwrap();
     for (place, value, expected) in impossible() {
         let mut json = whole.clone();
         let field = json.pointer_mut(place);
@@ -289,7 +289,7 @@ fn a_state_that_cannot_occur_is_refused_with_its_field() {
 fn an_interrupted_motion_is_validated_too() {
     let mut robot = busy();
     robot.panel(PanelAction::Servo(false));
-    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
+    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.cell.controller)).unwrap();
     let path = json.pointer_mut("/arm/interrupted/motion/path");
     *path.unwrap() = serde_json::json!({"Chain": {"legs": [], "duration": 1.0}});
     let error = round_trip::from_json(&json.to_string()).map(drop).unwrap_err();
@@ -385,7 +385,7 @@ fn live(controller: Controller) {
 fn a_tampered_snapshot_is_refused_or_goes_on_but_never_panics_or_hangs() {
     let robot = busy();
     let mut rng = simulation::Rng(0x7533_1006);
-    let whole: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
+    let whole: Json = serde_json::from_str(&round_trip::to_json(&robot.cell.controller)).unwrap();
     let (mut refused, mut lived) = (0, 0);
     for _ in 0..tries() {
         let mut json = whole.clone();

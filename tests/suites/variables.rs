@@ -252,8 +252,13 @@ fn files_that_do_not_load_are_refused_by_sl() {
     ] {
         let mut robot = Robot::new(Dialect::Field);
         robot.connect(Port::Ip0);
-        robot.controller.put_file("GOOD", b"PROGRAM G\nEND\n").unwrap();
         robot
+            .cell
+            .controller
+            .put_file("GOOD", b"PROGRAM G\nEND\n")
+            .unwrap();
+        robot
+            .cell
             .controller
             .put_file("BAD", format!("PROGRAM B\nEND\nDATA\n{line}\nEND\n").as_bytes())
             .unwrap();

@@ -1,7 +1,7 @@
 //! A controller, who listens to it, and the one loop that feeds it: an input, everything that was due before, and all
 //! outputs. There is no clock and no socket here; the owner says what time it is and carries the outputs out.
 //!
-//! The daemon, `ts3100 run`, `diff` and tests use the same [`Cell`]. Start with [`Cell::feed`].
+//! The daemon, `ts3100 run`, `diff`, tests and fuzzers use the same [`Cell`]. Start with [`Cell::feed`].
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;

@@ -53,7 +53,7 @@ fn a_seed_is_a_run_and_another_seed_another_one() {
         let mut host = Careful::new(&mut world, Port::Ip0);
         store(&mut world, &mut host).unwrap();
         host.file(&mut world, "CA", "").unwrap();
-        world.sent
+        world.peers.sent
     };
     assert_eq!(run(Some(7)), run(Some(7)));
     assert_ne!(run(Some(7)), run(Some(8)));
@@ -122,7 +122,7 @@ fn an_unsolicited_stop_comes_at_another_time_and_not_more_than_half_a_second_lat
         let stopped = world.now;
         world.put(Input::Panel(PanelAction::EmergencyStop(true)));
         world.pass(Duration::from_secs(2));
-        let sent = world.sent.iter().find(|(_, port, _)| *port == Port::Ip0);
+        let sent = world.peers.sent.iter().find(|(_, port, _)| *port == Port::Ip0);
         let (at, ..) = sent.unwrap_or_else(|| panic!("seed {seed}: nothing was sent"));
         assert!(at.since(stopped) <= Duration::from_millis(500), "seed {seed}");
         times.insert(at.as_micros());
@@ -141,10 +141,15 @@ fn texts_of_long_files_are_cut_elsewhere() {
             ..Config::new(Dialect::Field)
         };
         let mut world = World::new(config, &[]);
-        world.controller.put_file("LONG", content.as_bytes()).unwrap();
+        world
+            .cell
+            .controller
+            .put_file("LONG", content.as_bytes())
+            .unwrap();
         let mut host = Careful::new(&mut world, Port::Ip0);
         assert_eq!(host.file(&mut world, "UL,LONG", "").unwrap(), content.as_bytes());
         let bytes: Vec<u8> = world
+            .peers
             .sent
             .iter()
             .flat_map(|(_, _, bytes)| bytes.clone())

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, PanelAction, Port, Time};
+use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_tests::round_trip::{self, RoundTrips};
 
 /// Inputs and deadlines of one test before the controller is taken to hang.
@@ -24,10 +25,17 @@ pub enum NoBytes {
 }
 
 /// A controller with hosts.
-#[derive(Debug)]
 pub struct World {
-    pub controller: Controller,
+    pub cell: Cell,
     pub now: Time,
+    pub peers: Peers,
+    steps: u32,
+    round_trips: RoundTrips,
+}
+
+/// The hosts, and what they have got.
+#[derive(Debug, Default)]
+pub struct Peers {
     /// What was sent and not read yet, segment by segment.
     segments: BTreeMap<Port, VecDeque<Vec<u8>>>,
     connected: BTreeSet<Port>,
@@ -36,8 +44,6 @@ pub struct World {
     pub fired: Vec<(u32, &'static str, String)>,
     /// When and how bytes left, for comparisons.
     pub sent: Vec<(Time, Port, Vec<u8>)>,
-    steps: u32,
-    round_trips: RoundTrips,
 }
 
 impl World {
@@ -47,18 +53,14 @@ impl World {
             .iter()
             .map(|(name, text)| ((*name).to_string(), text.as_bytes().to_vec()));
         let mut world = World {
-            controller: Controller::new(config, stored.collect()).unwrap(),
+            cell: Cell::new(Controller::new(config, stored.collect()).unwrap()),
             now: Time::ZERO,
-            segments: BTreeMap::new(),
-            connected: BTreeSet::new(),
-            stalled: BTreeSet::new(),
-            fired: Vec::new(),
-            sent: Vec::new(),
+            peers: Peers::default(),
             steps: 0,
             round_trips: RoundTrips::every(ROUND_TRIP_EVERY),
         };
         if let Some((name, _)) = files.first() {
-            world.controller.select(Time::ZERO, name).unwrap();
+            world.cell.controller.select(Time::ZERO, name).unwrap();
         }
         world.put(Input::Panel(PanelAction::Servo(true)));
         world
@@ -75,67 +77,26 @@ impl World {
     }
 
     pub fn reports(&self) -> Vec<FaultReport> {
-        self.controller.faults().reports().cloned().collect()
+        self.cell.controller.faults().reports().cloned().collect()
     }
 
     pub fn put(&mut self, input: Input) {
         self.steps += 1;
         assert!(self.steps < MOST_STEPS, "the controller does not get on");
-        let mut inputs = VecDeque::from([input]);
-        while let Some(input) = inputs.pop_front() {
-            for output in self.controller.feed(self.now, input) {
-                self.perform(output, &mut inputs);
-            }
-            if self.round_trips.is_due() {
-                self.controller = round_trip::round_trip(&self.controller);
-            }
+        // The suites read the refusal of an action from its event.
+        let _refused = self.cell.feed(self.now, input, Side::Host, &mut self.peers);
+        if self.round_trips.is_due() {
+            self.cell.controller = round_trip::round_trip(&self.cell.controller);
         }
-    }
-
-    fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
-        match output {
-            Output::Send { port, bytes } => {
-                self.sent.push((self.now, port, bytes.to_vec()));
-                if self.connected.contains(&port) && !self.stalled.contains(&port) {
-                    self.segments.entry(port).or_default().push_back(bytes.into());
-                }
-            }
-            Output::Disconnect { port, .. } => {
-                self.lose(port);
-                inputs.push_back(Input::Disconnected { port });
-            }
-            Output::Stall { port } => {
-                self.stalled.insert(port);
-            }
-            Output::PowerCycled => {
-                for port in std::mem::take(&mut self.connected) {
-                    self.segments.remove(&port);
-                    inputs.push_back(Input::Disconnected { port });
-                }
-            }
-            Output::Event(Event::Fault {
-                id,
-                kind,
-                message,
-                fired: true,
-                ..
-            }) => self.fired.push((id, kind, message)),
-            _ => {}
-        }
-    }
-
-    fn lose(&mut self, port: Port) {
-        self.connected.remove(&port);
-        self.stalled.remove(&port);
     }
 
     /// Connects, unless the robot still believes that somebody is there (`channel.second = refuse`).
     pub fn connect(&mut self, port: Port) -> bool {
-        if self.connected.contains(&port) {
+        if self.peers.connected.contains(&port) {
             return false;
         }
-        self.segments.remove(&port);
-        self.connected.insert(port);
+        self.peers.segments.remove(&port);
+        self.peers.connected.insert(port);
         self.put(Input::Connected {
             port,
             peer: "host".to_string(),
@@ -145,18 +106,18 @@ impl World {
 
     /// The host hangs up. A stalled robot does not notice.
     pub fn hang_up(&mut self, port: Port) {
-        self.segments.remove(&port);
-        if self.connected.contains(&port) && !self.stalled.contains(&port) {
-            self.lose(port);
+        self.peers.segments.remove(&port);
+        if self.peers.connected.contains(&port) && !self.peers.stalled.contains(&port) {
+            self.peers.lose(port);
             self.put(Input::Disconnected { port });
         }
     }
 
     pub fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), NoBytes> {
-        if !self.connected.contains(&port) {
+        if !self.peers.connected.contains(&port) {
             return Err(NoBytes::Gone);
         }
-        if !self.stalled.contains(&port) {
+        if !self.peers.stalled.contains(&port) {
             let bytes = bytes.to_vec();
             self.put(Input::received(port, bytes));
         }
@@ -167,10 +128,10 @@ impl World {
     pub fn read(&mut self, port: Port, limit: Duration) -> Result<Vec<u8>, NoBytes> {
         let end = self.now + limit;
         loop {
-            if let Some(segment) = self.segments.get_mut(&port).and_then(VecDeque::pop_front) {
+            if let Some(segment) = self.peers.segments.get_mut(&port).and_then(VecDeque::pop_front) {
                 return Ok(segment);
             }
-            if !self.connected.contains(&port) {
+            if !self.peers.connected.contains(&port) {
                 return Err(NoBytes::Gone);
             }
             if !self.step(end) {
@@ -187,9 +148,53 @@ impl World {
 
     /// To the next deadline, or to the end: false.
     fn step(&mut self, end: Time) -> bool {
-        let due = self.controller.poll_deadline().filter(|due| *due <= end);
+        let due = self.cell.deadline().filter(|due| *due <= end);
         self.now = due.unwrap_or(end).max(self.now);
         self.put(Input::Tick);
         due.is_some()
+    }
+}
+
+impl Peers {
+    fn lose(&mut self, port: Port) {
+        self.connected.remove(&port);
+        self.stalled.remove(&port);
+    }
+}
+
+impl Effects for Peers {
+    fn perform(&mut self, at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        match output {
+            Output::Send { port, bytes } => {
+                self.sent.push((at, port, bytes.to_vec()));
+                if self.connected.contains(&port) && !self.stalled.contains(&port) {
+                    self.segments.entry(port).or_default().push_back(bytes.into());
+                }
+            }
+            Output::Disconnect { port, .. } => {
+                self.lose(port);
+                return vec![Input::Disconnected { port }];
+            }
+            Output::Stall { port } => {
+                self.stalled.insert(port);
+            }
+            Output::PowerCycled => {
+                let lost = std::mem::take(&mut self.connected);
+                self.segments.retain(|port, _| !lost.contains(port));
+                return lost
+                    .into_iter()
+                    .map(|port| Input::Disconnected { port })
+                    .collect();
+            }
+            Output::Event(Event::Fault {
+                id,
+                kind,
+                message,
+                fired: true,
+                ..
+            }) => self.fired.push((id, kind, message)),
+            _ => {}
+        }
+        Vec::new()
     }
 }
