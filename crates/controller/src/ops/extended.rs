@@ -9,12 +9,10 @@ use crate::io::system_signals::din;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
 use ts3100_proto::command::{PositionQuery, RunMode, ZsFrame};
-use ts3100_proto::file::FlSender;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
 use ts3100_proto::status::pr::encode_position;
@@ -57,49 +55,27 @@ impl Robot {
         Outcome::file(status.encode())
     }
 
-    /// AC: the active alarms, newest first like the history.
-    pub(super) fn op_current_alarms(&mut self) -> Outcome {
-        let records: Vec<AlarmRecord> = self.alarms.active().iter().rev().map(record).collect();
-        Outcome::file(encode_alarms(&records))
-    }
-
-    /// AH: the alarm history.
-    pub(super) fn op_alarm_history(&mut self) -> Outcome {
-        let records: Vec<AlarmRecord> = self.alarms.history().map(record).collect();
-        Outcome::file(encode_alarms(&records))
-    }
-
-    /// IO: all lines as words.
-    pub(super) fn op_lines(&mut self) -> Outcome {
-        Outcome::File(FlSender::single_text(self.signals.line_words().encode(), &[]))
-    }
-
     /// HI: inputs as one number, the first line being its lowest bit.
     pub(super) fn op_read_inputs(&mut self, first: u16, count: u8) -> Outcome {
-        match lines(first, count, Signals::exists) {
-            Ok(lines) => {
-                let set = lines
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, line)| self.signals.input(**line));
-                let value: u32 = set.map(|(bit, _)| 1 << bit).sum();
-                Outcome::file(format!("{value}\r").into_bytes())
-            }
-            Err(error) => Outcome::Ng(error.to_string()),
+        let lines = lines(first, count);
+        if let Some(line) = lines.clone().find(|line| !Signals::exists(*line)) {
+            return no_such_line(line);
         }
+        let set = lines.enumerate().filter(|(_, line)| self.signals.input(*line));
+        let value: u32 = set.map(|(bit, _)| 1 << bit).sum();
+        Outcome::file(format!("{value}\r").into_bytes())
     }
 
     /// HO: outputs from one number.
     pub(super) fn op_write_outputs(&mut self, first: u16, count: u8, value: u32) -> Outcome {
-        match lines(first, count, Signals::is_user_output) {
-            Ok(lines) => {
-                for (bit, line) in lines.into_iter().enumerate() {
-                    self.signals.set_output(line, value >> bit & 1 == 1);
-                }
-                Outcome::Ok
-            }
-            Err(error) => Outcome::Ng(error.to_string()),
+        let lines = lines(first, count);
+        if let Some(line) = lines.clone().find(|line| !Signals::is_user_output(*line)) {
+            return no_such_line(line);
         }
+        for (bit, line) in lines.enumerate() {
+            self.signals.set_output(line, value >> bit & 1 == 1);
+        }
+        Outcome::Ok
     }
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
@@ -167,27 +143,23 @@ impl Robot {
     }
 }
 
-/// A line that does not exist, or that no command may write.
-#[derive(Debug, thiserror::Error)]
-#[error("line {0} cannot be used here")]
-struct LineError(u16);
-
-fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16>, LineError> {
-    let lines: Vec<u16> = (0..u16::from(count))
-        .map(|place| first.saturating_add(place))
-        .collect();
-    match lines.iter().find(|line| !allowed(**line)) {
-        Some(line) => Err(LineError(*line)),
-        None => Ok(lines),
-    }
+fn lines(first: u16, count: u8) -> impl Iterator<Item = u16> + Clone {
+    (0..u16::from(count)).map(move |place| first.saturating_add(place))
 }
 
-fn record(alarm: &Alarm) -> AlarmRecord {
-    AlarmRecord {
+/// A line that does not exist, or that no command may write.
+fn no_such_line(line: u16) -> Outcome {
+    Outcome::Ng(format!("line {line} cannot be used here"))
+}
+
+/// AC and AH: these alarms, newest first.
+pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome {
+    let records = alarms.map(|alarm| AlarmRecord {
         number: alarm.code.wide_number(),
         message: alarm.message(),
         at: alarm.at,
-    }
+    });
+    Outcome::file(encode_alarms(&records.collect::<Vec<_>>()))
 }
 
 /// Without the rounding noise of the kinematics, which would print as `-0.000`.

@@ -1,7 +1,8 @@
-//! What the host commands do: one method for each row of the table of commands (`ts3100_proto::command`).
+//! What the host commands do: [`Robot::operate`] has one arm for each row of the table of commands
+//! (`ts3100_proto::command`).
 //!
 //! The methods of a group of commands are in a file of their own. Whether a command is served and valid is decided by the
-//! caller of [`Robot::operate`].
+//! caller.
 
 mod actions;
 mod extended;
@@ -20,19 +21,16 @@ pub(crate) use actions::no_line;
 pub(crate) use panel::OperateError;
 pub(crate) use variables::numbers;
 
+use crate::executor::StopCause;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use ts3100_proto::command::{
-    Command, CommandHandler, CommandRow, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset,
-    VariableRead, VariableWrite, ZsFrame,
-};
+use extended::alarm_list;
+use ts3100_proto::command::Command;
 use ts3100_proto::file::{FlReceiver, FlSender};
-use ts3100_proto::name::{FileName, VariableName};
-use ts3100_proto::status::AlarmLevel;
+use ts3100_proto::name::FileName;
 use ts3100_proto::status::su::StatusBody;
 
 /// What a command comes to.
@@ -83,176 +81,52 @@ pub(crate) struct CommandContext<'a> {
 impl Robot {
     /// Carries out a command that is served and valid.
     pub(crate) fn operate(&mut self, context: &mut CommandContext<'_>, command: Command) -> Outcome {
-        Operations { robot: self, context }.dispatch(command)
-    }
-}
-
-/// Carries out the commands of one port: one method for each row of the table of commands.
-struct Operations<'a, 'c> {
-    robot: &'a mut Robot,
-    context: &'a mut CommandContext<'c>,
-}
-
-impl CommandHandler for Operations<'_, '_> {
-    type Outcome = Outcome;
-
-    fn unhandled(&mut self, row: &'static CommandRow) -> Outcome {
-        Outcome::Ng(format!("{} is not implemented", row.name))
-    }
-
-    fn rn(&mut self) -> Outcome {
-        self.robot.op_start()
-    }
-
-    fn sp(&mut self) -> Outcome {
-        self.robot.op_stop()
-    }
-
-    fn br(&mut self) -> Outcome {
-        self.robot.op_servo_off()
-    }
-
-    fn so(&mut self) -> Outcome {
-        self.robot.op_servo_on()
-    }
-
-    fn rs(&mut self, reset: Reset) -> Outcome {
-        self.robot.op_reset(reset)
-    }
-
-    fn sl(&mut self, name: FileName) -> Outcome {
-        self.robot.op_select(self.context.port, &name)
-    }
-
-    fn ul(&mut self, name: FileName) -> Outcome {
-        self.robot.op_upload(&name)
-    }
-
-    fn dl(&mut self, name: FileName) -> Outcome {
-        self.robot.op_download(self.context, name)
-    }
-
-    fn ca(&mut self) -> Outcome {
-        self.robot.op_directory(self.context)
-    }
-
-    fn su(&mut self) -> Outcome {
-        self.robot.op_status(self.context)
-    }
-
-    fn eu(&mut self) -> Outcome {
-        self.robot.op_error_history(self.context)
-    }
-
-    fn er(&mut self, name: FileName) -> Outcome {
-        self.robot.op_erase(&name)
-    }
-
-    fn fl(&mut self, _content: Vec<u8>) -> Outcome {
-        Outcome::ng("FL came, but no DL is open")
-    }
-
-    fn ok(&mut self) -> Outcome {
-        Outcome::ng("an answer is no command")
-    }
-
-    fn ng(&mut self) -> Outcome {
-        Outcome::ng("an answer is no command")
-    }
-
-    fn ec(&mut self, internal: InternalCommand) -> Outcome {
-        self.robot.op_internal(internal)
-    }
-
-    fn mw(&mut self, write: VariableWrite) -> Outcome {
-        self.robot.op_write_variable(&write, self.context.room)
-    }
-
-    fn fd(&mut self) -> Outcome {
-        self.robot.op_feed_hold()
-    }
-
-    fn sf(&mut self) -> Outcome {
-        self.robot.op_system_status(self.context)
-    }
-
-    fn mr(&mut self, read: VariableRead) -> Outcome {
-        self.robot.op_read_variable(&read)
-    }
-
-    fn iw(&mut self, lines: Vec<LineWrite>) -> Outcome {
-        self.robot.op_write_lines(&lines)
-    }
-
-    fn vr(&mut self) -> Outcome {
-        self.robot.op_version()
-    }
-
-    fn do_(&mut self, statement: String) -> Outcome {
-        self.robot.op_direct(&statement)
-    }
-
-    fn sm(&mut self, _number: u8) -> Outcome {
-        self.robot.op_quick_status()
-    }
-
-    fn wd(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
-        self.robot.op_watchdog(timeout_ms, level)
-    }
-
-    fn ac(&mut self) -> Outcome {
-        self.robot.op_current_alarms()
-    }
-
-    fn ah(&mut self) -> Outcome {
-        self.robot.op_alarm_history()
-    }
-
-    fn io(&mut self, _number: u8) -> Outcome {
-        self.robot.op_lines()
-    }
-
-    fn hi(&mut self, first: u16, count: u8) -> Outcome {
-        self.robot.op_read_inputs(first, count)
-    }
-
-    fn ho(&mut self, first: u16, count: u8, value: u32) -> Outcome {
-        self.robot.op_write_outputs(first, count, value)
-    }
-
-    fn pr(&mut self, query: PositionQuery) -> Outcome {
-        self.robot.op_position(query)
-    }
-
-    fn vl(&mut self, number: u8) -> Outcome {
-        self.robot.op_velocity(number)
-    }
-
-    fn zs(&mut self, frame: ZsFrame, name: VariableName, values: Vec<f64>) -> Outcome {
-        self.robot.op_set_frame(frame, &name, &values)
-    }
-
-    fn md(&mut self, number: u8) -> Outcome {
-        self.robot.op_guide(|guide| guide.mode = u16::from(number))
-    }
-
-    fn rt(&mut self, number: u8) -> Outcome {
-        self.robot.op_guide(|guide| guide.rate = u16::from(number))
-    }
-
-    fn sc(&mut self, number: u8) -> Outcome {
-        self.robot.op_guide(|guide| guide.coordinate = u16::from(number))
-    }
-
-    fn jg(&mut self, axis: u8, motion: JogDirection) -> Outcome {
-        self.robot.op_jog(self.context.port, axis, motion)
-    }
-
-    fn mn(&mut self) -> Outcome {
-        Outcome::file(self.robot.maintenance().encode())
-    }
-
-    fn rs_err(&mut self) -> Outcome {
-        self.robot.op_reset_alarms()
+        let port = context.port;
+        match command {
+            Command::Rn => Outcome::of(self.start()),
+            Command::Sp => self.op_stop(),
+            Command::Br => {
+                self.servo_off(StopCause::Host);
+                Outcome::Ok
+            }
+            Command::So => Outcome::of(self.servo_on()),
+            Command::Rs(reset) => self.op_reset(reset),
+            Command::Sl(name) => self.op_select(port, &name),
+            Command::Ul(name) => self.op_upload(&name),
+            Command::Dl(name) => self.op_download(context, name),
+            Command::Ca => self.op_directory(context),
+            Command::Su => self.op_status(context),
+            Command::Eu => self.op_error_history(context),
+            Command::Er(name) => self.op_erase(&name),
+            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
+            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
+            Command::Ec(internal) => self.op_internal(internal),
+            Command::Mw(write) => Outcome::of(self.write_variable(&write, context.room)),
+            Command::Fd => {
+                self.feed_hold();
+                Outcome::Ok
+            }
+            Command::Sf => self.op_system_status(context),
+            Command::Mr(read) => self.op_read_variable(&read),
+            Command::Iw(lines) => self.op_write_lines(&lines),
+            Command::Vr => self.op_version(),
+            Command::Do(statement) => self.op_direct(&statement),
+            Command::Sm(_) => self.op_quick_status(),
+            Command::Wd { timeout_ms, level } => self.op_watchdog(timeout_ms, level),
+            Command::Ac => alarm_list(self.alarms.active().iter().rev()),
+            Command::Ah => alarm_list(self.alarms.history()),
+            Command::Io(_) => Outcome::File(FlSender::single_text(self.signals.line_words().encode(), &[])),
+            Command::Hi { first, count } => self.op_read_inputs(first, count),
+            Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),
+            Command::Pr(query) => self.op_position(query),
+            Command::Vl(number) => self.op_velocity(number),
+            Command::Zs { frame, name, values } => self.op_set_frame(frame, &name, &values),
+            Command::Md(number) => self.op_guide(|guide| guide.mode = u16::from(number)),
+            Command::Rt(number) => self.op_guide(|guide| guide.rate = u16::from(number)),
+            Command::Sc(number) => self.op_guide(|guide| guide.coordinate = u16::from(number)),
+            Command::Jg { axis, motion } => self.op_jog(port, axis, motion),
+            Command::Mn => Outcome::file(self.maintenance().encode()),
+            Command::RsErr => self.op_reset_alarms(),
+        }
     }
 }

@@ -11,11 +11,6 @@ use ts3100_proto::command::{InternalCommand, LineWrite};
 use ts3100_proto::status::ExecutionStatus;
 
 impl Robot {
-    /// RN (CMD-RN-01, CMD-RN-05).
-    pub(super) fn op_start(&mut self) -> Outcome {
-        Outcome::of(self.start())
-    }
-
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
@@ -26,23 +21,6 @@ impl Robot {
             self.stop_after_step(StopCause::Host);
             self.executor.cancel_direct_input();
         }
-        Outcome::Ok
-    }
-
-    /// BR (CMD-BR-01, CMD-BR-02).
-    pub(super) fn op_servo_off(&mut self) -> Outcome {
-        self.servo_off(StopCause::Host);
-        Outcome::Ok
-    }
-
-    /// SO (CMD-SO-01, CMD-SO-02).
-    pub(super) fn op_servo_on(&mut self) -> Outcome {
-        Outcome::of(self.servo_on())
-    }
-
-    /// FD (CMD-FD-01).
-    pub(super) fn op_feed_hold(&mut self) -> Outcome {
-        self.feed_hold();
         Outcome::Ok
     }
 

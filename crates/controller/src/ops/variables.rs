@@ -82,10 +82,6 @@ impl Robot {
     }
 
     /// MW (CMD-MW-01 to CMD-MW-06).
-    pub(super) fn op_write_variable(&mut self, write: &VariableWrite, room: Option<usize>) -> Outcome {
-        Outcome::of(self.write_variable(write, room))
-    }
-
     pub(crate) fn write_variable(
         &mut self,
         write: &VariableWrite,

@@ -1,15 +1,14 @@
 //! The macro `commands!`: one row a command in, all code that enumerates the commands out.
 //!
-//! From the rows of `table.rs` it derives [`Command`](super::Command) with its reader and writer,
-//! [`COMMANDS`](super::COMMANDS) for everybody who walks the rows, and
-//! [`CommandHandler`](super::CommandHandler) for those who carry commands out. A new command is one row there and one
-//! method in a handler.
+//! From the rows of `table.rs` it derives [`Command`](super::Command) with its reader and writer, and
+//! [`COMMANDS`](super::COMMANDS) for everybody who walks the rows. A new command is one row there and one arm where
+//! commands are carried out.
 
 /// Derives the commands from their rows:
 ///
 /// ```text
 /// /// Documentation of the variant.
-/// Variant(operand: Type) => handler_method {
+/// Variant(operand: Type) => {
 ///     letters: "XX", [name: "XX,YY",] form: "XX,<operand>", example: "XX,1", help: "What it does",
 ///     source: Manual, sender: Host, answer: Acknowledge, permission: valid(20, "OOOOO", "OOOOO"),
 ///     parse: function, encode: expression with the operands,
@@ -23,7 +22,7 @@ macro_rules! commands {
         $variant:ident
         $( ( $( $item:ident : $item_type:ty ),* ) )?
         $( { $( $(#[$field_doc:meta])* $field:ident : $field_type:ty ),* $(,)? } )?
-        => $method:ident {
+        => {
             letters: $letters:literal, $( name: $name:literal, )?
             form: $form:literal, example: $example:literal, help: $help:literal,
             source: $source:ident, sender: $sender:ident, answer: $answer:ident, permission: $permission:expr,
@@ -74,40 +73,6 @@ macro_rules! commands {
                 match self {
                     $(
                         Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => $encode,
-                    )*
-                }
-            }
-        }
-
-        /// Carries commands out: one method for each, and [`CommandHandler::dispatch`], which calls the right one. A
-        /// handler implements the commands that it knows; the others end in [`CommandHandler::unhandled`].
-        pub trait CommandHandler {
-            /// The result of a command.
-            type Outcome;
-
-            /// The result of a command that has no method of its own.
-            fn unhandled(&mut self, row: &'static CommandRow) -> Self::Outcome;
-
-            $(
-                $(#[$doc])*
-                fn $method(
-                    &mut self
-                    $( $( , $item: $item_type )* )?
-                    $( $( , $field: $field_type )* )?
-                ) -> Self::Outcome {
-                    $( let _ = ( $( $item, )* ); )?
-                    $( let _ = ( $( $field, )* ); )?
-                    self.unhandled(const { &COMMANDS[Index::$variant as usize] })
-                }
-            )*
-
-            /// Calls the method of the command.
-            fn dispatch(&mut self, command: Command) -> Self::Outcome {
-                match command {
-                    $(
-                        Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => {
-                            self.$method( $( $( $item ),* )? $( $( $field ),* )? )
-                        }
                     )*
                 }
             }

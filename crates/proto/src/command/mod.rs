@@ -2,7 +2,7 @@
 //!
 //! `table.rs` has one row for each command; everything that enumerates commands is derived from it. One small file for
 //! each group of operands has its grammar, its encoder and its tests. Whether a command is served or permitted, and what
-//! it does, is the controller's: it implements [`CommandHandler`].
+//! it does, is the controller's.
 
 mod files;
 mod frame;
@@ -30,7 +30,7 @@ pub use number::Number;
 pub use request::PositionQuery;
 pub use reset::Reset;
 pub use row::{Answer, CommandPermission, CommandRow, Sender, Source};
-pub use table::{COMMANDS, Command, CommandHandler};
+pub use table::{COMMANDS, Command};
 pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
 pub use watchdog::MAX_WATCHDOG_MS;
 

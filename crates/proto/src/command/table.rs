@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 
 commands! {
     /// Start automatic operation (CMD-RN-01).
-    Rn => rn {
+    Rn => {
         letters: "RN", form: "RN", example: "RN",
         help: "Run the selected file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(0, "XXXSO", "XXXXS"),
@@ -27,7 +27,7 @@ commands! {
     }
 
     /// Stop automatic operation (CMD-SP-01).
-    Sp => sp {
+    Sp => {
         letters: "SP", form: "SP", example: "SP",
         help: "Stop the program",
         source: Manual, sender: Both, answer: Acknowledge, permission: valid(1, "OOOOO", "OOOOO"),
@@ -35,7 +35,7 @@ commands! {
     }
 
     /// Servo power off (CMD-BR-01).
-    Br => br {
+    Br => {
         letters: "BR", form: "BR", example: "BR",
         help: "Servo off",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(2, "OOOOO", "OOOOO"),
@@ -43,7 +43,7 @@ commands! {
     }
 
     /// Servo power on (CMD-SO-01).
-    So => so {
+    So => {
         letters: "SO", form: "SO", example: "SO",
         help: "Servo on",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(3, "XXXOX", "XXXXO"),
@@ -51,7 +51,7 @@ commands! {
     }
 
     /// Reset (CMD-RS-01).
-    Rs(reset: Reset) => rs {
+    Rs(reset: Reset) => {
         letters: "RS", form: "RS,<PRG|STP|CYC|SIG|SEL>", example: "RS,PRG",
         help: "Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(4, "XXXOX", "XXXXO"),
@@ -59,7 +59,7 @@ commands! {
     }
 
     /// Select the execution file (CMD-SL-01).
-    Sl(name: FileName) => sl {
+    Sl(name: FileName) => {
         letters: "SL", form: "SL,<file name>", example: "SL,TEST",
         help: "Select a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(5, "XXXOX", "XXXXO"),
@@ -67,7 +67,7 @@ commands! {
     }
 
     /// Upload a file from the RAM drive (CMD-UL-01).
-    Ul(name: FileName) => ul {
+    Ul(name: FileName) => {
         letters: "UL", form: "UL,<file name>", example: "UL,ETHERNET.PAR",
         help: "Upload: the file goes to stdout or --output",
         source: Manual, sender: Host, answer: File, permission: valid(6, "SSSSS", "SSSSS"),
@@ -75,7 +75,7 @@ commands! {
     }
 
     /// Download a file to the RAM drive (CMD-DL-01).
-    Dl(name: FileName) => dl {
+    Dl(name: FileName) => {
         letters: "DL", form: "DL,<file name>", example: "DL,TEST",
         help: "Download a file; pick.scol becomes PICK unless a name is given",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(7, "SSSSS", "SSSSS"),
@@ -83,7 +83,7 @@ commands! {
     }
 
     /// Directory of the RAM drive (CMD-CA-01).
-    Ca => ca {
+    Ca => {
         letters: "CA", form: "CA", example: "CA",
         help: "Directory of the RAM drive",
         source: Manual, sender: Host, answer: Status, permission: valid(8, "OOOOO", "OOOOO"),
@@ -91,7 +91,7 @@ commands! {
     }
 
     /// Status (CMD-SU-01).
-    Su => su {
+    Su => {
         letters: "SU", form: "SU", example: "SU",
         help: "Status: modes, file, override, execution",
         source: Manual, sender: Host, answer: Status, permission: valid(9, "OOOOO", "OOOOO"),
@@ -99,7 +99,7 @@ commands! {
     }
 
     /// Error history (CMD-EU-01).
-    Eu => eu {
+    Eu => {
         letters: "EU", form: "EU", example: "EU",
         help: "Error history",
         source: Manual, sender: Host, answer: Status, permission: valid(11, "OOOOO", "OOOOO"),
@@ -107,7 +107,7 @@ commands! {
     }
 
     /// Erase a file (CMD-ER-01).
-    Er(name: FileName) => er {
+    Er(name: FileName) => {
         letters: "ER", form: "ER,<file name>", example: "ER,TEST",
         help: "Erase a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(10, "SSSSS", "SSSSS"),
@@ -115,7 +115,7 @@ commands! {
     }
 
     /// A file or a part of one: everything after `FL,` (FL-01).
-    Fl(content: Vec<u8>) => fl {
+    Fl(content: Vec<u8>) => {
         letters: "FL", form: "FL,<contents><EOF>", example: "FL,END",
         help: "Content of a file",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
@@ -123,7 +123,7 @@ commands! {
     }
 
     /// Affirmative answer (CMD-OK-01).
-    Ok => ok {
+    Ok => {
         letters: "OK", form: "OK", example: "OK",
         help: "Affirmative answer",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
@@ -131,7 +131,7 @@ commands! {
     }
 
     /// Negative answer (CMD-NG-01).
-    Ng => ng {
+    Ng => {
         letters: "NG", form: "NG", example: "NG",
         help: "Negative answer",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
@@ -139,7 +139,7 @@ commands! {
     }
 
     /// Internal command (CMD-EC-01).
-    Ec(internal: InternalCommand) => ec {
+    Ec(internal: InternalCommand) => {
         letters: "EC", form: "EC,MODE <mode>|OVRD <percent>|BREAK", example: "EC,OVRD 50",
         help: "Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
@@ -147,7 +147,7 @@ commands! {
     }
 
     /// Write a global variable (CMD-MW-01).
-    Mw(write: VariableWrite) => mw {
+    Mw(write: VariableWrite) => {
         letters: "MW", form: "MW,<0|1> <name> <type> <value> ...", example: "MW,0 A1 4 1.500 -2.250 3.000 4.123 5.000 1",
         help: "Write a global variable",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(13, "OOOOO", "OOOOO"),
@@ -155,7 +155,7 @@ commands! {
     }
 
     /// Feed hold (CMD-FD-01).
-    Fd => fd {
+    Fd => {
         letters: "FD", form: "FD", example: "FD",
         help: "Feed hold: once holds, again releases",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(14, "OOOOO", "OOOOO"),
@@ -163,7 +163,7 @@ commands! {
     }
 
     /// System total status (CMD-SU-01).
-    Sf => sf {
+    Sf => {
         letters: "SF", form: "SF", example: "SF",
         help: "System total status: alarms, lines, signals, positions",
         source: Manual, sender: Host, answer: Status, permission: valid(15, "OOOOO", "OOOOO"),
@@ -171,7 +171,7 @@ commands! {
     }
 
     /// Read a global variable (CMD-MR-01).
-    Mr(read: VariableRead) => mr {
+    Mr(read: VariableRead) => {
         letters: "MR", form: "MR,<name> <type>", example: "MR,TBL(1,3) 5",
         help: "Read a global variable, for example COUNT, TABLE(2) or PLACED integer",
         source: Manual, sender: Host, answer: Status, permission: valid(16, "OOOOO", "OOOOO"),
@@ -179,7 +179,7 @@ commands! {
     }
 
     /// Force I/O lines (CMD-IW-01).
-    Iw(lines: Vec<LineWrite>) => iw {
+    Iw(lines: Vec<LineWrite>) => {
         letters: "IW", form: "IW,<line> <0|1> ...", example: "IW,3 1 4 0",
         help: "Force output lines: LINE STATE [LINE STATE ...]",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(17, "XXXOX", "XXXXO"),
@@ -187,7 +187,7 @@ commands! {
     }
 
     /// Version (CMD-VR-01).
-    Vr => vr {
+    Vr => {
         letters: "VR", form: "VR", example: "VR",
         help: "Version",
         source: Manual, sender: Host, answer: Status, permission: valid(18, "OOOOO", "OOOOO"),
@@ -195,7 +195,7 @@ commands! {
     }
 
     /// Execute a statement (CMD-DO-01), kept as it came.
-    Do(statement: String) => do_ {
+    Do(statement: String) => {
         letters: "DO", form: "DO,<statement>", example: "DO,MOVE A1",
         help: "Execute one statement, for example: do \"MOVE POINT(400,0,200) WITH SPEED=50\"",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(19, "XXXOX", "XXXXO"),
@@ -203,7 +203,7 @@ commands! {
     }
 
     /// Extension: quick status; 1 is the only number known and read (hosts SM).
-    Sm(number: u8) => sm {
+    Sm(number: u8) => {
         letters: "SM", form: "SM,1", example: "SM,1",
         help: "quick status",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(0, "OOOOO", "OOOOO"),
@@ -216,7 +216,7 @@ commands! {
         timeout_ms: u32,
         /// Level of the alarm that follows; `None` is written 0.
         level: Option<AlarmLevel>,
-    } => wd {
+    } => {
         letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
@@ -224,7 +224,7 @@ commands! {
     }
 
     /// Extension: current alarms (hosts 7.2).
-    Ac => ac {
+    Ac => {
         letters: "AC", form: "AC", example: "AC",
         help: "present alarms",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(1, "OOOOO", "OOOOO"),
@@ -232,7 +232,7 @@ commands! {
     }
 
     /// Extension: alarm history (hosts 7.2).
-    Ah => ah {
+    Ah => {
         letters: "AH", form: "AH", example: "AH",
         help: "alarm history",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(2, "OOOOO", "OOOOO"),
@@ -240,7 +240,7 @@ commands! {
     }
 
     /// Extension: input and output words; 1 is the only number known and read (hosts 2).
-    Io(number: u8) => io {
+    Io(number: u8) => {
         letters: "IO", form: "IO,1", example: "IO,1",
         help: "input and output lines that are on",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(3, "OOOOO", "OOOOO"),
@@ -253,7 +253,7 @@ commands! {
         first: u16,
         /// How many, 1 to [`super::MAX_LINES_READ`].
         count: u8,
-    } => hi {
+    } => {
         letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
         help: "successive input lines as one number",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
@@ -268,7 +268,7 @@ commands! {
         count: u8,
         /// Below two to the power of `count`.
         value: u32,
-    } => ho {
+    } => {
         letters: "HO", form: "HO,<first line> <count> <value>", example: "HO,1 8 165",
         help: "set successive output lines from one number",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
@@ -276,7 +276,7 @@ commands! {
     }
 
     /// Extension: a present position (hosts 2).
-    Pr(query: PositionQuery) => pr {
+    Pr(query: PositionQuery) => {
         letters: "PR", form: "PR,<0-5>", example: "PR,5",
         help: "position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(4, "OOOOO", "OOOOO"),
@@ -284,7 +284,7 @@ commands! {
     }
 
     /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
-    Vl(number: u8) => vl {
+    Vl(number: u8) => {
         letters: "VL", form: "VL,<0|1>", example: "VL,1",
         help: "speed: 0 of the joints, 1 in world coordinates",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(5, "OOOOO", "OOOOO"),
@@ -299,7 +299,7 @@ commands! {
         name: VariableName,
         /// X Y Z C, or X Y Z A B C, in mm and degrees; finite. The arm decides which.
         values: Vec<f64>,
-    } => zs {
+    } => {
         letters: "ZS", form: "ZS,<1|2> <name> <value> ...", example: "ZS,1 WK1 1.000 2.000 3.000 4.000",
         help: "set the work or the tool coordinate system",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
@@ -307,7 +307,7 @@ commands! {
     }
 
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
-    Md(number: u8) => md {
+    Md(number: u8) => {
         letters: "MD", form: "MD,<0-2>", example: "MD,2",
         help: "guide mode: jog, inching, free (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
@@ -315,7 +315,7 @@ commands! {
     }
 
     /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
-    Rt(number: u8) => rt {
+    Rt(number: u8) => {
         letters: "RT", form: "RT,<0-2>", example: "RT,2",
         help: "guide rate: slow, mid, fast (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
@@ -323,7 +323,7 @@ commands! {
     }
 
     /// Extension: guide coordinate system, 0 joint, 1 tool, 2 work, 3 world (hosts 2).
-    Sc(number: u8) => sc {
+    Sc(number: u8) => {
         letters: "SC", form: "SC,<0-3>", example: "SC,3",
         help: "guide coordinate system: joint, tool, work, world (0 to 3)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
@@ -336,7 +336,7 @@ commands! {
         axis: u8,
         /// Where to.
         motion: JogDirection,
-    } => jg {
+    } => {
         letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",
         help: "guide an axis up (+), down (-), or stop it (!)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
@@ -344,7 +344,7 @@ commands! {
     }
 
     /// Extension: maintenance information (S29).
-    Mn => mn {
+    Mn => {
         letters: "MN", form: "MN", example: "MN",
         help: "maintenance information, by the numbers of its items",
         source: ScaraManual, sender: Host, answer: File, permission: valid(15, "OOOOO", "OOOOO"),
@@ -352,7 +352,7 @@ commands! {
     }
 
     /// Extension: reset of alarms (hosts 2, decision D6).
-    RsErr => rs_err {
+    RsErr => {
         letters: "RS", name: "RS,ERR", form: "RS,ERR", example: "RS,ERR",
         help: "reset of alarms",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),

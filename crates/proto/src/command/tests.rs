@@ -58,33 +58,6 @@ fn operands_are_separated_by_blanks_where_the_form_has_them() {
     assert_eq!(names.join(" "), "EC MW MR IW WD HI HO ZS JG");
 }
 
-struct Echo;
-
-impl CommandHandler for Echo {
-    type Outcome = String;
-
-    fn unhandled(&mut self, row: &'static CommandRow) -> String {
-        row.name.to_string()
-    }
-
-    fn ho(&mut self, first: u16, count: u8, value: u32) -> String {
-        format!("{first} {count} {value}")
-    }
-}
-
-#[test]
-fn a_handler_takes_its_commands_and_no_others() {
-    for row in COMMANDS.iter().filter(|row| row.name != "HO") {
-        assert_eq!(Echo.dispatch(parsed(row)), row.name);
-    }
-    let command = Command::Ho {
-        first: 1,
-        count: 8,
-        value: 165,
-    };
-    assert_eq!(Echo.dispatch(command), "1 8 165");
-}
-
 // clause: CMD-LST-02 CMD-SP-06
 #[test]
 fn the_controller_sends_four_of_them() {
