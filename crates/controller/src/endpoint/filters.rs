@@ -202,18 +202,14 @@ impl Endpoints {
 
     /// Lets at most one armed fault fire at a site; returns what it changes there.
     fn apply_fault(&mut self, robot: &mut Robot, site: &FaultSite<'_>) -> Effect {
-        let Some(fired) = self.faults.fire(robot.now, site) else {
+        let Some((effect, at_once, event)) = self.faults.fire(robot.now, site) else {
             return Effect::Unchanged;
         };
-        for (delay, action) in fired.scheduled {
-            if delay.is_zero() {
-                self.perform(robot, action);
-            } else {
-                self.faults.schedule(robot.now + delay, action);
-            }
+        for action in at_once {
+            self.perform(robot, action);
         }
-        robot.event(fired.event);
-        fired.effect
+        robot.event(event);
+        effect
     }
 
     /// Performs the actions of faults that are due, in the order of their times.

@@ -183,22 +183,6 @@ pub enum ScheduledAction {
     Alarm(AlarmCode),
 }
 
-/// What a fault did, and the message about it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Applied {
-    /// The change.
-    pub effect: Effect,
-    /// Message for the log: `the answer to SU is not sent`.
-    pub description: String,
-}
-
-impl Applied {
-    pub(super) fn new(effect: Effect, description: impl Into<String>) -> Applied {
-        let description = description.into();
-        Applied { effect, description }
-    }
-}
-
 /// The command, text or bytes a fault can be applied to.
 #[derive(Debug, Clone)]
 pub struct FaultSite<'a> {
@@ -250,8 +234,8 @@ impl FaultSite<'_> {
     }
 }
 
-/// Applies a fault at a site.
-pub(crate) type ApplyFn = fn(&mut FaultContext<'_>, &ParameterValues, &FaultSite<'_>) -> Applied;
+/// Applies a fault at a site. Returns what it changes, and the message for the log: `the answer to SU is not sent`.
+pub(crate) type ApplyFn = fn(&mut FaultContext<'_>, &ParameterValues, &FaultSite<'_>) -> (Effect, String);
 
 /// All that a kind of fault may reach besides what it sees at its place.
 #[derive(Debug)]
@@ -259,7 +243,7 @@ pub(crate) struct FaultContext<'a> {
     /// The random numbers of faults.
     pub(crate) rng: &'a mut Rng,
     /// Bytes that are left on the RAM drive for the command that is served.
-    pub(crate) room: Option<usize>,
+    pub(crate) room: &'a mut Option<usize>,
     /// What happens to the machine, and how long after now.
     pub(crate) scheduled: Vec<(Duration, ScheduledAction)>,
 }
@@ -308,10 +292,7 @@ impl FaultKind {
         block: None,
         applies: |_, _, _| true,
         validate: |_, _| Ok(()),
-        apply: |_, _, _| Applied {
-            effect: Effect::Unchanged,
-            description: String::new(),
-        },
+        apply: |_, _, _| (Effect::Unchanged, String::new()),
     };
 }
 

@@ -36,8 +36,7 @@ use alloc::string::String;
 #[cfg(feature = "serde")]
 use alloc::string::ToString;
 use alloc::vec::Vec;
-use core::time::Duration;
-use kind::{Applied, Effect, FaultContext, FaultSite, ScheduledAction};
+use kind::{Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
 
 /// Which sites a fault applies to. `None` matches everything.
@@ -149,14 +148,8 @@ pub struct Faults {
     pub(crate) drive_free: Option<usize>,
 }
 
-/// What comes of a fault that fires.
-pub(crate) struct Fired {
-    pub(crate) effect: Effect,
-    /// What the log says.
-    pub(crate) event: Event,
-    /// What happens to the machine, and how long after now.
-    pub(crate) scheduled: Vec<(Duration, ScheduledAction)>,
-}
+/// What a fault that fires changes at its site, what happens to the machine at once, and what the log says.
+pub(crate) type Fired = (Effect, Vec<ScheduledAction>, Event);
 
 /// What happens to the rest of a record that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -270,6 +263,10 @@ impl Faults {
             fault.id = last.unwrap_or(0).saturating_add(1);
         }
         let id = fault.id;
+        let place = self.reports.binary_search_by_key(&id, |report| report.fault.id);
+        if place.is_err() && self.reports.len() >= MAX_FAULTS {
+            return None;
+        }
         let fresh = FaultReport {
             fault,
             armed: true,
@@ -277,13 +274,10 @@ impl Faults {
             fired: 0,
             at: Vec::new(),
         };
-        let full = self.reports.len() >= MAX_FAULTS;
-        match self.reports.iter_mut().find(|report| report.fault.id == id) {
-            Some(report) => *report = fresh,
-            None if full => return None,
-            None => self.reports.push(fresh),
+        match place {
+            Ok(place) => self.reports[place] = fresh,
+            Err(place) => self.reports.insert(place, fresh),
         }
-        self.reports.sort_by_key(|report| report.fault.id);
         Some(id)
     }
 
@@ -299,13 +293,6 @@ impl Faults {
         self.scheduled.clear();
     }
 
-    /// Keeps an action for later, unless [`MAX_SCHEDULED_ACTIONS`] wait.
-    pub(crate) fn schedule(&mut self, due: Time, action: ScheduledAction) {
-        if self.scheduled.len() < MAX_SCHEDULED_ACTIONS {
-            self.scheduled.push((due, action));
-        }
-    }
-
     /// The next action that is due, in the order of their times.
     pub(crate) fn take_due(&mut self, now: Time) -> Option<ScheduledAction> {
         let due = self
@@ -317,29 +304,32 @@ impl Faults {
         Some(self.scheduled.remove(place).1)
     }
 
-    /// Lets at most one armed fault fire at a site.
+    /// Lets at most one armed fault fire at a site. What it does to the machine later waits here, unless
+    /// [`MAX_SCHEDULED_ACTIONS`] do.
     pub(crate) fn fire(&mut self, now: Time, site: &FaultSite<'_>) -> Option<Fired> {
         let Fault { id, kind, values, .. } = self.firing_fault(now, site)?;
         let mut context = FaultContext {
             rng: &mut self.rng,
-            room: self.drive_free,
+            room: &mut self.drive_free,
             scheduled: Vec::new(),
         };
-        let Applied { effect, description } = (kind.apply)(&mut context, &values, site);
-        let FaultContext { room, scheduled, .. } = context;
-        self.drive_free = room;
+        let (effect, message) = (kind.apply)(&mut context, &values, site);
+        let mut at_once = Vec::new();
+        for (delay, action) in context.scheduled {
+            if delay.is_zero() {
+                at_once.push(action);
+            } else if self.scheduled.len() < MAX_SCHEDULED_ACTIONS {
+                self.scheduled.push((now + delay, action));
+            }
+        }
         let event = Event::Fault {
             id,
             kind: kind.name,
             port: Some(site.port),
-            message: description,
+            message,
             fired: true,
         };
-        Some(Fired {
-            effect,
-            event,
-            scheduled,
-        })
+        Some((effect, at_once, event))
     }
 
     /// Counts the site for every armed fault that matches it, and returns the one that fires: the first by number
@@ -367,14 +357,6 @@ impl Faults {
 }
 
 impl Fault {
-    /// A fault of this kind with default parameters.
-    ///
-    /// # Errors
-    /// No kind of fault has this name.
-    pub fn new(kind: &str) -> Result<Fault, FaultError> {
-        spec::from_pairs(kind, &[])
-    }
-
     /// A fault from its kind and the pairs of key and value of a specification, a file or a request.
     ///
     /// # Errors
@@ -383,15 +365,6 @@ impl Fault {
         let fault = spec::from_pairs(kind, pairs)?;
         fault.check_can_fire()?;
         Ok(fault)
-    }
-
-    /// A fault from a snapshot. It may be one that can never fire: an earlier version could arm it.
-    ///
-    /// # Errors
-    /// As [`Fault::from_pairs`].
-    #[cfg(feature = "serde")]
-    pub(crate) fn from_snapshot(spec: &str) -> Result<Fault, FaultError> {
-        spec::parse(spec)
     }
 
     fn waits_for(&self, site: &FaultSite<'_>) -> bool {

@@ -28,16 +28,16 @@ const MR_VALUES: usize = 9;
 const FL_EXTRA: usize = 4;
 
 impl InjectionPoint {
-    /// The ports that have this point.
-    pub(super) fn ports(self) -> impl Iterator<Item = Port> {
-        Port::ALL.into_iter().filter(move |port| match self {
+    /// Whether a port has this point.
+    pub(super) fn is_on(self, port: Port) -> bool {
+        match self {
             InjectionPoint::Command | InjectionPoint::Reply => port.protocol().is_some(),
             InjectionPoint::Print | InjectionPoint::Record => {
                 matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2)
             }
             InjectionPoint::Bytes => true,
             InjectionPoint::Character => matches!(port, Port::Host | Port::Com1),
-        })
+        }
     }
 
     /// Whether a site at this point can match the filter.
@@ -49,23 +49,19 @@ impl InjectionPoint {
                 | InjectionPoint::Record
                 | InjectionPoint::Bytes
                 | InjectionPoint::Character,
-                Some(_),
-            ) => return false,
-            (
-                InjectionPoint::Print
-                | InjectionPoint::Record
-                | InjectionPoint::Bytes
-                | InjectionPoint::Character,
-                None,
-            ) => 0,
+                command,
+            ) => {
+                if command.is_some() {
+                    return false;
+                }
+                0
+            }
             (InjectionPoint::Command, Some("DL") | None) | (InjectionPoint::Reply, None) => u32::MAX,
             (InjectionPoint::Command, Some(_)) => 0,
             (InjectionPoint::Reply, Some(command)) => max_texts(command),
         };
-        let port = filter
-            .channel
-            .is_none_or(|port| self.ports().any(|other| other == port));
-        port && filter.block.is_none_or(|block| block <= last_block)
+        filter.channel.is_none_or(|port| self.is_on(port))
+            && filter.block.is_none_or(|block| block <= last_block)
     }
 }
 
@@ -166,7 +162,7 @@ impl Fault {
         self.points().any(|point| point.can_match(&self.filter))
     }
 
-    fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
+    pub(super) fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
         let FaultFilter {
             command,
             channel,

@@ -21,7 +21,7 @@ use ts3100_proto::words::split_duration;
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
 /// Largest value of `id`, `block`, `after` and `times`.
-const MAX_COUNT: u64 = 1_000_000;
+const MAX_COUNT: u32 = 1_000_000;
 /// The keys that every kind has.
 const COMMON: [&str; 7] = [
     "id",
@@ -38,11 +38,9 @@ impl ParameterType {
     #[must_use]
     pub fn description(&self) -> String {
         match self {
-            ParameterType::Number {
-                unit,
-                min: least,
-                max: most,
-            } => format!("a whole number of {unit} from {least} to {most}"),
+            ParameterType::Number { unit, min, max } => {
+                format!("a whole number of {unit} from {min} to {max}")
+            }
             ParameterType::Word(words) => words.join(" or "),
             ParameterType::Text { most } => {
                 format!("a text of at most {most} bytes, control codes as <CR> or <1A>,")
@@ -53,18 +51,13 @@ impl ParameterType {
 
     fn parse(&self, text: &str) -> Option<ParameterValue> {
         match self {
-            ParameterType::Number {
-                unit,
-                min: least,
-                max: most,
-            } => {
+            ParameterType::Number { unit, min, max } => {
                 let number = match *unit {
                     "ms" => parse_millis(text)?,
                     _ => text.parse().ok()?,
                 };
-                (*least..=*most)
-                    .contains(&number)
-                    .then_some(ParameterValue::Number(number))
+                let fits = (*min..=*max).contains(&number);
+                fits.then_some(ParameterValue::Number(number))
             }
             ParameterType::Word(words) => words
                 .iter()
@@ -159,35 +152,23 @@ fn split_pairs(text: &str) -> Option<Vec<&str>> {
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.kind.name)?;
+        let counts = [
+            ("after", (self.after != 0).then(|| self.after.to_string())),
+            ("times", (self.times != 1).then(|| self.times.to_string())),
+            (
+                "probability",
+                (self.probability != MILLION).then(|| self.chance().to_string()),
+            ),
+        ];
+        let counts = counts.into_iter().filter_map(|(key, value)| Some((key, value?)));
+        let own = self.values.iter().map(|(key, value)| match value {
+            ParameterValue::Text(_) => (key, format!("\"{value}\"")),
+            ParameterValue::Number(_) | ParameterValue::Word(_) => (key, value.to_string()),
+        });
         let mut between = ":";
-        let mut pair = |f: &mut fmt::Formatter<'_>, key: &str, value: &dyn fmt::Display| {
+        for (key, value) in self.active_filters().chain(counts).chain(own) {
             write!(f, "{between}{key}={value}")?;
             between = ",";
-            Ok(())
-        };
-        if let Some(command) = &self.filter.command {
-            pair(f, "command", command)?;
-        }
-        if let Some(channel) = self.filter.channel {
-            pair(f, "channel", &channel)?;
-        }
-        if let Some(block) = self.filter.block {
-            pair(f, "block", &block)?;
-        }
-        if self.after != 0 {
-            pair(f, "after", &self.after)?;
-        }
-        if self.times != 1 {
-            pair(f, "times", &self.times)?;
-        }
-        if self.probability != MILLION {
-            pair(f, "probability", &self.chance())?;
-        }
-        for (key, value) in self.values.iter() {
-            match value {
-                ParameterValue::Text(_) => pair(f, key, &format!("\"{value}\""))?,
-                ParameterValue::Number(_) | ParameterValue::Word(_) => pair(f, key, value)?,
-            }
         }
         Ok(())
     }
@@ -247,25 +228,22 @@ impl FaultKind {
 
     /// Whether one of its points exists on this port.
     fn supports(&self, port: Port) -> bool {
-        let mut ports = self.points.iter().flat_map(|point| point.ports());
-        ports.any(|other| other == port)
+        self.points.iter().any(|point| point.is_on(port))
     }
 }
 
 impl Fault {
     fn set(&mut self, key: &str, value: &str) -> Result<(), FaultError> {
         let kind = self.kind;
-        let count = |least: u64, most: u64| {
-            let number = value.parse::<u64>().ok();
-            let number = number.filter(|number| (least..=most).contains(number));
-            number
-                .and_then(|number| u32::try_from(number).ok())
-                .ok_or_else(|| {
-                    kind.invalid_value(key, format!("a whole number from {least} to {most}"), value)
-                })
+        let count = |least: u32| {
+            let number = value.parse().ok();
+            let number = number.filter(|number| (least..=MAX_COUNT).contains(number));
+            number.ok_or_else(|| {
+                kind.invalid_value(key, format!("a whole number from {least} to {MAX_COUNT}"), value)
+            })
         };
         match key {
-            "id" => self.id = count(1, MAX_COUNT)?,
+            "id" => self.id = count(1)?,
             "command" => self.filter.command = Some(parse_command(kind, value)?),
             "channel" => {
                 let port = Port::ALL
@@ -275,9 +253,9 @@ impl Fault {
                     port.ok_or_else(|| kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value))?;
                 self.filter.channel = Some(port);
             }
-            "block" => self.filter.block = Some(count(0, MAX_COUNT)?),
-            "after" => self.after = count(0, MAX_COUNT)?,
-            "times" => self.times = count(0, MAX_COUNT)?,
+            "block" => self.filter.block = Some(count(0)?),
+            "after" => self.after = count(0)?,
+            "times" => self.times = count(0)?,
             "probability" => self.probability = parse_probability(kind, value)?,
             _ => {
                 let parameter = kind.parameters.iter().find(|parameter| parameter.name == key);

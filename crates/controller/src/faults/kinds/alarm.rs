@@ -2,7 +2,7 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
+use super::super::kind::{Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::alarm::ALARMS;
 
@@ -27,7 +27,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
             context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
-        Applied::new(
+        (
             Effect::Unchanged,
             alloc::format!("alarm {number} follows {}", site.description()),
         )

@@ -2,8 +2,9 @@
 //!
 //! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
 use super::super::{FaultError, FaultFilter};
+use super::number;
 use crate::limits::MAX_FILE;
 
 /// Commands that store a file.
@@ -16,16 +17,13 @@ pub const KIND: FaultKind = FaultKind {
            at the text that does not fit, and the file is as before.",
     remedy: "Look at every answer inside a download; after NG look at the directory, erase what is not needed, and \
              begin with DL again.",
-    parameters: &[Parameter {
-        name: "free",
-        value_type: ParameterType::Number {
-            unit: "bytes",
-            min: 0,
-            max: MAX_FILE as u64,
-        },
-        default: Some("0"),
-        description: "bytes that are free",
-    }],
+    parameters: &[number(
+        "free",
+        "bytes",
+        (0, MAX_FILE as u64),
+        Some("0"),
+        "bytes that are free",
+    )],
     points: &[InjectionPoint::Command],
     command: Some("DL"),
     block: Some(0),
@@ -34,9 +32,9 @@ pub const KIND: FaultKind = FaultKind {
     validate: check_stores_file,
     apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);
-        context.room = Some(free);
+        *context.room = Some(free);
         let message = alloc::format!("{} finds {free} bytes free on the RAM drive", site.description());
-        Applied::new(Effect::Unchanged, message)
+        (Effect::Unchanged, message)
     },
 };
 

@@ -2,8 +2,8 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::{OUTGOING, millis_parameter};
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, millis};
 use crate::endpoint::send_queue::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
@@ -11,12 +11,12 @@ pub const KIND: FaultKind = FaultKind {
     name: "duplicate-text",
     summary: "What leaves, leaves twice.",
     remedy: "Before a command is sent drop what has come unasked; compare each answer with its question.",
-    parameters: &[millis_parameter("pause", "10", "between the two")],
+    parameters: &[millis("pause", "10", "between the two")],
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
         let message = alloc::format!("{} leaves twice", site.description());
-        Applied::new(
+        (
             Effect::ReplaceOutput([Segment::bytes(site.bytes.clone()), again].into()),
             message,
         )

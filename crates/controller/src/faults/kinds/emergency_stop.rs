@@ -2,8 +2,8 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE, millis_parameter};
+use super::super::kind::{Effect, FaultKind, ScheduledAction};
+use super::{DELAY, MACHINE, millis};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
@@ -13,7 +13,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "Stop asking for motion; when the button is out again reset the alarm, turn the servo on, start.",
     parameters: &[
         DELAY,
-        millis_parameter(
+        millis(
             "release",
             "0",
             "how long it stays pressed; 0: until somebody releases it",
@@ -29,7 +29,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );
         }
-        Applied::new(
+        (
             Effect::Unchanged,
             alloc::format!("the emergency stop follows {}", site.description()),
         )

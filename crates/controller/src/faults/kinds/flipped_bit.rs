@@ -3,8 +3,8 @@
 //! It applies to sent or to received bytes. Byte and bit are random by default.
 
 use super::super::ParameterValues;
-use super::super::kind::FaultContext;
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::kind::{Effect, FaultContext, FaultKind, InjectionPoint};
+use super::{number, word};
 use crate::endpoint::send_queue::Segment;
 
 /// Value of `way`: bytes sent to the host.
@@ -21,32 +21,21 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "Compare every answer with the forms it can have, send the command again when it has none of them; for \
              files read back what was stored. A checksum (text.checksum) finds what forms do not.",
     parameters: &[
-        Parameter {
-            name: "way",
-            value_type: ParameterType::Word(&[OUT, IN]),
-            default: Some(OUT),
-            description: "out: towards the host; in: towards the robot",
-        },
-        Parameter {
-            name: "byte",
-            value_type: ParameterType::Number {
-                unit: "bytes",
-                min: 0,
-                max: FARTHEST,
-            },
-            default: None,
-            description: "how many bytes stand before it, STX included; drawn if not said",
-        },
-        Parameter {
-            name: "bit",
-            value_type: ParameterType::Number {
-                unit: "bits",
-                min: 0,
-                max: 7,
-            },
-            default: None,
-            description: "0 the lowest to 7 the highest; drawn if not said",
-        },
+        word("way", &[OUT, IN], "out: towards the host; in: towards the robot"),
+        number(
+            "byte",
+            "bytes",
+            (0, FARTHEST),
+            None,
+            "how many bytes stand before it, STX included; drawn if not said",
+        ),
+        number(
+            "bit",
+            "bits",
+            (0, 7),
+            None,
+            "0 the lowest to 7 the highest; drawn if not said",
+        ),
     ],
     points: &[
         InjectionPoint::Reply,
@@ -59,7 +48,7 @@ pub const KIND: FaultKind = FaultKind {
         let (byte, bit) = position(context, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
             let message = alloc::format!("{} has no byte {byte}", site.description());
-            return Applied::new(Effect::Unchanged, message);
+            return (Effect::Unchanged, message);
         };
         let before = *found;
         *found ^= 1 << bit;
@@ -73,7 +62,7 @@ pub const KIND: FaultKind = FaultKind {
         } else {
             Effect::ReplaceOutput([Segment::bytes(bytes)].into())
         };
-        Applied::new(effect, message)
+        (effect, message)
     },
     ..FaultKind::DEFAULT
 };

@@ -2,8 +2,8 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::{OUTGOING, millis_parameter};
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, millis};
 use crate::endpoint::send_queue::{Departure, Segment};
 use crate::output::DisconnectMode;
 use core::time::Duration;
@@ -14,7 +14,7 @@ pub const KIND: FaultKind = FaultKind {
     summary: "From this text on nothing is read or written on the connection, which stays open; then it is reset.",
     remedy: "Give every answer a time limit; when it passes close the connection, connect again until the robot \
              serves, and ask for the status.",
-    parameters: &[millis_parameter(
+    parameters: &[millis(
         "lasts",
         "5000",
         "until the robot gives the connection up and takes another one",
@@ -29,7 +29,7 @@ pub const KIND: FaultKind = FaultKind {
         );
         let stall = Segment::after(Duration::ZERO, Departure::Stall);
         let disconnect = Segment::after(lasts, Departure::Disconnect(DisconnectMode::Reset));
-        Applied::new(Effect::ReplaceOutput([stall, disconnect].into()), message)
+        (Effect::ReplaceOutput([stall, disconnect].into()), message)
     },
     ..FaultKind::DEFAULT
 };

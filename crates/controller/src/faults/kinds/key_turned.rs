@@ -2,8 +2,8 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
-use super::{MACHINE, millis_parameter};
+use super::super::kind::{Effect, FaultKind, ScheduledAction};
+use super::{MACHINE, millis, word};
 use crate::input::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;
 
@@ -14,14 +14,9 @@ pub const KIND: FaultKind = FaultKind {
            its step, and commands of the other mode are NG.",
     remedy: "After SP or NG read the mode (SU); wait until it is external again, then start again.",
     parameters: &[
-        Parameter {
-            name: "to",
-            value_type: ParameterType::Word(&["teaching", "internal", "ext"]),
-            default: Some("teaching"),
-            description: "where it is turned to",
-        },
-        millis_parameter("delay", "500", "how long after its occasion it is turned"),
-        millis_parameter(
+        word("to", &["teaching", "internal", "ext"], "where it is turned to"),
+        millis("delay", "500", "how long after its occasion it is turned"),
+        millis(
             "back",
             "0",
             "how long until it is turned to EXT again; 0: until somebody does",
@@ -30,9 +25,9 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     command: Some("RN"),
     apply: |context, values, site| {
-        let word = values.word("to");
+        let to = values.word("to");
         let (delay, back) = (values.millis("delay"), values.millis("back"));
-        let position = KeySwitch::from_word(word).unwrap_or(KeySwitch::Teaching);
+        let position = KeySwitch::from_word(to).unwrap_or(KeySwitch::Teaching);
         context.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
         if !back.is_zero() {
             context.schedule(
@@ -41,11 +36,11 @@ pub const KIND: FaultKind = FaultKind {
             );
         }
         let message = alloc::format!(
-            "the key is turned to {word} {} ms behind {}",
+            "the key is turned to {to} {} ms behind {}",
             delay.as_millis(),
             site.description()
         );
-        Applied::new(Effect::Unchanged, message)
+        (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT
 };

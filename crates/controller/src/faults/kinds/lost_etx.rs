@@ -2,7 +2,7 @@
 //!
 //! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
 use crate::endpoint::send_queue::Segment;
 use ts3100_proto::text::ETX;
 
@@ -19,7 +19,7 @@ pub const KIND: FaultKind = FaultKind {
             bytes.remove(end);
         }
         let message = alloc::format!("{} leaves without ETX", site.description());
-        Applied::new(Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
+        (Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! `Faults` drops the bytes of the record up to its CR.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -11,7 +11,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "Let the program answer each record by PRINT; when no answer comes in time send the record again.",
     points: &[InjectionPoint::Record],
     apply: |_, _, site| {
-        Applied::new(
+        (
             Effect::Lost,
             alloc::format!("a record for INPUT on {} is lost", site.port),
         )

@@ -2,8 +2,8 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::{OUTGOING, millis_parameter};
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, millis};
 use crate::endpoint::send_queue::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
@@ -11,12 +11,12 @@ pub const KIND: FaultKind = FaultKind {
     name: "merged-texts",
     summary: "A text waits for the next one of its port, and both leave in one write; alone when its time is over.",
     remedy: "Cut what was read at each ETX (on channels at each CR) and keep what is behind it.",
-    parameters: &[millis_parameter("hold", "1000", "how long it waits at most")],
+    parameters: &[millis("hold", "1000", "how long it waits at most")],
     points: OUTGOING,
     apply: |_, values, site| {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
         let message = alloc::format!("{} waits for what is sent next", site.description());
-        Applied::new(Effect::ReplaceOutput([held].into()), message)
+        (Effect::ReplaceOutput([held].into()), message)
     },
     ..FaultKind::DEFAULT
 };

@@ -56,19 +56,37 @@ const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Re
 /// Longest duration of a parameter: ten minutes, in ms.
 const LONGEST: u64 = 600_000;
 
-/// A parameter of type duration.
-const fn millis_parameter(name: &'static str, default: &'static str, description: &'static str) -> Parameter {
+/// A whole number, at least the first and at most the second of `bounds`.
+const fn number(
+    name: &'static str,
+    unit: &'static str,
+    bounds: (u64, u64),
+    default: Option<&'static str>,
+    description: &'static str,
+) -> Parameter {
+    let (min, max) = bounds;
     Parameter {
         name,
-        value_type: ParameterType::Number {
-            unit: "ms",
-            min: 0,
-            max: LONGEST,
-        },
-        default: Some(default),
+        value_type: ParameterType::Number { unit, min, max },
+        default,
+        description,
+    }
+}
+
+/// A duration.
+const fn millis(name: &'static str, default: &'static str, description: &'static str) -> Parameter {
+    number(name, "ms", (0, LONGEST), Some(default), description)
+}
+
+/// One of some words, the first if the fault does not say which.
+const fn word(name: &'static str, words: &'static [&'static str], description: &'static str) -> Parameter {
+    Parameter {
+        name,
+        value_type: ParameterType::Word(words),
+        default: words.first().copied(),
         description,
     }
 }
 
 /// Delay between the triggering site and a fault of the machine.
-const DELAY: Parameter = millis_parameter("delay", "0", "how long after its occasion it comes");
+const DELAY: Parameter = millis("delay", "0", "how long after its occasion it comes");

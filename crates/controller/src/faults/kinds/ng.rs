@@ -2,7 +2,7 @@
 //!
 //! The command has no effect.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -12,7 +12,7 @@ pub const KIND: FaultKind = FaultKind {
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
         let message = alloc::format!("{} is refused", site.description());
-        Applied::new(Effect::Refused("a fault on purpose (ng)".into()), message)
+        (Effect::Refused("a fault on purpose (ng)".into()), message)
     },
     ..FaultKind::DEFAULT
 };

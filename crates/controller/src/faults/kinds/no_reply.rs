@@ -2,7 +2,8 @@
 //!
 //! The parameter `lost` selects which of the two.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
+use super::word;
 
 /// Value of `lost`: the reply is lost.
 const REPLY: &str = "reply";
@@ -15,12 +16,11 @@ pub const KIND: FaultKind = FaultKind {
     summary: "The answer to a command, or a text of a file, never leaves; or the command never reached the robot.",
     remedy: "Wait for the answer with a time limit, then send the command again; one that must not be done twice \
              only when the status shows that it was not done.",
-    parameters: &[Parameter {
-        name: "lost",
-        value_type: ParameterType::Word(&[REPLY, COMMAND]),
-        default: Some(REPLY),
-        description: "reply: the command is obeyed; command: it is not",
-    }],
+    parameters: &[word(
+        "lost",
+        &[REPLY, COMMAND],
+        "reply: the command is obeyed; command: it is not",
+    )],
     points: &[InjectionPoint::Command, InjectionPoint::Reply],
     applies: |values, point, _| (values.word("lost") == COMMAND) == (point == InjectionPoint::Command),
     apply: |_, _, site| {
@@ -28,7 +28,7 @@ pub const KIND: FaultKind = FaultKind {
             true => "lost before the robot sees it",
             false => "not sent",
         };
-        Applied::new(Effect::Lost, alloc::format!("{} is {lost}", site.description()))
+        (Effect::Lost, alloc::format!("{} is {lost}", site.description()))
     },
     ..FaultKind::DEFAULT
 };

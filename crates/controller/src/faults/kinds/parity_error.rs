@@ -2,7 +2,8 @@
 //!
 //! What the controller does with such a character is the option `serial.bad_character`.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::kind::{Effect, FaultKind, InjectionPoint};
+use super::number;
 
 /// Largest value of `character`.
 const FARTHEST: u64 = 15;
@@ -14,16 +15,13 @@ pub const KIND: FaultKind = FaultKind {
            serial.bad_character.",
     remedy: "On HOST send the command again when no answer comes or NG; on COM1 let the program answer each record \
              with what it has read, and compare.",
-    parameters: &[Parameter {
-        name: "character",
-        value_type: ParameterType::Number {
-            unit: "characters",
-            min: 0,
-            max: FARTHEST,
-        },
-        default: None,
-        description: "how many of those that came at once stand before it; drawn if not said",
-    }],
+    parameters: &[number(
+        "character",
+        "characters",
+        (0, FARTHEST),
+        None,
+        "how many of those that came at once stand before it; drawn if not said",
+    )],
     points: &[InjectionPoint::Character],
     apply: |context, values, site| {
         let last = site.bytes.len().saturating_sub(1);
@@ -31,7 +29,7 @@ pub const KIND: FaultKind = FaultKind {
         let index = index.unwrap_or_else(|| context.rng.index(site.bytes.len()));
         let byte = site.bytes.get(index).copied().unwrap_or_default();
         let message = alloc::format!("a character on {} ({byte:02X}) has a parity error", site.port);
-        Applied::new(Effect::ParityError(index), message)
+        (Effect::ParityError(index), message)
     },
     ..FaultKind::DEFAULT
 };

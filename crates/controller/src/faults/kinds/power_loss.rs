@@ -2,7 +2,7 @@
 //!
 //! The panel handles it like a power cycle by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
+use super::super::kind::{Effect, FaultKind, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::input::PanelAction;
 
@@ -26,7 +26,7 @@ pub const KIND: FaultKind = FaultKind {
         } else {
             Effect::Unchanged
         };
-        Applied::new(effect, message)
+        (effect, message)
     },
     ..FaultKind::DEFAULT
 };

@@ -2,8 +2,8 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
-use super::OUTGOING;
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, number, word};
 use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
@@ -18,22 +18,18 @@ pub const KIND: FaultKind = FaultKind {
     summary: "A part of the text leaves, then the connection ends; on a serial line the rest is lost and the line stays.",
     remedy: "Connect again, forget the unfinished text, ask for the status, and do again what is not done.",
     parameters: &[
-        Parameter {
-            name: "bytes",
-            value_type: ParameterType::Number {
-                unit: "bytes",
-                min: 0,
-                max: MAX_SEND as u64,
-            },
-            default: None,
-            description: "how many leave before; half of them if not said",
-        },
-        Parameter {
-            name: "how",
-            value_type: ParameterType::Word(&["reset", "close"]),
-            default: Some("reset"),
-            description: "reset: RST; close: an orderly end (FIN)",
-        },
+        number(
+            "bytes",
+            "bytes",
+            (0, MAX_SEND as u64),
+            None,
+            "how many leave before; half of them if not said",
+        ),
+        word(
+            "how",
+            &["reset", "close"],
+            "reset: RST; close: an orderly end (FIN)",
+        ),
     ],
     points: OUTGOING,
     apply: |_, values, site| {
@@ -50,7 +46,7 @@ pub const KIND: FaultKind = FaultKind {
         };
         let message = alloc::format!("{what} behind {count} bytes of {}", site.description());
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
-        Applied::new(
+        (
             Effect::ReplaceOutput([Segment::bytes(part), disconnect].into()),
             message,
         )

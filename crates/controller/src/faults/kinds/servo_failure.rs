@@ -2,7 +2,7 @@
 //!
 //! The alarm is ours: its real number is not known.
 
-use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
+use super::super::kind::{Effect, FaultKind, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::alarm::SERVO_FAILURE;
 
@@ -15,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        Applied::new(
+        (
             Effect::Unchanged,
             alloc::format!("the servo drops out behind {}", site.description()),
         )

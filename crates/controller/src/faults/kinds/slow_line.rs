@@ -2,8 +2,8 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
-use super::OUTGOING;
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, number};
 use crate::endpoint::send_queue::{Departure, Segment};
 use bytes::Bytes;
 use core::time::Duration;
@@ -17,16 +17,13 @@ pub const KIND: FaultKind = FaultKind {
     summary: "What leaves takes its time, byte by byte, as on a line of so many bits a second.",
     remedy: "Count the time limit from the last byte that came, as the robot does (10 s, SER-06), not from the \
              question.",
-    parameters: &[Parameter {
-        name: "speed",
-        value_type: ParameterType::Number {
-            unit: "bit/s",
-            min: 1,
-            max: 115_200,
-        },
-        default: Some("50"),
-        description: "speed of the line",
-    }],
+    parameters: &[number(
+        "speed",
+        "bit/s",
+        (1, 115_200),
+        Some("50"),
+        "speed of the line",
+    )],
     points: OUTGOING,
     apply: |_, values, site| {
         let speed = values.number("speed").unwrap_or(1).max(1);
@@ -35,7 +32,7 @@ pub const KIND: FaultKind = FaultKind {
         let segments =
             bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
         let message = alloc::format!("{} leaves at {speed} bit/s", site.description());
-        Applied::new(Effect::ReplaceOutput(segments.collect()), message)
+        (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT
 };

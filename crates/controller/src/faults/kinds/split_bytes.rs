@@ -2,8 +2,8 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
-use super::{OUTGOING, millis_parameter};
+use super::super::kind::{Effect, FaultKind};
+use super::{OUTGOING, millis, number};
 use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
@@ -14,17 +14,14 @@ pub const KIND: FaultKind = FaultKind {
     summary: "What leaves is cut into portions, each in a write of its own behind a pause.",
     remedy: "Read on until ETX (SF: until its length), however many reads that takes.",
     parameters: &[
-        Parameter {
-            name: "size",
-            value_type: ParameterType::Number {
-                unit: "bytes",
-                min: 1,
-                max: MAX_SEND as u64,
-            },
-            default: Some("1"),
-            description: "bytes of a portion",
-        },
-        millis_parameter("pause", "20", "the pause before each but the first"),
+        number(
+            "size",
+            "bytes",
+            (1, MAX_SEND as u64),
+            Some("1"),
+            "bytes of a portion",
+        ),
+        millis("pause", "20", "the pause before each but the first"),
     ],
     points: OUTGOING,
     apply: |_, values, site| {
@@ -35,7 +32,7 @@ pub const KIND: FaultKind = FaultKind {
             Segment::after(after, Departure::Bytes(site.bytes.slice_ref(portion)))
         });
         let message = alloc::format!("{} leaves in portions of {size} bytes", site.description());
-        Applied::new(Effect::ReplaceOutput(segments.collect()), message)
+        (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT
 };

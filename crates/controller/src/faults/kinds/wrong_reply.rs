@@ -2,7 +2,7 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::kind::{Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
 use crate::endpoint::send_queue::Segment;
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
@@ -36,7 +36,7 @@ pub const KIND: FaultKind = FaultKind {
             site.description(),
             data.escape_ascii()
         );
-        Applied::new(
+        (
             Effect::ReplaceOutput([Segment::bytes(reframed(&site.bytes, &site.data, data))].into()),
             message,
         )
