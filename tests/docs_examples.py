@@ -1,16 +1,20 @@
 #!/usr/bin/env python3
-"""Runs the examples of docs/*.md as they are written.
+"""Runs the examples of docs/**/*.md as they are written.
 
-    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/CONTROL-API.md ...]
+    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/reference/ctl.md ...]
 
-A fenced block of shell behind one of these lines is run by `bash -euo pipefail` in a directory of its own that the
+A fenced block of shell after one of these lines is run by `bash -euo pipefail` in a directory of its own that the
 blocks of one page share, with the directory of the binary first in PATH, and `packaging` of the repository in it:
 
     <!-- ci:run-example -->               as it is
     <!-- ci:control FLAGS -->             against a fresh `ts3100 serve --ports auto --ready-json FLAGS`: its control
                                           interface is in TS3100_CONTROL_URL, its ports in IP0 to IP3 as HOST:PORT
     <!-- ci:output -->                    the block is what the example before it printed; in it a line of three dots
-                                          stands for any lines, and three dots in a line for any text
+                                          matches any lines, and three dots in a line match any text
+    <!-- ci:serve -->                     a command that stays for the rest of the page, once it says that it is ready
+    <!-- ci:console -->                   lines after `$ ` are run, in one shell for the page; the others are what they
+                                          print, with three dots as above
+    <!-- ci:log -->                       each line is in the log of the command of ci:serve, after its time
 
 The exit code is 0 when every block ended with 0 and printed what the page says."""
 
@@ -24,10 +28,11 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LIMIT = 120
-MARK = re.compile(r"<!-- ci:(run-example|control|output)\s*(.*?) *-->$")
+MARK = re.compile(r"<!-- ci:(run-example|control|output|serve|console|log)\s*(.*?) *-->$")
 
 
 class Failed(Exception):
@@ -51,7 +56,7 @@ def blocks(path):
             yield mark.group(1), mark.group(2).split(), at + 2, "\n".join(lines[at + 1:end]) + "\n"
             mark, at = None, end
         elif mark and lines[at].strip():
-            raise Failed("%s:%d: a block expected behind the mark" % (path, at + 1))
+            raise Failed("%s:%d: a block expected after the mark" % (path, at + 1))
         at += 1
 
 
@@ -73,9 +78,9 @@ def environment(binary):
     return found
 
 
-def shell(text, surroundings, directory):
+def shell(text, surroundings, directory, strict=True):
     """Runs a block; what it printed. Whatever it has started in the background ends with it."""
-    process = subprocess.Popen(["bash", "-euo", "pipefail", "-c", text], cwd=directory, env=surroundings,
+    process = subprocess.Popen(["bash", "-euo" if strict else "-uo", "pipefail", "-c", text], cwd=directory, env=surroundings,
                                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                start_new_session=True)
     try:
@@ -118,6 +123,59 @@ def against_an_emulator(binary, flags, text, directory):
             emulator.stdout.close()
 
 
+class Served:
+    """The command of ci:serve, with its log."""
+
+    def __init__(self, command, binary, directory):
+        self.log = tempfile.NamedTemporaryFile(prefix="ts3100-docs-", suffix=".log")
+        self.process = subprocess.Popen(["bash", "-c", "exec " + command], cwd=directory, env=environment(binary),
+                                        stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
+                                        start_new_session=True)
+        if not self.says("ts3100 is ready."):
+            self.close()
+            raise Failed("not ready within %d s; it printed\n%s" % (LIMIT, self.printed()))
+
+    def printed(self):
+        with open(self.log.name, encoding="utf-8", errors="replace") as log:
+            return log.read()
+
+    def says(self, line):
+        """Whether a line of the log ends so, sooner or later."""
+        limit = time.monotonic() + LIMIT
+        while time.monotonic() < limit and self.process.poll() is None:
+            if any((" " + " ".join(found.split())).endswith(" " + line) for found in self.printed().split("\n")):
+                return True
+            time.sleep(0.05)
+        return False
+
+    def close(self):
+        ended(self.process)
+        self.log.close()
+
+
+def console(text, binary, directory):
+    """Runs the commands of a console block and compares what each prints."""
+    lines = text.rstrip("\n").split("\n")
+    at = 0
+    while at < len(lines):
+        if not lines[at].startswith("$ "):
+            raise Failed("a console block begins with `$ `, not with %r" % lines[at])
+        typed = [lines[at][2:]]
+        at += 1
+        document = re.search(r"<<'?(\w+)'?", typed[0])
+        while document and typed[-1] != document.group(1):
+            typed.append(lines[at])
+            at += 1
+        shown = []
+        while at < len(lines) and not lines[at].startswith("$ "):
+            shown.append(lines[at])
+            at += 1
+        # A refused command is an answer, not a failure of the page.
+        printed = shell("\n".join(typed) + "\n:", environment(binary), directory, strict=False)
+        if not as_shown(printed, "\n".join(shown)):
+            raise Failed("%s printed\n%s\n     expected\n%s" % (typed[0], printed, "\n".join(shown)))
+
+
 def as_shown(printed, shown):
     """Whether the output is what the page shows."""
     def pattern(line):
@@ -137,7 +195,7 @@ def as_shown(printed, shown):
 
 def run_page(path, binary):
     """Runs every block of a page; how many there were."""
-    count, printed = 0, None
+    count, printed, served = 0, None, None
     with tempfile.TemporaryDirectory(prefix="ts3100-docs-") as directory:
         os.symlink(os.path.join(ROOT, "packaging"), os.path.join(directory, "packaging"))
         for kind, flags, line, text in blocks(path):
@@ -145,29 +203,41 @@ def run_page(path, binary):
             try:
                 if kind == "output":
                     if printed is None:
-                        raise Failed("no example stands before it")
+                        raise Failed("no example comes before it")
                     if not as_shown(printed, text):
                         raise Failed("the example printed\n%s\n     expected\n%s" % (printed, text))
                     continue
-                if kind == "control":
+                if kind == "serve":
+                    served = Served(text.strip(), binary, directory)
+                elif kind == "console":
+                    console(text, binary, directory)
+                elif kind == "log":
+                    missing = [said for said in text.strip().split("\n") if served is None or not served.says(said)]
+                    if missing:
+                        raise Failed("not in the log: %s" % missing[0])
+                elif kind == "control":
                     printed = against_an_emulator(binary, flags, text, directory)
                 else:
                     printed = shell(text, environment(binary), directory)
             except Failed as failure:
+                if served:
+                    served.close()
                 raise Failed("%s: %s" % (place, failure)) from None
             count += 1
             print("ok   %s" % place, flush=True)
+        if served:
+            served.close()
     return count
 
 
 def main():
     parser = argparse.ArgumentParser(description="runs the examples of the documents as they are written")
     parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
-    parser.add_argument("pages", nargs="*", help="docs/*.md if none is given")
+    parser.add_argument("pages", nargs="*", help="docs/**/*.md if none is given")
     options = parser.parse_args()
     binary = os.path.abspath(options.serve)
     root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "*.md")))
+    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "**", "*.md"), recursive=True))
     count = 0
     try:
         for page in pages:
