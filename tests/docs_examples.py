@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Runs the examples of docs/*.md as they are written.
+"""Runs the examples of the pages in docs as they are written.
 
-    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/CONTROL-API.md ...]
+    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/reference/diagnostics.md ...]
 
 A fenced block of shell behind one of these lines is run by `bash -euo pipefail` in a directory of its own that the
 blocks of one page share, with the directory of the binary first in PATH, and `packaging` of the repository in it:
@@ -11,6 +11,8 @@ blocks of one page share, with the directory of the binary first in PATH, and `p
                                           interface is in TS3100_CONTROL_URL, its ports in IP0 to IP3 as HOST:PORT
     <!-- ci:output -->                    the block is what the example before it printed; in it a line of three dots
                                           stands for any lines, and three dots in a line for any text
+    <!-- ci:check [CODE] -->              the block is a SCOL file in which `ts3100 check` finds this code and no other,
+                                          or nothing; one that begins with `' arm: scara` is checked for that arm
 
 The exit code is 0 when every block ended with 0 and printed what the page says."""
 
@@ -27,7 +29,7 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LIMIT = 120
-MARK = re.compile(r"<!-- ci:(run-example|control|output)\s*(.*?) *-->$")
+MARK = re.compile(r"<!-- ci:(run-example|control|output|check)\s*(.*?) *-->$")
 
 
 class Failed(Exception):
@@ -118,6 +120,20 @@ def against_an_emulator(binary, flags, text, directory):
             emulator.stdout.close()
 
 
+def checked(binary, codes, text, directory):
+    """Runs `check` over a block; fails unless it finds what the mark names."""
+    path = os.path.join(directory, "example.scol")
+    with open(path, "w", encoding="utf-8") as source:
+        source.write(text)
+    arm = ["--model", "tsl3000-thl400"] if text.startswith("' arm: scara") else []
+    process = subprocess.run([binary, "check", *arm, path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             timeout=LIMIT, check=False)
+    printed = process.stdout.decode(errors="replace")
+    found = set(re.findall(r"^.*:\d+:\d+: (?:error|warning)\[(\w+)\]", printed, re.MULTILINE))
+    if found != set(codes):
+        raise Failed("check found\n%s\n     expected %s" % (printed, " ".join(codes) or "nothing"))
+
+
 def as_shown(printed, shown):
     """Whether the output is what the page shows."""
     def pattern(line):
@@ -149,7 +165,9 @@ def run_page(path, binary):
                     if not as_shown(printed, text):
                         raise Failed("the example printed\n%s\n     expected\n%s" % (printed, text))
                     continue
-                if kind == "control":
+                if kind == "check":
+                    checked(binary, flags, text, directory)
+                elif kind == "control":
                     printed = against_an_emulator(binary, flags, text, directory)
                 else:
                     printed = shell(text, environment(binary), directory)
@@ -163,11 +181,11 @@ def run_page(path, binary):
 def main():
     parser = argparse.ArgumentParser(description="runs the examples of the documents as they are written")
     parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
-    parser.add_argument("pages", nargs="*", help="docs/*.md if none is given")
+    parser.add_argument("pages", nargs="*", help="every page of docs if none is given")
     options = parser.parse_args()
     binary = os.path.abspath(options.serve)
     root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
-    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "*.md")))
+    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "**", "*.md"), recursive=True))
     count = 0
     try:
         for page in pages:
