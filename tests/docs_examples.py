@@ -15,6 +15,8 @@ blocks of one page share, with the directory of the binary first in PATH, and `p
     <!-- ci:console -->                   lines after `$ ` are run, in one shell for the page; the others are what they
                                           print, with three dots as above
     <!-- ci:log -->                       each line is in the log of the command of ci:serve, after its time
+    <!-- ci:check [CODE] -->              the block is a SCOL file in which `ts3100 check` finds this code and no other,
+                                          or nothing; one that begins with `' arm: scara` is checked for that arm
 
 The exit code is 0 when every block ended with 0 and printed what the page says."""
 
@@ -32,7 +34,7 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LIMIT = 120
-MARK = re.compile(r"<!-- ci:(run-example|control|output|serve|console|log)\s*(.*?) *-->$")
+MARK = re.compile(r"<!-- ci:(run-example|control|output|serve|console|log|check)\s*(.*?) *-->$")
 
 
 class Failed(Exception):
@@ -176,6 +178,20 @@ def console(text, binary, directory):
             raise Failed("%s printed\n%s\n     expected\n%s" % (typed[0], printed, "\n".join(shown)))
 
 
+def checked(binary, codes, text, directory):
+    """Runs `check` over a block; fails unless it finds what the mark names."""
+    path = os.path.join(directory, "example.scol")
+    with open(path, "w", encoding="utf-8") as source:
+        source.write(text)
+    arm = ["--model", "tsl3000-thl400"] if text.startswith("' arm: scara") else []
+    process = subprocess.run([binary, "check", *arm, path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                             timeout=LIMIT, check=False)
+    printed = process.stdout.decode(errors="replace")
+    found = set(re.findall(r"^.*:\d+:\d+: (?:error|warning)\[(\w+)\]", printed, re.MULTILINE))
+    if found != set(codes):
+        raise Failed("check found\n%s\n     expected %s" % (printed, " ".join(codes) or "nothing"))
+
+
 def as_shown(printed, shown):
     """Whether the output is what the page shows."""
     def pattern(line):
@@ -215,6 +231,8 @@ def run_page(path, binary):
                     missing = [said for said in text.strip().split("\n") if served is None or not served.says(said)]
                     if missing:
                         raise Failed("not in the log: %s" % missing[0])
+                elif kind == "check":
+                    checked(binary, flags, text, directory)
                 elif kind == "control":
                     printed = against_an_emulator(binary, flags, text, directory)
                 else:

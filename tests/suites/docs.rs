@@ -17,7 +17,7 @@ fn document(name: &str) -> String {
 
 #[test]
 fn every_alarm_has_its_row() {
-    let protocol = document("PROTOCOL.md");
+    let page = document("reference/alarms.md");
     for alarm in ALARMS {
         let whose = if alarm.is_assumed { "ours" } else { "known" };
         let row = format!(
@@ -27,17 +27,25 @@ fn every_alarm_has_its_row() {
             alarm.cause,
             alarm.remedy
         );
-        assert!(protocol.contains(&row), "docs/PROTOCOL.md misses\n{row}");
+        assert!(page.contains(&row), "docs/reference/alarms.md misses\n{row}");
+        let section = format!("### Alarm {}\n", alarm.number());
+        assert!(
+            page.contains(&section),
+            "docs/reference/alarms.md misses {section}"
+        );
     }
 }
 
 #[test]
 fn every_command_has_its_row() {
-    let protocol = document("PROTOCOL.md");
+    let page = document("reference/protocol/commands.md");
     for command in COMMANDS {
-        let shown = protocol.contains(&format!("`{}", command.letters))
-            || protocol.contains(&format!("| {}", command.letters));
-        assert!(shown, "docs/PROTOCOL.md misses {}", command.letters);
+        let form = command.form.replace('|', "\\|");
+        let row = format!("| `{form}` | `{}` |", command.example);
+        assert!(
+            page.contains(&row),
+            "docs/reference/protocol/commands.md misses\n{row}"
+        );
     }
 }
 
@@ -79,13 +87,18 @@ fn every_rule_names_clauses_that_exist() {
 
 #[test]
 fn every_option_has_its_row() {
-    let (protocol, fidelity) = (document("PROTOCOL.md"), document("FIDELITY.md"));
-    for (key, _) in ts3100_emulator::config::option_keys() {
-        for (name, text) in [("PROTOCOL.md", &protocol), ("FIDELITY.md", &fidelity)] {
-            assert!(
-                text.contains(&format!("`{key}")),
-                "docs/{name} misses the option {key}"
-            );
-        }
+    let (page, fidelity) = (document("reference/options.md"), document("FIDELITY.md"));
+    for (key, values) in ts3100_emulator::config::option_keys() {
+        let row = format!("| [`{key}`](#{key}) | {values} |");
+        assert!(page.contains(&row), "docs/reference/options.md misses\n{row}");
+        let section = format!("\n### {key}\n");
+        assert!(
+            page.contains(&section),
+            "docs/reference/options.md misses the section of {key}"
+        );
+        assert!(
+            fidelity.contains(&format!("`{key}")),
+            "docs/FIDELITY.md misses the option {key}"
+        );
     }
 }
