@@ -36,6 +36,8 @@ pub(crate) struct Endpoints {
     pub(crate) faults: Faults,
     pub(crate) variation: Option<Variation>,
     pub(crate) send_queue: SendQueue,
+    /// When the first timer of all is due. It is asked for several times an input and found once after it.
+    pub(crate) due: Option<Time>,
 }
 
 impl Endpoints {
@@ -50,6 +52,7 @@ impl Endpoints {
             faults: Faults::new(config.fault_seed),
             variation: config.vary.map(Variation::new),
             send_queue: SendQueue::default(),
+            due: None,
         }
     }
 

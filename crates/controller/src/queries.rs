@@ -350,6 +350,7 @@ impl Controller {
         let mut copy = self.clone();
         copy.endpoints.faults = Faults::new(self.robot.config.fault_seed);
         copy.endpoints.variation = None;
+        copy.endpoints.find_due(&copy.robot);
         copy
     }
 

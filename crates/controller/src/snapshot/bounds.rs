@@ -3,7 +3,6 @@
 //! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
 use super::{SnapshotError, check};
-use crate::Controller;
 use crate::alarm::Alarms;
 use crate::drive::Drive;
 use crate::endpoint::{Endpoints, fresh_lines};
@@ -93,8 +92,7 @@ fn check_points(config: &Config) -> CheckResult {
     Ok(())
 }
 
-pub(super) fn check_controller(controller: &Controller) -> CheckResult {
-    let Controller { robot, endpoints } = controller;
+pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckResult {
     check_state(robot)?;
     check_drive(robot)?;
     check_alarms(&robot.alarms)?;
@@ -108,7 +106,7 @@ pub(super) fn check_controller(controller: &Controller) -> CheckResult {
     }
     check_faults(endpoints, &robot.config)?;
     check_at_most("pendant", robot.pendant.len(), PENDANT_TEXT)?;
-    let due = controller.poll_deadline().unwrap_or(robot.now);
+    let due = endpoints.deadline(robot).unwrap_or(robot.now);
     let expected = format!("nothing that was due before {}", robot.now);
     check(due >= robot.now, "now", &expected, due)
 }

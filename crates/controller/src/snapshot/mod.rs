@@ -160,36 +160,36 @@ impl Controller {
         let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
         executor.relink(&config)?;
-        let controller = Controller {
-            robot: Robot {
-                now: snapshot.now,
-                panel: snapshot.panel,
-                drive: snapshot.drive,
-                alarms: snapshot.alarms,
-                signals: snapshot.signals,
-                channels: snapshot.channels,
-                keys: snapshot.keys,
-                pendant: snapshot.pendant,
-                executor,
-                arm: snapshot.arm.with_model(config.model.clone()),
-                jogging: snapshot.jogging,
-                parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
-                traced: snapshot.traced,
-                maintenance: snapshot.upkeep,
-                persistence: Persistence::default(),
-                notices: alloc::vec::Vec::new(),
-                outputs: VecDeque::new(),
-                config,
-            },
-            endpoints: Endpoints {
-                sessions: snapshot.sessions,
-                lines: snapshot.lines,
-                faults: snapshot.faults,
-                variation: snapshot.variation,
-                send_queue: snapshot.send_queue,
-            },
+        let robot = Robot {
+            now: snapshot.now,
+            panel: snapshot.panel,
+            drive: snapshot.drive,
+            alarms: snapshot.alarms,
+            signals: snapshot.signals,
+            channels: snapshot.channels,
+            keys: snapshot.keys,
+            pendant: snapshot.pendant,
+            executor,
+            arm: snapshot.arm.with_model(config.model.clone()),
+            jogging: snapshot.jogging,
+            parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
+            traced: snapshot.traced,
+            maintenance: snapshot.upkeep,
+            persistence: Persistence::default(),
+            notices: alloc::vec::Vec::new(),
+            outputs: VecDeque::new(),
+            config,
         };
-        bounds::check_controller(&controller)?;
-        Ok(controller)
+        let mut endpoints = Endpoints {
+            sessions: snapshot.sessions,
+            lines: snapshot.lines,
+            faults: snapshot.faults,
+            variation: snapshot.variation,
+            send_queue: snapshot.send_queue,
+            due: None,
+        };
+        bounds::check_controller(&robot, &endpoints)?;
+        endpoints.find_due(&robot);
+        Ok(Controller { robot, endpoints })
     }
 }
