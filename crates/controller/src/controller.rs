@@ -1,18 +1,18 @@
 //! The controller value: one input, its effects, and the deadlines. It routes between the ports ([`Endpoints`]) and the
 //! robot behind them ([`Robot`]) and decides nothing else.
 
-use crate::action::{Accepted, Action, ActionError, ActionErrorKind};
+use crate::action::{Accepted, ActionError};
 use crate::alarm::Alarm;
 use crate::drive::{DriveError, PersistError};
 use crate::endpoint::Endpoints;
 use crate::executor::selection::SelectError;
 use crate::input::Input;
 use crate::options::Config;
-use crate::output::{Event, Output};
+use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::name::FileName;
@@ -88,7 +88,7 @@ impl Controller {
             Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.report_backlog(port),
             Input::Panel(action) => endpoints.panel(robot, action),
-            Input::Action(action) => result = self.act(action),
+            Input::Action(action) => result = endpoints.act(robot, action),
         }
         self.endpoints.settle(&mut self.robot);
         result
@@ -170,7 +170,7 @@ impl Controller {
                 message,
                 command,
             }) => endpoints.answer_command(robot, port, &message, command),
-            Some(PendingChange::Action(action)) => result = self.act(action),
+            Some(PendingChange::Action(action)) => result = endpoints.act(robot, action),
             Some(PendingChange::Restore { names, direct }) => robot.restore_data(names, direct),
             None => {}
         }
@@ -185,28 +185,5 @@ impl Controller {
             Some((now, input)) => self.handle(now, input),
             None => result,
         }
-    }
-
-    fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
-        let not_persisted = self.robot.persistence.refusal();
-        let again = self.robot.persistence.is_enabled().then(|| action.clone());
-        let Err(mut error) = self.endpoints.act(&mut self.robot, action) else {
-            return Ok(Accepted::Done);
-        };
-        match (again, not_persisted) {
-            (Some(action), _) if self.robot.persistence.is_pending() => {
-                self.robot.persistence.hold(PendingChange::Action(action));
-                return Ok(Accepted::Pending);
-            }
-            (_, Some(reason)) => {
-                error = ActionError {
-                    kind: ActionErrorKind::NotPersisted,
-                    ..ActionError::conflict(&error.place, "a change that can be kept", reason.to_string())
-                };
-            }
-            _ => {}
-        }
-        self.robot.event(Event::ActionRefused(error.clone()));
-        Err(error)
     }
 }

@@ -71,8 +71,7 @@ impl Robot {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: StopCause) {
         self.interrupt(by);
-        let event = self.panel.servo_off();
-        self.outputs.extend(event.map(Output::Event));
+        self.outputs.extend(self.panel.servo_off().map(Output::Event));
     }
 
     /// Raises an alarm and lets its level act (D6).
@@ -85,10 +84,12 @@ impl Robot {
         });
         self.alarms.raise(alarm);
         match code.level {
-            AlarmLevel::L8 => self.servo_off(StopCause::Other),
-            AlarmLevel::L4 => self.interrupt(StopCause::Other),
+            AlarmLevel::L8 | AlarmLevel::L4 => self.interrupt(StopCause::Other),
             AlarmLevel::L2 => self.stop_after_step(StopCause::Other),
             AlarmLevel::L1 => {}
+        }
+        if code.level == AlarmLevel::L8 {
+            self.outputs.extend(self.panel.servo_off().map(Output::Event));
         }
     }
 

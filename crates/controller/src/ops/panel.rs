@@ -48,32 +48,6 @@ pub(crate) enum OperateError {
 }
 
 impl Robot {
-    /// The battery of the RAM drive is low or good again.
-    pub(crate) fn battery(&mut self, low: bool) {
-        if self.panel.set_battery_low(low) {
-            self.raise(alarm::BATTERY, String::new());
-        }
-    }
-
-    /// The emergency stop button.
-    pub(crate) fn emergency_stop(&mut self, pressed: bool) {
-        if self.panel.set_emergency_stop(pressed) {
-            self.raise(alarm::EMERGENCY_STOP, String::new());
-        }
-    }
-
-    /// The safety switch.
-    pub(crate) fn safety_switch(&mut self, open: bool) {
-        if self.panel.set_safety_open(open) {
-            self.raise(alarm::SAFETY_STOP, String::new());
-        }
-    }
-
-    /// Figures are typed at the teach pendant.
-    pub(crate) fn type_keys(&mut self, figures: &str) {
-        self.keys.push(figures.as_bytes());
-    }
-
     /// Turning the key while a program runs stops it behind the present step.
     pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
         let controller = self.config.controller;
@@ -223,14 +197,14 @@ impl Robot {
             self.report(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
-        if self.panel.state().emergency_stop {
-            self.raise(alarm::EMERGENCY_STOP, String::new());
-        }
-        if self.panel.state().safety_open {
-            self.raise(alarm::SAFETY_STOP, String::new());
-        }
-        if self.panel.state().battery_low {
-            self.raise(alarm::BATTERY, String::new());
+        let state = self.panel.state();
+        let causes = [
+            (state.emergency_stop, alarm::EMERGENCY_STOP),
+            (state.safety_open, alarm::SAFETY_STOP),
+            (state.battery_low, alarm::BATTERY),
+        ];
+        for (_, alarm) in causes.into_iter().filter(|(there, _)| *there) {
+            self.raise(alarm, String::new());
         }
         self.push_output(Output::PowerCycled);
     }
