@@ -8,6 +8,7 @@ mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::port::Port;
 use crate::time::Time;
 use alloc::vec::Vec;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
@@ -112,6 +113,9 @@ pub struct Arm {
     interrupted: Option<ActiveMotion>,
     /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
+    /// The port whose host guides the arm by JG; a snapshot has it apart.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    jogging: Option<Port>,
     /// What the axes have done so far.
     #[cfg_attr(feature = "serde", serde(default))]
     wear: Wear,
@@ -154,10 +158,19 @@ impl ArmPose {
     }
 
     fn values(&self, pose: &Pose) -> Vec<f64> {
+        let count = match self.kind {
+            scol_mini::Arm::SixAxis => 8,
+            scol_mini::Arm::Scara => 5,
+        };
+        self.listed(pose).into_iter().take(count).collect()
+    }
+
+    /// Six-axis: X Y Z A B C and the two further axes; SCARA: X Y Z C T, then zeros.
+    pub(crate) fn listed(&self, pose: &Pose) -> [f64; 8] {
         let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
         match self.kind {
-            scol_mini::Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
-            scol_mini::Arm::Scara => Vec::from([x, y, z, c, u]),
+            scol_mini::Arm::SixAxis => [x, y, z, a, b, c, u, v],
+            scol_mini::Arm::Scara => [x, y, z, c, u, 0.0, 0.0, 0.0],
         }
     }
 }
@@ -183,14 +196,19 @@ impl Arm {
             active: None,
             interrupted: None,
             position_work: None,
+            jogging: None,
             wear: Wear::default(),
         }
     }
 
-    /// The same arm with this model. A snapshot holds the model in the configuration only.
+    /// The same arm with this model, guided from this port: a snapshot has both apart.
     #[cfg(feature = "serde")]
-    pub(crate) fn with_model(self, model: ArmModel) -> Arm {
-        Arm { model, ..self }
+    pub(crate) fn with_model(self, model: ArmModel, jogging: Option<Port>) -> Arm {
+        Arm {
+            model,
+            jogging,
+            ..self
+        }
     }
 
     /// Validates an arm read from a snapshot.
@@ -258,19 +276,19 @@ impl Arm {
         Some(active.start + active.motion.duration())
     }
 
-    /// Ends the motion if its time has come; true if it did.
-    pub fn finish_due(&mut self, now: Time) -> bool {
-        let end = self.ends_at().filter(|end| *end <= now);
-        let over = end.is_some();
-        if let Some(end) = end {
-            self.add_wear_until(end);
-        }
-        if let Some(active) = self.active.take_if(|_| over)
+    /// Ends the motion if its time has come.
+    pub fn finish_due(&mut self, now: Time) {
+        let Some(end) = self.ends_at().filter(|end| *end <= now) else {
+            return;
+        };
+        self.add_wear_until(end);
+        if let Some(active) = self.active.take()
             && !active.locked
         {
             self.rest = active.motion.end();
         }
-        over
+        // Whatever moves next is no guided motion any more.
+        self.jogging = None;
     }
 
     /// Percentage of the motion completed; 100 when none is under way.
@@ -508,6 +526,7 @@ impl Arm {
 
     /// Gives up the motion: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
+        self.jogging = None;
         self.add_wear_until(now);
         if let Some(active) = &mut self.active {
             active.motion.stop(now.since(active.start));

@@ -80,7 +80,7 @@ impl Endpoints {
     /// The peer of a port, while there is one.
     pub(crate) fn peer<'a>(&'a self, robot: &'a Robot, port: Port) -> Option<&'a str> {
         let session = self.sessions.get(&port).map(|session| session.peer.as_deref());
-        session.unwrap_or_else(|| robot.channels.get(&port)?.peer())
+        session.unwrap_or_else(|| robot.channels.get(port)?.peer())
     }
 
     /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
@@ -89,8 +89,8 @@ impl Endpoints {
         for port in Port::ALL {
             let there = before.peer(robot_before, port);
             let knew = self.peer(robot, port).is_some();
-            if knew && robot.jogging == Some(port) {
-                robot.stop_jog();
+            if knew && robot.arm.jogging() == Some(port) {
+                robot.arm.stop_jog(robot.now);
             }
             if let Some(line) = self.lines.get_mut(&port) {
                 // How the far end is opened is the edge's knowledge.
@@ -101,7 +101,7 @@ impl Endpoints {
             }
             match there {
                 Some(peer) => {
-                    if let Some(channel) = robot.channels.get_mut(&port) {
+                    if let Some(channel) = robot.channels.get_mut(port) {
                         channel.disconnect_peer();
                     }
                     self.connected(robot, port, String::from(peer));

@@ -109,7 +109,7 @@ impl Controller {
     /// What PRINT has shown on the teach pendant.
     #[must_use]
     pub fn pendant(&self) -> &str {
-        &self.robot.pendant
+        self.robot.channels.pendant()
     }
 
     /// Name of the selected file; empty when none is.
@@ -191,7 +191,7 @@ impl Controller {
     pub fn ports(&self) -> Vec<PortView> {
         let view = |port: Port| {
             let session = self.endpoints.sessions.get(&port);
-            let channel = self.robot.channels.get(&port);
+            let channel = self.robot.channels.get(port);
             PortView {
                 port,
                 peer: self.peer_of(port),
@@ -335,7 +335,7 @@ impl Controller {
     pub fn host_is_silent(&self) -> bool {
         !self.endpoints.host_owes_text()
             && self.robot.panel.state().watchdog.is_none()
-            && !self.robot.is_jogging()
+            && !self.robot.arm.is_jogging()
     }
 
     /// The faults that are armed or were.

@@ -77,7 +77,7 @@ impl Timer {
             Timer::SerialLines => endpoints.serve_lines(robot),
             Timer::HostTimeout => endpoints.expire_sessions(robot),
             Timer::Watchdog => endpoints.expire_watchdog(robot),
-            Timer::Motion => robot.end_motion(),
+            Timer::Motion => robot.arm.finish_due(robot.now),
             Timer::Lines => robot.change_due_lines(),
             Timer::Servo => robot.end_servo_interval(),
             Timer::Program => robot.run(endpoints),

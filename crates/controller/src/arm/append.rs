@@ -87,7 +87,9 @@ mod tests {
             },
         );
         assert!(arm.ends_at().is_some_and(|end| end > at(900)));
-        assert!(arm.finish_due(at(2_000)));
+        assert!(arm.is_moving());
+        arm.finish_due(at(2_000));
+        assert!(!arm.is_moving());
         assert!((arm.joints(at(2_000))[0] - 120.0).abs() < 1e-9);
     }
 

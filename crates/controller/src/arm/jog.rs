@@ -7,6 +7,7 @@ use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, 
 use crate::limits::{JOG_BISECTIONS, MAX_JOG_ANGLE, MAX_JOG_DISTANCE};
 use crate::model::Joints;
 use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::port::Port;
 use crate::time::Time;
 use scol_mini::Conditions;
 use thiserror::Error;
@@ -40,6 +41,8 @@ impl JogFrame {
 /// A request to jog the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
+    /// The port whose host asks for it.
+    pub port: Port,
     /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
     pub axis: u8,
     /// +1 or -1.
@@ -123,8 +126,26 @@ impl Arm {
             frames: None,
         });
         self.rest = from;
+        self.jogging = Some(jog.port);
         self.drop_interrupted();
         Ok(())
+    }
+
+    /// Whether a host guides the arm right now.
+    pub(crate) fn is_jogging(&self) -> bool {
+        self.jogging.is_some() && self.is_moving()
+    }
+
+    /// The port whose host guides the arm, or did and has not ended that.
+    pub(crate) fn jogging(&self) -> Option<Port> {
+        self.jogging
+    }
+
+    /// A guided motion ends: the arm slows and rests.
+    pub(crate) fn stop_jog(&mut self, now: Time) {
+        if self.jogging.is_some() {
+            self.stop(now);
+        }
     }
 
     fn max_travel(&self, jog: &Jog, from: &Joints) -> f64 {

@@ -136,9 +136,7 @@ impl Endpoints {
                     robot.raise(alarm::BATTERY, String::new());
                 }
             }
-            PanelAction::Keys(figures) => {
-                robot.keys.push(figures.as_bytes());
-            }
+            PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
             PanelAction::PowerCycle => {
                 self.power_off(robot);
                 robot.power_on();

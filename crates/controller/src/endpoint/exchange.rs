@@ -39,7 +39,7 @@ impl Endpoints {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(robot.config.options.text, Some(peer));
             session.last_status = Some(body);
-        } else if let Some(channel) = robot.channels.get_mut(&port) {
+        } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.connect_peer(peer);
         }
     }
@@ -69,12 +69,12 @@ impl Endpoints {
             };
         }
         self.forget_peer(port);
-        if robot.jogging == Some(port) {
-            robot.stop_jog();
+        if robot.arm.jogging() == Some(port) {
+            robot.arm.stop_jog(robot.now);
         }
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(robot.config.options.text, None);
-        } else if let Some(channel) = robot.channels.get_mut(&port) {
+        } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.disconnect_peer();
         }
         let level = port
@@ -118,7 +118,7 @@ impl Endpoints {
         }
         robot.check_data(port, bytes);
         while !rest.is_empty() {
-            let Some(channel) = robot.channels.get_mut(&port) else {
+            let Some(channel) = robot.channels.get_mut(port) else {
                 return;
             };
             let taken = channel.push(rest);
@@ -127,7 +127,7 @@ impl Endpoints {
             self.settle(robot);
             let drained = robot
                 .channels
-                .get(&port)
+                .get(port)
                 .is_some_and(|channel| channel.len() < before);
             if !rest.is_empty() && !drained {
                 let message = format!(

@@ -10,7 +10,7 @@ use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
 use crate::io::signals::Signals;
-use crate::limits::{COARSE_LEAD, LONGEST_DELAY, PENDANT_TEXT, TEACHING_SPEED};
+use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
@@ -30,7 +30,7 @@ impl Robot {
             Request::Move(motion) => self.start_motion(task, &motion),
             Request::Print { channel, data, cut } => self.print(endpoints, task, channel, &data, cut),
             Request::BufferReset { channel } => {
-                if let Some(buffer) = self.channel_mut(channel) {
+                if let Some(buffer) = self.channels.input(channel) {
                     buffer.clear();
                 }
                 self.executor.done(task)
@@ -230,7 +230,8 @@ impl Robot {
         let mut values = got.clone();
         while values.len() < wanted {
             let datum = self
-                .channel_mut(channel)
+                .channels
+                .input(channel)
                 .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
             match datum {
                 Datum::Value(value) => values.push(value),
@@ -297,29 +298,14 @@ impl Robot {
 
     fn show_on_pendant(&mut self, data: &[u8]) {
         let text = String::from_utf8_lossy(data).into_owned();
-        self.pendant.push_str(&text);
-        let surplus = self.pendant.len().saturating_sub(PENDANT_TEXT);
-        let cut = (surplus..=self.pendant.len())
-            .find(|&at| self.pendant.is_char_boundary(at))
-            .unwrap_or(0);
-        self.pendant.drain(..cut);
+        self.channels.show(&text);
         self.push_output(Output::Pendant(text));
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.
     fn missing_peer(&self, port: Port) -> bool {
-        port.ethernet_index().is_some()
-            && self
-                .channels
-                .get(&port)
-                .is_none_or(|buffer| buffer.peer().is_none())
-    }
-
-    fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::io::channel::Channel> {
-        match Port::from_channel(channel) {
-            Some(port) => self.channels.get_mut(&port),
-            None => Some(&mut self.keys),
-        }
+        let buffer = self.channels.get(port);
+        port.ethernet_index().is_some() && buffer.is_none_or(|buffer| buffer.peer().is_none())
     }
 }
 

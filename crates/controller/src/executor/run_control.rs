@@ -48,14 +48,13 @@ impl Robot {
     /// The program is to stop when the present step has ended.
     /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
-        self.stop_jog();
+        self.arm.stop_jog(self.now);
         self.executor.operation.request_stop(by);
     }
 
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: StopCause) {
-        self.jogging = None;
         self.executor.run_shown_until = None;
         if !self.executor.program_runs() {
             self.arm.stop(self.now);

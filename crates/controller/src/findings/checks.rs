@@ -281,7 +281,7 @@ impl Endpoints {
 
     /// Checks in what state the peer of a port disconnected.
     pub(crate) fn check_disconnect(&mut self, robot: &mut Robot, port: Port) {
-        if robot.jogging == Some(port) && robot.is_jogging() {
+        if robot.arm.jogging() == Some(port) && robot.arm.is_jogging() {
             let text = "the connection ended while JG guided the arm; it stops";
             robot.report(&rules::LEFT_JOGGING, port, &[], text);
         }
@@ -300,7 +300,7 @@ impl Endpoints {
             );
         } else if let Some(channel) = robot
             .channels
-            .get(&port)
+            .get(port)
             .filter(|channel| channel.peer().is_some())
         {
             let half = channel.partial_value();

@@ -7,14 +7,12 @@ use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
-use crate::io::channel::Channel;
+use crate::io::channels::Channels;
 use crate::output::Output;
 use crate::panel::KeySwitch;
-use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::String;
-use alloc::vec::Vec;
 use thiserror::Error;
 use ts3100_proto::name::FileName;
 
@@ -103,23 +101,13 @@ impl Robot {
 
     /// What waits for an INPUT is gone (D10).
     fn clear_channels(&mut self) {
-        let held: Vec<(Port, Vec<u8>)> = self
-            .channels
-            .iter_mut()
-            .map(|(port, buffer)| {
-                let held = buffer.bytes();
-                buffer.clear();
-                (*port, held)
-            })
-            .collect();
-        for (port, bytes) in held.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+        for (port, bytes) in self.channels.clear() {
             let message = format!(
                 "{} bytes that waited on {port} are lost by the start",
                 bytes.len()
             );
             self.report(&rules::DATA_CLEARED, port, &bytes, message);
         }
-        self.keys.clear();
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
@@ -127,7 +115,7 @@ impl Robot {
             OperateError::NoFile
         } else if self.executor.has_direct() {
             OperateError::Direct
-        } else if self.is_jogging() {
+        } else if self.arm.is_jogging() {
             OperateError::Jogging
         } else if self.panel.state().emergency_stop {
             OperateError::EmergencyStop
@@ -169,16 +157,11 @@ impl Robot {
             return;
         }
         self.interrupt(StopCause::Host);
-        self.jogging = None;
         self.panel.power_off(self.now);
         self.arm.power_off(self.now);
         self.signals.clear_outputs();
         self.alarms.reset(|_| false);
-        self.pendant.clear();
-        self.keys = Channel::default();
-        for buffer in self.channels.values_mut() {
-            *buffer = Channel::default();
-        }
+        self.channels = Channels::default();
         self.executor.power_off(self.now);
     }
 

@@ -25,6 +25,7 @@ use crate::endpoint::session::Session;
 use crate::executor::Executor;
 use crate::faults::Faults;
 use crate::io::channel::Channel;
+use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
@@ -119,6 +120,7 @@ impl Controller {
     /// A snapshot of this controller.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
+        let (channels, keys, pendant) = self.robot.channels.saved();
         Snapshot {
             format: SNAPSHOT_FORMAT.to_string(),
             version: SNAPSHOT_VERSION,
@@ -129,13 +131,13 @@ impl Controller {
             alarms: self.robot.alarms.clone(),
             signals: self.robot.signals.clone(),
             sessions: self.endpoints.sessions.clone(),
-            channels: self.robot.channels.clone(),
+            channels: channels.clone(),
             lines: self.endpoints.lines.clone(),
-            keys: self.robot.keys.clone(),
-            pendant: self.robot.pendant.clone(),
+            keys: keys.clone(),
+            pendant: pendant.clone(),
             executor: self.robot.executor.clone(),
             arm: self.robot.arm.clone(),
-            jogging: self.robot.jogging,
+            jogging: self.robot.arm.jogging(),
             ethernet: self.robot.parameters.ethernet().clone(),
             user: *self.robot.parameters.user(),
             network: *self.robot.parameters.network(),
@@ -166,12 +168,9 @@ impl Controller {
             drive: snapshot.drive,
             alarms: snapshot.alarms,
             signals: snapshot.signals,
-            channels: snapshot.channels,
-            keys: snapshot.keys,
-            pendant: snapshot.pendant,
+            channels: Channels::restored(snapshot.channels, snapshot.keys, snapshot.pendant),
             executor,
-            arm: snapshot.arm.with_model(config.model.clone()),
-            jogging: snapshot.jogging,
+            arm: snapshot.arm.with_model(config.model.clone(), snapshot.jogging),
             parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
             traced: snapshot.traced,
             maintenance: snapshot.upkeep,
