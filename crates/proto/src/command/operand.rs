@@ -156,6 +156,15 @@ impl<'a> Operands<'a> {
         }
     }
 
+    /// One number of this range.
+    pub(super) fn number(
+        self,
+        expected: &'static str,
+        range: RangeInclusive<u8>,
+    ) -> Result<u8, CommandError> {
+        self.parse(expected, whole(expected, range))
+    }
+
     /// The error that `expected` is missing at byte `at` of the message.
     pub(super) fn malformed(self, expected: &str, at: usize) -> CommandError {
         let found = match self.message.get(at..) {

@@ -46,7 +46,7 @@ pub struct VariableWrite {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VariableKind {
     /// -1: the controller finds the type itself (CMD-MR-05).
-    Unclarified,
+    Unclarified = -1,
     /// 0: a 32-bit integer.
     Integer,
     /// 1: a real number.
@@ -88,19 +88,7 @@ impl VariableKind {
     /// The code on the wire, -1 to 9.
     #[must_use]
     pub fn code(self) -> i32 {
-        match self {
-            VariableKind::Unclarified => -1,
-            VariableKind::Integer => 0,
-            VariableKind::Real => 1,
-            VariableKind::Load => 2,
-            VariableKind::Coordinate => 3,
-            VariableKind::Position => 4,
-            VariableKind::IntegerArray => 5,
-            VariableKind::RealArray => 6,
-            VariableKind::LoadArray => 7,
-            VariableKind::CoordinateArray => 8,
-            VariableKind::PositionArray => 9,
-        }
+        self as i32
     }
 
     /// The type with this code.
@@ -144,11 +132,6 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
         kind,
         values,
     }))
-}
-
-/// The operands of MR in canonical form.
-pub(super) fn encode_read(read: &VariableRead) -> String {
-    format!("{} {}", read.variable, read.kind.code())
 }
 
 /// The operands of MW in canonical form.
