@@ -12,7 +12,7 @@ use nom::branch::alt;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, digit1, space0, space1};
 use nom::combinator::{cut, eof, map_opt, not};
-use nom::error::{ContextError, ErrorKind, FromExternalError, ParseError, context};
+use nom::error::{ContextError, ErrorKind, ParseError, context};
 use nom::multi::separated_list1;
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
@@ -47,12 +47,6 @@ impl<'a> ContextError<&'a str> for GrammarError<'a> {
         } else {
             other
         }
-    }
-}
-
-impl<'a, E> FromExternalError<&'a str, E> for GrammarError<'a> {
-    fn from_external_error(rest: &'a str, _: ErrorKind, _: E) -> GrammarError<'a> {
-        GrammarError { rest, expected: "" }
     }
 }
 

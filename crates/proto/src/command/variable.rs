@@ -14,7 +14,7 @@ use core::fmt::Write;
 use nom::Parser;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, one_of};
-use nom::combinator::{map_opt, map_res, opt, recognize};
+use nom::combinator::{map_opt, opt, recognize};
 use nom::error::context;
 
 /// Values an MW may carry. The manual's longest, a position, has nine.
@@ -156,11 +156,8 @@ const FLAG: &str = "0 or 1 (the restore flag)";
 pub(super) fn variable(input: &str) -> ParseResult<'_, VariableName> {
     let name = take_while1(|c| !matches!(c, ' ' | ',' | '('));
     let subscripts = (char('('), take_while1(|c| c != ')'), char(')'));
-    context(
-        NAME,
-        map_res(recognize((name, opt(subscripts))), VariableName::parse),
-    )
-    .parse(input)
+    let spelled = |text: &str| VariableName::parse(text).ok();
+    context(NAME, map_opt(recognize((name, opt(subscripts))), spelled)).parse(input)
 }
 
 fn kind(input: &str) -> ParseResult<'_, VariableKind> {
