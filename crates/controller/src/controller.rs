@@ -119,8 +119,7 @@ impl Controller {
     /// What the RAM drive does not take.
     pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
         let name = FileName::parse(name)?;
-        self.robot.drive.check(&name, content)?;
-        self.robot.put_in_place(&name, &Bytes::copy_from_slice(content));
+        self.robot.store_inside(&name, &Bytes::copy_from_slice(content))?;
         self.endpoints.find_due(&self.robot);
         Ok(())
     }

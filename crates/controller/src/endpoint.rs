@@ -25,6 +25,7 @@ use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
+use ts3100_proto::text::TextOptions;
 
 /// The ports with their peers.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,6 +55,13 @@ impl Endpoints {
             send_queue: SendQueue::default(),
             due: None,
         }
+    }
+
+    /// The conversation of HOST or IP0, which is there from the start.
+    pub(crate) fn session(&mut self, port: Port) -> &mut Session {
+        debug_assert!(port.protocol().is_some(), "{port} has no conversation");
+        let fresh = || Session::new(port, TextOptions::default());
+        self.sessions.entry(port).or_insert_with(fresh)
     }
 
     /// When a port gives up waiting for its host.

@@ -173,20 +173,30 @@ impl Robot {
         answer.map_err(|reason| DriveError::NotPersisted { name, reason })
     }
 
+    /// Stores a file; it is kept outside too if files are.
+    ///
+    /// # Errors
+    /// [`DriveError`]; the drive is then unchanged.
     pub(crate) fn store(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
         self.drive.check(name, content)?;
         self.persist(name.as_str(), Some(content))?;
-        self.put_in_place(name, content);
-        Ok(())
-    }
-
-    /// Stores what was checked.
-    pub(crate) fn put_in_place(&mut self, name: &FileName, content: &Bytes) {
         self.drive.store_checked(name, content.clone());
         self.push_output(Output::Stored {
             name: name.as_str().to_string(),
             content: content.clone(),
         });
         self.executor.mark_stale(name.as_str(), self.now);
+        Ok(())
+    }
+
+    /// Stores a file without asking whether it is kept outside.
+    ///
+    /// # Errors
+    /// [`DriveError`]; the drive is then unchanged.
+    pub(crate) fn store_inside(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
+        let persistence = core::mem::take(&mut self.persistence);
+        let stored = self.store(name, content);
+        self.persistence = persistence;
+        stored
     }
 }

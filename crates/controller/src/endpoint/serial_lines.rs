@@ -276,7 +276,7 @@ impl Endpoints {
             robot.push_output(Output::Send { port, bytes });
             return now;
         };
-        if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
+        if line.departed_peer.is_some() && port.protocol().is_some() {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }

@@ -223,10 +223,4 @@ impl Session {
         };
         exchange && self.joiner.is_valid() && self.decoder.is_valid(options)
     }
-
-    /// Takes in bytes, the last of which came at `at`.
-    pub fn push(&mut self, at: Time, bytes: &[u8]) {
-        self.heard_at = at;
-        self.decoder.push(bytes);
-    }
 }
