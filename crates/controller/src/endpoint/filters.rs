@@ -97,7 +97,7 @@ impl Endpoints {
         let site = FaultSite {
             command,
             block,
-            ..FaultSite::new(InjectionPoint::Command, port.into())
+            ..FaultSite::new(InjectionPoint::Command, port)
         };
         match self.apply_fault(robot, &site) {
             Effect::Lost => return false,
