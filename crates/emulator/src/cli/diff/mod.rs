@@ -12,6 +12,7 @@ use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
 use std::time::Duration;
+use ts3100_controller::options::{ControllerType, Dialect};
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};
@@ -62,14 +63,14 @@ struct RobotArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Preset of the named options, as for serve
-    #[arg(long, value_name = "DIALECT")]
-    dialect: Option<args::Dialect>,
+    #[arg(long, value_name = "DIALECT", value_parser = args::described(args::DIALECTS))]
+    dialect: Option<Dialect>,
     /// Arm, as for serve
     #[arg(long, value_name = "MODEL")]
     model: Option<config::model::ModelChoice>,
     /// Controller type, as for serve
-    #[arg(long, value_name = "TYPE")]
-    controller: Option<args::Controller>,
+    #[arg(long, value_name = "TYPE", value_parser = args::described(args::CONTROLLERS))]
+    controller: Option<ControllerType>,
     /// Key switch, as for serve
     #[arg(long, value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
     key: Option<KeySwitch>,
