@@ -40,22 +40,14 @@ pub struct QueryParams<T>(pub T);
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
-    let expected = format!("at most {most} bytes");
-    match read {
-        Ok(Ok(bytes)) => Ok(bytes),
-        Ok(Err(_)) => Err(Problem::expected_found(
-            StatusCode::PAYLOAD_TOO_LARGE,
-            "body",
-            expected,
-            "more, or one that was cut off",
-        )),
-        Err(_) => Err(Problem::expected_found(
-            StatusCode::REQUEST_TIMEOUT,
-            "body",
-            format!("all of it within {} s", BODY_TIMEOUT.as_secs()),
-            "less",
-        )),
-    }
+    let read = read.map_err(|_| {
+        let expected = format!("all of it within {} s", BODY_TIMEOUT.as_secs());
+        Problem::expected_found(StatusCode::REQUEST_TIMEOUT, "body", expected, "less")
+    })?;
+    read.map_err(|_| {
+        let (expected, found) = (format!("at most {most} bytes"), "more, or one that was cut off");
+        Problem::expected_found(StatusCode::PAYLOAD_TOO_LARGE, "body", expected, found)
+    })
 }
 
 impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
@@ -68,26 +60,15 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
             bytes.trim_ascii_start().first(),
             Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
         ) {
-            let status = StatusCode::UNPROCESSABLE_ENTITY;
-            return Err(Problem::expected_found(
-                status,
-                "body",
-                "an object of JSON",
-                "another value",
-            ));
+            return Err(Problem::invalid("body", "an object of JSON", "another value"));
         }
         serde_json::from_slice(&bytes).map(JsonBody).map_err(|error| {
-            let status = if error.is_data() {
-                StatusCode::UNPROCESSABLE_ENTITY
+            let expected = "JSON as the OpenAPI document says";
+            if error.is_data() {
+                Problem::invalid("body", expected, error)
             } else {
-                StatusCode::BAD_REQUEST
-            };
-            Problem::expected_found(
-                status,
-                "body",
-                "JSON as the OpenAPI document says",
-                error.to_string(),
-            )
+                Problem::unreadable("body", expected, error)
+            }
         })
     }
 }
@@ -97,16 +78,9 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
 
     async fn from_request(request: Request, _: &S) -> Result<SnapshotText, Problem> {
         let bytes = read(request, MAX_SNAPSHOT).await?;
-        String::from_utf8(bytes.into())
-            .map(SnapshotText)
-            .map_err(|error| {
-                Problem::expected_found(
-                    StatusCode::BAD_REQUEST,
-                    "body",
-                    "UTF-8",
-                    error.utf8_error().to_string(),
-                )
-            })
+        let text = String::from_utf8(bytes.into());
+        text.map(SnapshotText)
+            .map_err(|error| Problem::unreadable("body", "UTF-8", error.utf8_error()))
     }
 }
 
@@ -116,20 +90,12 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
     async fn from_request(request: Request, _: &S) -> Result<NoBody, Problem> {
         let bytes = read(request, MAX_BODY).await?;
         let text = bytes.trim_ascii();
-        let is_empty = |text: &[u8]| {
-            let object: Result<serde_json::Map<String, serde_json::Value>, _> = serde_json::from_slice(text);
-            object.is_ok_and(|object| object.is_empty())
-        };
-        if text.is_empty() || is_empty(text) {
+        let is_empty = |object: serde_json::Map<_, _>| object.is_empty();
+        if text.is_empty() || serde_json::from_slice(text).is_ok_and(is_empty) {
             return Ok(NoBody);
         }
         let found = format!("{} bytes", bytes.len());
-        Err(Problem::expected_found(
-            StatusCode::BAD_REQUEST,
-            "body",
-            "none, or {}",
-            found,
-        ))
+        Err(Problem::unreadable("body", "none, or {}", found))
     }
 }
 
@@ -140,12 +106,8 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
         let found = parts.uri.path().to_owned();
         let path = parts.extract::<Path<T>>().await;
         path.map(|Path(value)| PathParam(value)).map_err(|error| {
-            Problem::expected_found(
-                StatusCode::BAD_REQUEST,
-                "path",
-                "a path of the OpenAPI document",
-                format!("{found}: {}", error.body_text()),
-            )
+            let found = format!("{found}: {}", error.body_text());
+            Problem::unreadable("path", "a path of the OpenAPI document", found)
         })
     }
 }
@@ -156,12 +118,7 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<QueryParams<T>, Problem> {
         let query = parts.extract::<Query<T>>().await;
         query.map(|Query(value)| QueryParams(value)).map_err(|error| {
-            Problem::expected_found(
-                StatusCode::BAD_REQUEST,
-                "query",
-                "a query of the OpenAPI document",
-                error.body_text(),
-            )
+            Problem::unreadable("query", "a query of the OpenAPI document", error.body_text())
         })
     }
 }
@@ -226,20 +183,15 @@ pub fn object_only<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer:
 /// # Errors
 /// Another character, or an odd number of digits.
 pub fn parse_hex(text: &str) -> Result<Vec<u8>, Problem> {
-    let wrong = |found: String| {
-        let expected = "an even number of hexadecimal digits";
-        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, "hex", expected, found)
-    };
+    let wrong = |found: String| Problem::invalid("hex", "an even number of hexadecimal digits", found);
     let mut digits = Vec::with_capacity(text.len());
     for (at, letter) in text.char_indices().filter(|(_, letter)| *letter != ' ') {
         let digit = letter.to_digit(16).and_then(|digit| u8::try_from(digit).ok());
         digits.push(digit.ok_or_else(|| wrong(format!("{letter:?} at {at}")))?);
     }
-    let pairs = digits.chunks_exact(2);
-    if !pairs.remainder().is_empty() {
+    let (pairs, rest) = digits.as_chunks::<2>();
+    if !rest.is_empty() {
         return Err(wrong(format!("{} digits", digits.len())));
     }
-    Ok(pairs
-        .filter_map(|pair| Some(pair.first()? << 4 | pair.get(1)?))
-        .collect())
+    Ok(pairs.iter().map(|[high, low]| high << 4 | low).collect())
 }

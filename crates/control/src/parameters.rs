@@ -2,11 +2,9 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::handle::DriverHandle;
-use super::problem::Problem;
+use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
 use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::request::View;
@@ -133,6 +131,6 @@ pub fn add(table: RouteTable) -> RouteTable {
 ///
 /// Put the files USER.PAR and ETHERNET.PAR on the RAM drive and turn the power off and on to change them.
 #[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
-async fn get_parameters(State(handle): State<DriverHandle>) -> Result<Json<Parameters>, Problem> {
-    Ok(Json(handle.query(Parameters::new).await?))
+async fn get_parameters(handle: Handle) -> Answer<Parameters> {
+    handle.query(Parameters::new).await.map(Json)
 }

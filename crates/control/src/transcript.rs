@@ -3,10 +3,9 @@
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::QueryParams;
-use super::handle::DriverHandle;
+use super::handle::Handle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Deserialize;
@@ -70,7 +69,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 #[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
-    State(handle): State<DriverHandle>,
+    handle: Handle,
     QueryParams(query): QueryParams<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.

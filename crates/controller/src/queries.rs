@@ -35,10 +35,6 @@ pub const MAX_ELEMENTS: usize = 1_000;
 /// A communication port at a moment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortView {
-    /// Which.
-    pub port: Port,
-    /// The peer, while there is one.
-    pub peer: Option<String>,
     /// `idle`, `sending`, `receiving`: the exchange of a protocol port.
     pub exchange: Option<&'static str>,
     /// A text has begun and is not complete.
@@ -186,27 +182,22 @@ impl Controller {
         self.robot.arm.percent(self.robot.now)
     }
 
-    /// The six communication ports.
+    /// A communication port.
     #[must_use]
-    pub fn ports(&self) -> Vec<PortView> {
-        let view = |port: Port| {
-            let session = self.endpoints.sessions.get(&port);
-            let channel = self.robot.channels.get(port);
-            PortView {
-                port,
-                peer: self.peer_of(port),
-                exchange: session.map(|session| match session.exchange() {
-                    Exchange::Idle => "idle",
-                    Exchange::Sending { .. } => "sending",
-                    Exchange::Receiving { .. } => "receiving",
-                }),
-                partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
-                buffer: channel
-                    .map(crate::io::channel::Channel::bytes)
-                    .unwrap_or_default(),
-            }
-        };
-        Port::ALL.into_iter().map(view).collect()
+    pub fn port(&self, port: Port) -> PortView {
+        let session = self.endpoints.sessions.get(&port);
+        let channel = self.robot.channels.get(port);
+        PortView {
+            exchange: session.map(|session| match session.exchange() {
+                Exchange::Idle => "idle",
+                Exchange::Sending { .. } => "sending",
+                Exchange::Receiving { .. } => "receiving",
+            }),
+            partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
+            buffer: channel
+                .map(crate::io::channel::Channel::bytes)
+                .unwrap_or_default(),
+        }
     }
 
     /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
