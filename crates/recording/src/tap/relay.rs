@@ -70,10 +70,6 @@ async fn forward(
     to: &TcpStream,
     log: &TapLog,
 ) -> Result<(), ResetBy> {
-    let other = match by {
-        Side::Host => Side::Robot,
-        Side::Robot => Side::Host,
-    };
     let mut buffer = [0; READ_BUFFER];
     loop {
         socket::readable(from).await.map_err(|_| ResetBy(by))?;
@@ -86,7 +82,9 @@ async fn forward(
                     Side::Host => RecordKind::FromHost { line, bytes: sent },
                     Side::Robot => RecordKind::FromRobot { line, bytes: sent },
                 });
-                socket::write_all(to, bytes).await.map_err(|_| ResetBy(other))?;
+                socket::write_all(to, bytes)
+                    .await
+                    .map_err(|_| ResetBy(by.other()))?;
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(_) => return Err(ResetBy(by)),
