@@ -30,11 +30,7 @@ pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, log
     if let Err(ResetBy(by)) = carry(line, host, robot, log).await {
         let word = side_name(by);
         info!(event = "tap-reset", %line, "{line}: the {word} has reset the connection");
-        log.record(RecordKind::Ended {
-            line,
-            by,
-            how: EndReason::Reset,
-        });
+        log.ended(line, by, EndReason::Reset);
         reset(host);
         reset(robot);
     }
@@ -91,11 +87,7 @@ async fn forward(
         }
     }
     info!(event = "tap-closed", %line, "{line}: the {} has closed", side_name(by));
-    log.record(RecordKind::Ended {
-        line,
-        by,
-        how: EndReason::Closed,
-    });
+    log.ended(line, by, EndReason::Closed);
     // Fails when the other side was faster; its own end is seen by the other direction.
     let _ = SockRef::from(to).shutdown(Shutdown::Write);
     Ok(())
