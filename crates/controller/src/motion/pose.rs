@@ -69,9 +69,8 @@ impl Transform {
     /// From X, Y, Z in mm and A, B, C in degrees.
     #[must_use]
     pub fn from_coords([x, y, z, a, b, c]: [f64; 6]) -> Transform {
-        let turned = product(&about_z(c), &product(&about_y(b), &about_x(a)));
         Transform {
-            rotation: turned,
+            rotation: product(&about_z(c), &product(&about_y(b), &about_x(a))),
             origin: [x, y, z],
         }
     }
@@ -87,52 +86,35 @@ impl Transform {
         } else {
             (atan2(r[2][1], r[2][2]), atan2(r[1][0], r[0][0]))
         };
-        [
-            x,
-            y,
-            z,
-            normalised(degrees(a)),
-            normalised(degrees(b)),
-            normalised(degrees(c)),
-        ]
+        let [a, b, c] = [a, b, c].map(|angle| normalised(degrees(angle)));
+        [x, y, z, a, b, c]
     }
 
     /// `inner`, given in this coordinate system, in the one this is given in.
     #[must_use]
     pub fn compose(&self, inner: &Transform) -> Transform {
-        let moved = turned(&self.rotation, inner.origin);
         Transform {
             rotation: product(&self.rotation, &inner.rotation),
-            origin: [
-                self.origin[0] + moved[0],
-                self.origin[1] + moved[1],
-                self.origin[2] + moved[2],
-            ],
+            origin: plus(self.origin, turned(&self.rotation, inner.origin)),
         }
     }
 
     /// The transform that undoes this one.
     #[must_use]
     pub fn inverse(&self) -> Transform {
-        let back = transposed(&self.rotation);
-        let [x, y, z] = turned(&back, self.origin);
-        Transform {
-            rotation: back,
-            origin: [-x, -y, -z],
-        }
+        let rotation = transposed(&self.rotation);
+        let origin = turned(&rotation, self.origin).map(|part| -part);
+        Transform { rotation, origin }
     }
 }
 
 /// Degrees brought into (-180, 180].
 #[must_use]
 pub fn normalised(angle: f64) -> f64 {
-    let rest = fmod(angle, 360.0);
-    let rest = if rest > 180.0 {
-        rest - 360.0
-    } else if rest <= -180.0 {
-        rest + 360.0
-    } else {
-        rest
+    let rest = match fmod(angle, 360.0) {
+        rest if rest > 180.0 => rest - 360.0,
+        rest if rest <= -180.0 => rest + 360.0,
+        rest => rest,
     };
     // Never a negative zero: it would be printed as one.
     rest + 0.0
@@ -193,12 +175,25 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+/// What a function makes of two arrays, place by place.
+pub(crate) fn pairwise<A: Copy, B: Copy, C, const N: usize>(
+    a: [A; N],
+    b: [B; N],
+    of: impl Fn(A, B) -> C,
+) -> [C; N] {
+    core::array::from_fn(|place| of(a[place], b[place]))
 }
 
-pub(crate) fn plus_times(a: [f64; 3], b: [f64; 3], factor: f64) -> [f64; 3] {
-    [a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]
+pub(crate) fn plus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    pairwise(a, b, |a, b| a + b)
+}
+
+pub(crate) fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    pairwise(a, b, |a, b| a - b)
+}
+
+pub(crate) fn plus_times<const N: usize>(a: [f64; N], b: [f64; N], factor: f64) -> [f64; N] {
+    pairwise(a, b, |a, b| a + b * factor)
 }
 
 pub(crate) fn norm(vector: [f64; 3]) -> f64 {
