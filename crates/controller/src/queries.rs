@@ -167,7 +167,7 @@ impl Controller {
     #[must_use]
     pub fn work_name(&self) -> String {
         let frames = self.robot.arm.frames(self.robot.executor.memory().conditions());
-        String::from(self.robot.arm.work_name(&frames))
+        self.robot.arm.work_name(&frames)
     }
 
     /// Whether a motion is under way or held.

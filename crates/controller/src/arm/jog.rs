@@ -3,7 +3,7 @@
 //!
 //! Who may jog the arm, and for how long, is decided in `ops`.
 
-use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque};
+use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque, transform};
 use crate::limits::{JOG_BISECTIONS, MAX_JOG_ANGLE, MAX_JOG_DISTANCE};
 use crate::model::Joints;
 use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
@@ -116,18 +116,15 @@ impl Arm {
                 }
             }
         }
-        let planned = planned?;
-        self.add_wear_until(start);
-        self.active = Some(ActiveMotion {
-            motion: planned,
+        let jogged = ActiveMotion {
+            motion: planned?,
             start,
             settings,
             locked,
             frames: None,
-        });
-        self.rest = from;
+        };
+        self.set_off(jogged, from);
         self.jogging = Some(jog.port);
-        self.drop_interrupted();
         Ok(())
     }
 
@@ -173,10 +170,10 @@ impl Arm {
                 axis: index,
                 value: present + jog.sign * way,
             };
-            return plan(&self.model, from, &target, &frames.tool(), limits);
+            return plan(&self.model, from, &target, &transform(&frames.tool), limits);
         }
         let (flange, digits) = self.model.forward(from);
-        let here = flange.transform().compose(&frames.tool());
+        let here = flange.transform().compose(&transform(&frames.tool));
         let mut step = [0.0; 6];
         *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
             axis: usize::from(jog.axis),
@@ -185,7 +182,7 @@ impl Arm {
         let step = Transform::from_coords(step);
         let system = match jog.frame {
             JogFrame::Tool => here,
-            JogFrame::Work => frames.base().compose(&frames.work()),
+            JogFrame::Work => frames.origin(&frames.work),
             JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
         };
         // Along the axes of the system, about the tool point.
@@ -203,7 +200,7 @@ impl Arm {
             &self.model,
             from,
             &Target::Line(Pose::from_transform(&there, flange.uv), digits),
-            &frames.tool(),
+            &transform(&frames.tool),
             limits,
         )
     }

@@ -23,6 +23,7 @@ pub use arch::Gate;
 pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
+pub(crate) use pose::pairwise;
 pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
 

@@ -6,6 +6,7 @@
 
 use core::f64::consts::PI;
 use libm::{atan2, cos, fmod, sin, sqrt};
+use scol_mini::Arm;
 
 /// Below this cosine of B, A and C turn about the same axis and A is given as 0.
 const GIMBAL: f64 = 1e-12;
@@ -22,6 +23,27 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose with these coordinates, in the order in which positions of this kind of arm have them.
+    #[must_use]
+    pub fn from_coords(kind: Arm, [x, y, z, fourth, fifth, sixth, u, v]: [f64; 8]) -> Pose {
+        let (abc, uv) = match kind {
+            Arm::SixAxis => ([fourth, fifth, sixth], [u, v]),
+            Arm::Scara => ([0.0, 0.0, fourth], [fifth, 0.0]),
+        };
+        let xyz = [x, y, z];
+        Pose { xyz, abc, uv }
+    }
+
+    /// Its coordinates in that order: X Y Z A B C U V; of a SCARA X Y Z C T, and zeros.
+    #[must_use]
+    pub fn coords(&self, kind: Arm) -> [f64; 8] {
+        let ([x, y, z], [a, b, c], [u, v]) = (self.xyz, self.abc, self.uv);
+        match kind {
+            Arm::SixAxis => [x, y, z, a, b, c, u, v],
+            Arm::Scara => [x, y, z, c, u, 0.0, 0.0, 0.0],
+        }
+    }
+
     /// The same place and orientation as a transform, U and V aside.
     #[must_use]
     pub fn transform(&self) -> Transform {

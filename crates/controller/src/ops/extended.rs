@@ -145,7 +145,7 @@ fn coordinates(arm: &ArmPose, pose: &Pose) -> Vec<f64> {
         Arm::SixAxis => 8,
         Arm::Scara => 6,
     };
-    arm.listed(pose).into_iter().take(count).collect()
+    pose.coords(arm.kind).into_iter().take(count).collect()
 }
 
 fn lines(first: u16, count: u8) -> impl Iterator<Item = u16> + Clone {

@@ -105,9 +105,10 @@ impl Robot {
             inputs: sf_words(lines.inputs),
             outputs: sf_words(lines.outputs),
             joint: single(pose.joints),
-            world: single(pose.listed(&pose.world)),
-            work: single(pose.listed(&pose.work)),
-            work_name: self.arm.work_name(&frames).to_string(),
+            // SCARA: X Y Z C T (hosts.md SF).
+            world: single(pose.world.coords(pose.kind)),
+            work: single(pose.work.coords(pose.kind)),
+            work_name: self.arm.work_name(&frames),
             tool_name: frames.tool.name.unwrap_or_default(),
             base_name: frames.base.name.unwrap_or_default(),
         }
