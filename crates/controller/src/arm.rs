@@ -36,11 +36,7 @@ pub struct SpeedLimits {
 
 /// A motion under way.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct ActiveMotion {
     motion: Motion,
     start: Time,
@@ -54,11 +50,7 @@ struct ActiveMotion {
 
 /// The three coordinate systems of a motion or of a program, with their names.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Frames {
     /// BASE: where the robot stands in the world.
     pub base: Frame,
@@ -87,11 +79,7 @@ impl Frames {
 
 /// The arm.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Arm {
     #[cfg_attr(feature = "serde", serde(skip, default = "ArmModel::tv800"))]
     model: ArmModel,

@@ -36,11 +36,7 @@ pub const MAIN_TASK: u16 = 1;
 
 /// The running timer of TIMER.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Stopwatch {
     /// When it was set.
     set_at: Time,
@@ -62,11 +58,7 @@ impl Stopwatch {
 
 /// Everything that runs.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Executor {
     /// The selected file.
     selected: Option<Selected>,

@@ -20,11 +20,7 @@ const SLIDING: usize = 2;
 
 /// How long something has been so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct DurationMeter {
     before: Duration,
     since: Option<Time>,
@@ -50,11 +46,7 @@ impl DurationMeter {
 
 /// What is counted besides the motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(crate) struct MaintenanceCounters {
     energised: DurationMeter,
     off: DurationMeter,

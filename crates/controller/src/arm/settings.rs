@@ -9,11 +9,7 @@ use crate::motion::Limits;
 
 /// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct MotionSettings {
     pub speed: f64,
     pub accel: f64,

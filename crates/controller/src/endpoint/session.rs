@@ -17,7 +17,7 @@ pub type Letters = &'static str;
 
 /// The exchange that is open on a port.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Exchange {
     /// None: the port waits for a command.
     Idle,
@@ -39,11 +39,7 @@ pub enum Exchange {
 
 /// State of one protocol port.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Session {
     /// The port.
     pub port: Port,

@@ -45,7 +45,7 @@ pub struct TaskView {
 /// A stop lets a motion, a DELAY and their waits end, and ends the others; BREAK ends all but a motion that can be
 /// taken up again.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TaskState {
     /// Nothing: the next statement may run.
     Ready,
@@ -128,11 +128,7 @@ impl TaskState {
 
 /// A machine and what it is doing.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Task {
     /// The interpreter.
     machine: Machine,

@@ -39,11 +39,7 @@ impl Stretch {
 
 /// The way of the tool point, as a part of the whole time.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct Arch {
     from: [f64; 3],
     to: [f64; 3],

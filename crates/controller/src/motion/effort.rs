@@ -18,11 +18,7 @@ const SHORTEST_STEP: f64 = 1e-6;
 
 /// What the axes have done: each value belongs to one axis, degrees, or mm of one that slides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Effort {
     /// Distance travelled in both directions.
     pub way: Joints,

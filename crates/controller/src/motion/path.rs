@@ -24,7 +24,7 @@ const MIN_TURN_SINE: f64 = 1e-6;
 
 /// The curve of the tool point.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Shape {
     Line {
         from: [f64; 3],
@@ -113,11 +113,7 @@ impl Shape {
 
 /// A turn about a fixed axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct AxisAngle {
     axis: [f64; 3],
     /// Degrees, 0 to 180.
@@ -163,11 +159,7 @@ impl AxisAngle {
 
 /// The path of the tool: the curve of its point and the turn of its orientation.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct ToolPath {
     pub(super) kind: ArmKind,
     pub(super) shape: Shape,
@@ -220,7 +212,7 @@ impl ToolPath {
 
 /// The path of a motion.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Path {
     /// All joints together.
     Joint { from: Joints, to: Joints },

@@ -65,11 +65,7 @@ impl Pose {
 
 /// A coordinate system in another: rotation matrix (rows) and origin in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Transform {
     pub(crate) rotation: [[f64; 3]; 3],
     pub(crate) origin: [f64; 3],

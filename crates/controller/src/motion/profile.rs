@@ -11,11 +11,7 @@ const MAX_RATE: f64 = 1e6;
 
 /// How fast a path may be run through, in parts of the path: 1/s and 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Rates {
     /// Cruising speed.
     pub speed: f64,
@@ -27,11 +23,7 @@ pub struct Rates {
 
 /// What the arm can do on a path, in parts of the path: 1/s and 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Ability {
     /// Speed at 100 %, of which SPEED and the override are parts.
     pub speed: f64,
@@ -111,11 +103,7 @@ impl PathState {
 
 /// A stretch of constant acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct ProfilePhase {
     duration: f64,
     speed: f64,
@@ -155,11 +143,7 @@ impl ProfilePhase {
 
 /// The course in time from a state to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Profile {
     start: f64,
     end: f64,

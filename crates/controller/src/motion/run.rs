@@ -25,7 +25,7 @@ const MAX_TIME_RATE: f64 = 1e6;
 ///   +-----stop------+--> Stopped --continue_from--> Moving
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum MotionPhase {
     /// On the way to the end.
     Moving,
@@ -38,11 +38,7 @@ enum MotionPhase {
 /// A motion under way: a value, asked with the time since its start. It keeps the course since the last change
 /// (hold, resume, stop, new limits) only: an earlier time is answered as the time of that change.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Motion {
     path: Path,
     /// What the arm can do on this path.

@@ -36,11 +36,7 @@ const MAX_MOTIONS: usize = 3;
 
 /// One motion of a chain.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(in crate::motion) struct ChainedMotion {
     pub(in crate::motion) path: Path,
     /// Its course as its own SPEED, ACCEL and DECEL ask for it.
@@ -134,11 +130,7 @@ impl ChainedMotion {
 
 /// Motions that overlap, in seconds from the beginning of the first.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(in crate::motion) struct Chain {
     #[cfg_attr(feature = "serde", serde(rename = "legs"))]
     motions: Vec<ChainedMotion>,
