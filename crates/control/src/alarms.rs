@@ -2,11 +2,10 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::body::{JsonBody, NoBody, PathParam};
+use super::body::{Json, NoBody, Path};
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
@@ -136,7 +135,7 @@ async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
 ///
 /// With all that its level brings about: 8 and 4 stop the robot at once, 2 stops it behind the present step.
 #[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
-async fn raise_alarm(handle: Handle, JsonBody(body): JsonBody<RaiseRequest>) -> Answer<AlarmList> {
+async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;
     let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
     if detail.len() > MAX_DETAIL || !detail.chars().all(plain) {
@@ -163,7 +162,7 @@ async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
 /// One alarm of the table
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
-async fn get_alarm_row(PathParam(number): PathParam<String>) -> Answer<AlarmRow> {
+async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     let row = ALARMS.iter().find(|row| row.number() == number);
     row.map(|row| Json(AlarmRow::new(row)))
         .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))

@@ -6,11 +6,13 @@
 use super::problem::Problem;
 use axum::RequestPartsExt as _;
 use axum::body::{Bytes, to_bytes};
-use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::extract::{self, FromRequest, FromRequestParts, Request};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
+use axum::response::{IntoResponse, Response};
 use serde::de::{DeserializeOwned, Error as _};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt::Display;
 use std::time::Duration;
 use tokio::time::timeout;
 
@@ -23,8 +25,8 @@ const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest duration in a call, in seconds; more than three years.
 pub const MAX_SECONDS: f64 = 1e8;
 
-/// Extracts a JSON object from the body.
-pub struct JsonBody<T>(pub T);
+/// A JSON object in the body of a request, or a document in that of a response.
+pub struct Json<T>(pub T);
 
 /// Extracts the text of a snapshot from the body.
 pub struct SnapshotText(pub String);
@@ -33,10 +35,10 @@ pub struct SnapshotText(pub String);
 pub struct NoBody;
 
 /// Extracts the parameters of the path.
-pub struct PathParam<T>(pub T);
+pub struct Path<T>(pub T);
 
 /// Extracts the query of the URL.
-pub struct QueryParams<T>(pub T);
+pub struct Query<T>(pub T);
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
@@ -50,10 +52,10 @@ async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     })
 }
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, _: &S) -> Result<JsonBody<T>, Problem> {
+    async fn from_request(request: Request, _: &S) -> Result<Json<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
         // serde would read a struct from an array, too; the OpenAPI document allows only objects.
         if matches!(
@@ -62,7 +64,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
         ) {
             return Err(Problem::invalid("body", "an object of JSON", "another value"));
         }
-        serde_json::from_slice(&bytes).map(JsonBody).map_err(|error| {
+        serde_json::from_slice(&bytes).map(Json).map_err(|error| {
             let expected = "JSON as the OpenAPI document says";
             if error.is_data() {
                 Problem::invalid("body", expected, error)
@@ -70,6 +72,12 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
                 Problem::unreadable("body", expected, error)
             }
         })
+    }
+}
+
+impl<T: Serialize> IntoResponse for Json<T> {
+    fn into_response(self) -> Response {
+        axum::Json(self.0).into_response()
     }
 }
 
@@ -99,25 +107,25 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for PathParam<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for Path<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<PathParam<T>, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Path<T>, Problem> {
         let found = parts.uri.path().to_owned();
-        let path = parts.extract::<Path<T>>().await;
-        path.map(|Path(value)| PathParam(value)).map_err(|error| {
+        let path = parts.extract::<extract::Path<T>>().await;
+        path.map(|extract::Path(value)| Path(value)).map_err(|error| {
             let found = format!("{found}: {}", error.body_text());
             Problem::unreadable("path", "a path of the OpenAPI document", found)
         })
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for QueryParams<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for Query<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<QueryParams<T>, Problem> {
-        let query = parts.extract::<Query<T>>().await;
-        query.map(|Query(value)| QueryParams(value)).map_err(|error| {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Query<T>, Problem> {
+        let query = parts.extract::<extract::Query<T>>().await;
+        query.map(|extract::Query(value)| Query(value)).map_err(|error| {
             Problem::unreadable("query", "a query of the OpenAPI document", error.body_text())
         })
     }
@@ -125,24 +133,29 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
 
 /// A duration of virtual time in seconds: 0 to [`MAX_SECONDS`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Seconds(pub Duration);
+#[serde(transparent)]
+pub struct Seconds(#[serde(deserialize_with = "seconds")] pub Duration);
 
-/// A number that is no duration.
-#[derive(Debug, thiserror::Error)]
-#[error("0 to {MAX_SECONDS} seconds expected, {0} found")]
-pub struct SecondsError(f64);
-
-impl TryFrom<f64> for Seconds {
-    type Error = SecondsError;
-
-    fn try_from(seconds: f64) -> Result<Seconds, SecondsError> {
-        let duration = Duration::try_from_secs_f64(seconds).ok();
-        duration
+fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
+    let fits = |seconds| {
+        Duration::try_from_secs_f64(seconds)
+            .ok()
             .filter(|_| seconds <= MAX_SECONDS)
-            .map(Seconds)
-            .ok_or(SecondsError(seconds))
-    }
+    };
+    number_that(deserializer, format_args!("0 to {MAX_SECONDS} seconds"), fits)
+}
+
+/// Deserializes a number and converts it.
+///
+/// # Errors
+/// No number, or one that cannot be converted: what is expected instead.
+pub fn number_that<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    expected: impl Display,
+    convert: impl FnOnce(f64) -> Option<T>,
+) -> Result<T, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    convert(number).ok_or_else(|| D::Error::custom(format!("{expected} expected, {number} found")))
 }
 
 /// Converts a JSON number to a whole one. JSON does not distinguish 80 and 80.0.
@@ -157,16 +170,23 @@ pub fn whole_number(number: f64) -> Option<u32> {
     fits.then(|| cast(number))
 }
 
-/// Deserializes an optional whole number.
+/// Deserializes a whole number.
 ///
 /// # Errors
 /// A number that is not whole or out of range.
-pub fn optional_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
-    let number = Option::<f64>::deserialize(deserializer)?;
-    let wrong = |number| D::Error::custom(format!("a whole number expected, {number} found"));
-    number
-        .map(|number| whole_number(number).ok_or_else(|| wrong(number)))
-        .transpose()
+pub fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    number_that(deserializer, "a whole number", whole_number)
+}
+
+/// As [`whole`], where there may be none.
+///
+/// # Errors
+/// As [`whole`].
+pub fn optional_whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+    #[derive(Deserialize)]
+    struct Whole(#[serde(deserialize_with = "whole")] u32);
+    let number = Option::<Whole>::deserialize(deserializer)?;
+    Ok(number.map(|Whole(number)| number))
 }
 
 /// Deserializes an object only; serde would read a struct from an array, too.

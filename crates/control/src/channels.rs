@@ -3,12 +3,11 @@
 //! The sockets are in [`ts3100_driver::tcp`] and [`ts3100_driver::serial`]; the buffers are the controller's.
 
 use super::api_names::{NamedPort, PortName};
-use super::body::{JsonBody, NoBody, PathParam, parse_hex};
+use super::body::{Json, NoBody, Path, parse_hex};
 use super::event::hex;
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
@@ -119,10 +118,7 @@ async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
 /// One communication port
 #[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Its name")),
     responses((status = 200, body = ChannelStatus)))]
-async fn get_channel(
-    handle: Handle,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
-) -> Answer<ChannelStatus> {
+async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.query(look).await.map(Json)
 }
@@ -139,8 +135,8 @@ async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> A
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
 async fn inject(
     handle: Handle,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
-    JsonBody(body): JsonBody<ByteContent>,
+    Path(NamedPort(port)): Path<NamedPort>,
+    Json(body): Json<ByteContent>,
 ) -> Answer<ChannelStatus> {
     let bytes = body.decode()?;
     let action = LinkAction::Inject { port, bytes };
@@ -154,7 +150,7 @@ async fn inject(
     responses((status = 200, body = ChannelStatus)))]
 async fn drop_peer(
     handle: Handle,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
+    Path(NamedPort(port)): Path<NamedPort>,
     _: NoBody,
 ) -> Answer<ChannelStatus> {
     act_on_link(&handle, port, LinkAction::Drop { port }).await

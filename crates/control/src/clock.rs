@@ -4,14 +4,12 @@
 //! The clock is [`ts3100_driver::clock`]; conditions are evaluated by the driver (`driver::wait`).
 
 use super::api_names::{NamedPort, NamedStatus, PortName};
-use super::body::{JsonBody, Seconds, object_only, whole_number};
+use super::body::{Json, Seconds, number_that, object_only, whole_number};
 use super::event::seconds;
 use super::handle::{Answer, Handle};
 use super::lines::require_line;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::action::IoKind;
@@ -117,31 +115,21 @@ pub struct EmptyObject {}
 
 /// A line of a file.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
-#[serde(try_from = "f64")]
+#[serde(transparent)]
 #[schema(minimum = 1, maximum = 99999)]
-pub struct FileLine(u32);
+pub struct FileLine(#[serde(deserialize_with = "file_line")] u32);
 
-/// A number that is no line of a file.
-#[derive(Debug, thiserror::Error)]
-#[error("a line of a file, 1 to {last}, expected, {0} found", last = scol_mini::MAX_SOURCE)]
-pub struct FileLineError(f64);
-
-impl TryFrom<f64> for FileLine {
-    type Error = FileLineError;
-
-    fn try_from(line: f64) -> Result<FileLine, FileLineError> {
-        // A line has a byte at least, and a file has no more.
-        let last = scol_mini::MAX_SOURCE;
-        let fits = whole_number(line)
-            .filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
-        fits.map(FileLine).ok_or(FileLineError(line))
-    }
+fn file_line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    // A line has a byte at least, and a file has no more.
+    let last = scol_mini::MAX_SOURCE;
+    let fits = |line: &u32| usize::try_from(*line).is_ok_and(|line| (1..=last).contains(&line));
+    let expected = format_args!("a line of a file, 1 to {last},");
+    number_that(deserializer, expected, |number| whole_number(number).filter(fits))
 }
 
 fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
-    let number = f64::deserialize(deserializer)?;
-    let line = whole_number(number).and_then(|line| u16::try_from(line).ok());
-    line.ok_or_else(|| D::Error::custom(format!("the number of a line expected, {number} found")))
+    let fits = |number| u16::try_from(whole_number(number)?).ok();
+    number_that(deserializer, "the number of a line", fits)
 }
 
 /// The state of a line.
@@ -281,7 +269,7 @@ async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
 /// `real` as on the wall; `xN` that many times as fast; `stepped` only by `advance` and `advance-until`; `auto` jumps
 /// to whatever is next while every host is silent.
 #[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
-async fn put_clock(handle: Handle, JsonBody(body): JsonBody<SetModeRequest>) -> Answer<ClockStatus> {
+async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let mode: TimeMode = body.mode.parse().map_err(|_| {
         let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
         Problem::invalid("mode", expected, body.mode)
@@ -296,7 +284,7 @@ async fn put_clock(handle: Handle, JsonBody(body): JsonBody<SetModeRequest>) -> 
 /// In every mode: time jumps from one thing that happens by itself to the next, so that each happens at its own time,
 /// and stands at the end of the amount when the call returns.
 #[utoipa::path(post, path = "/clock/advance", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance(handle: Handle, JsonBody(body): JsonBody<AdvanceRequest>) -> Answer<WaitResponse> {
+async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
     let wait = Wait::new(WaitCondition::Never, body.seconds.0, true);
     let waited = handle.wait(wait, wall).await?;
@@ -312,7 +300,7 @@ async fn advance(handle: Handle, JsonBody(body): JsonBody<AdvanceRequest>) -> An
 ///
 /// As `advance`, and time stands at the moment at which it happened.
 #[utoipa::path(post, path = "/clock/advance-until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance_until(handle: Handle, JsonBody(body): JsonBody<WaitRequest>) -> Answer<WaitResponse> {
+async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(true)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }
@@ -321,7 +309,7 @@ async fn advance_until(handle: Handle, JsonBody(body): JsonBody<WaitRequest>) ->
 ///
 /// In `stepped` time somebody else has to move it meanwhile.
 #[utoipa::path(post, path = "/wait", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn wait(handle: Handle, JsonBody(body): JsonBody<WaitRequest>) -> Answer<WaitResponse> {
+async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }

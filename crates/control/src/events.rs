@@ -3,7 +3,7 @@
 //! A slow reader is told how many events it missed; it never makes the emulator wait. The events are kept in
 //! [`super::journal`] and described in [`super::event`].
 
-use super::body::QueryParams;
+use super::body::Query;
 use super::event::ApiEvent;
 use super::handle::{Handle, MAX_STREAMS};
 use super::journal::Journal;
@@ -15,7 +15,8 @@ use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
 use futures_util::stream::{Stream, unfold};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::json;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -38,12 +39,6 @@ struct EventsQuery {
     count: Option<u64>,
 }
 
-/// How many events a reader was too late for.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct MissedEvents {
-    missed: u64,
-}
-
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
@@ -61,7 +56,7 @@ async fn get_events(
     State(handle): Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
-    QueryParams(query): QueryParams<EventsQuery>,
+    Query(query): Query<EventsQuery>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
     let permit = Arc::clone(&handle.streams).try_acquire_owned().map_err(|_| {
         let expected = format!("at most {} streams of events", MAX_STREAMS);
@@ -114,9 +109,9 @@ impl EventReader {
             .map_or(BATCH, |left| usize::try_from(left).unwrap_or(BATCH).min(BATCH));
         let batch = self.journal.events_from(self.next, most);
         if batch.missed > 0 {
-            let missed = MissedEvents { missed: batch.missed };
             let event = Event::default().event("missed");
-            self.ready.push_back(event.json_data(missed).unwrap_or_default());
+            let missed = event.json_data(json!({ "missed": batch.missed }));
+            self.ready.push_back(missed.unwrap_or_default());
         }
         self.ready
             .extend(batch.events.iter().map(|event| sse_event(event)));

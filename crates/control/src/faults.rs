@@ -2,15 +2,13 @@
 //!
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
-use super::body::{JsonBody, NoBody, PathParam, object_only, optional_whole_number, whole_number};
+use super::body::{Json, NoBody, Path, object_only, optional_whole, whole};
 use super::event::seconds;
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use axum::http::StatusCode;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::Port;
@@ -37,7 +35,7 @@ pub struct FaultTrigger {
     #[schema(example = "IP0")]
     channel: Option<String>,
     /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
-    #[serde(deserialize_with = "optional_whole_number")]
+    #[serde(deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     block: Option<u32>,
 }
@@ -48,13 +46,9 @@ pub struct FaultTrigger {
 #[schema(as = Given)]
 pub enum ParameterValue {
     /// A whole number.
-    Number(#[serde(deserialize_with = "number")] u32),
+    Number(#[serde(deserialize_with = "whole")] u32),
     /// Words: `2s`, `teaching`, `OK<CR>`.
     Words(String),
-}
-
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    whole_number(f64::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a whole number"))
 }
 
 /// A fault to be armed: in the words of `--fault`, or by its parts.
@@ -92,18 +86,18 @@ pub struct ArmRequest {
     #[schema(ignore)]
     spec: Option<String>,
     /// Its number; the next free one if not said. A fault of the same number is replaced.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
     /// What it waits for; some kinds wait for a command of their own if nothing is said.
     #[serde(default, deserialize_with = "object_only")]
     on: FaultTrigger,
     /// How many occasions pass before the first it can take.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
     /// How often it bites at most; 0: always; 1 if not said.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
     /// How probably it takes an occasion, above 0; 1 if not said.
@@ -339,7 +333,7 @@ async fn get_faults(handle: Handle) -> Answer<FaultList> {
 ///
 /// From now on. The same number again replaces it, its counters at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
-async fn arm_fault(handle: Handle, JsonBody(body): JsonBody<ArmRequest>) -> Answer<FaultList> {
+async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
     handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
@@ -360,18 +354,14 @@ async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
 /// One fault
 #[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
-async fn get_fault(handle: Handle, PathParam(number): PathParam<String>) -> Answer<FaultStatus> {
+async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
     handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
 /// Disarm a fault: it does not bite any more and stays in the report
 #[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
-async fn disarm_fault(
-    handle: Handle,
-    PathParam(number): PathParam<String>,
-    _: NoBody,
-) -> Answer<FaultStatus> {
+async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
     let known = handle.query(FaultStatus::find(number.clone())).await??;
     let disarm = Action::Fault(FaultAction::Disarm(known.id));
     handle.act(disarm, FaultStatus::find(number)).await?.map(Json)

@@ -2,14 +2,13 @@
 //!
 //! A file is written as by a download, all or nothing; the rules are in the controller's `drive` module.
 
-use super::body::{JsonBody, NoBody, PathParam};
+use super::body::{Json, NoBody, Path};
 use super::channels::ByteContent;
 use super::event::hex;
 use super::handle::{Answer, Handle};
 use super::panel::ProgramStatus;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::View;
@@ -110,7 +109,7 @@ async fn get_files(handle: Handle) -> Answer<DriveStatus> {
 /// One file
 #[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = FileContent)))]
-async fn get_file(handle: Handle, PathParam(name): PathParam<String>) -> Answer<FileContent> {
+async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
     handle.query(FileContent::find(name)).await?.map(Json)
 }
 
@@ -122,8 +121,8 @@ async fn get_file(handle: Handle, PathParam(name): PathParam<String>) -> Answer<
     request_body = ByteContent, responses((status = 200, body = FileContent)))]
 async fn put_file(
     handle: Handle,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<ByteContent>,
+    Path(name): Path<String>,
+    Json(body): Json<ByteContent>,
 ) -> Answer<FileContent> {
     let action = Action::PutFile {
         name: name.clone(),
@@ -135,7 +134,7 @@ async fn put_file(
 /// Erase a file
 #[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = DriveStatus)))]
-async fn delete_file(handle: Handle, PathParam(name): PathParam<String>, _: NoBody) -> Answer<DriveStatus> {
+async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
     let action = Action::EraseFile { name };
     handle.act(action, DriveStatus::new).await.map(Json)
 }
@@ -143,7 +142,7 @@ async fn delete_file(handle: Handle, PathParam(name): PathParam<String>, _: NoBo
 /// Select a file as the command SL does
 #[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = ProgramStatus)))]
-async fn select_file(handle: Handle, PathParam(name): PathParam<String>, _: NoBody) -> Answer<ProgramStatus> {
+async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
     let action = Action::Select { name };
     handle.act(action, ProgramStatus::new).await.map(Json)
 }

@@ -2,9 +2,9 @@
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
+use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
-use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use std::sync::Arc;

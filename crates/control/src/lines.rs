@@ -2,11 +2,10 @@
 //!
 //! Line numbers and forcing are the controller's `signals` module.
 
-use super::body::{JsonBody, NoBody, PathParam, Seconds};
+use super::body::{Json, NoBody, Path, Seconds};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
@@ -183,7 +182,7 @@ async fn get_inputs(handle: Handle) -> Answer<LineList> {
 
 /// One input
 #[utoipa::path(get, path = "/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))]
-async fn get_input(handle: Handle, PathParam(Din { line }): PathParam<Din>) -> Answer<LineStatus> {
+async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
     look(&handle, IoKind::Input, line).await
 }
 
@@ -193,8 +192,8 @@ async fn get_input(handle: Handle, PathParam(Din { line }): PathParam<Din>) -> A
 #[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_input(
     handle: Handle,
-    PathParam(Din { line }): PathParam<Din>,
-    JsonBody(body): JsonBody<SetLine>,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<SetLine>,
 ) -> Answer<LineStatus> {
     let panel = PanelAction::InputLine { line, on: body.on };
     act(&handle, IoKind::Input, line, Action::Panel(panel)).await
@@ -204,8 +203,8 @@ async fn put_input(
 #[utoipa::path(post, path = "/inputs/{line}/pulse", params(Din), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_input(
     handle: Handle,
-    PathParam(Din { line }): PathParam<Din>,
-    JsonBody(body): JsonBody<PulseRequest>,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<PulseRequest>,
 ) -> Answer<LineStatus> {
     pulse(&handle, IoKind::Input, line, body).await
 }
@@ -214,8 +213,8 @@ async fn pulse_input(
 #[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_input(
     handle: Handle,
-    PathParam(Din { line }): PathParam<Din>,
-    JsonBody(body): JsonBody<SetLine>,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<SetLine>,
 ) -> Answer<LineStatus> {
     let (side, on) = (IoKind::Input, body.on);
     act(&handle, side, line, Action::Force { side, line, on }).await
@@ -223,11 +222,7 @@ async fn force_input(
 
 /// Release a forced input
 #[utoipa::path(delete, path = "/inputs/{line}/force", params(Din), responses((status = 200, body = LineStatus)))]
-async fn release_input(
-    handle: Handle,
-    PathParam(Din { line }): PathParam<Din>,
-    _: NoBody,
-) -> Answer<LineStatus> {
+async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Input;
     act(&handle, side, line, Action::Release { side, line }).await
 }
@@ -241,7 +236,7 @@ async fn get_outputs(handle: Handle) -> Answer<LineList> {
 
 /// One output
 #[utoipa::path(get, path = "/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))]
-async fn get_output(handle: Handle, PathParam(Dout { line }): PathParam<Dout>) -> Answer<LineStatus> {
+async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
     look(&handle, IoKind::Output, line).await
 }
 
@@ -249,8 +244,8 @@ async fn get_output(handle: Handle, PathParam(Dout { line }): PathParam<Dout>) -
 #[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_output(
     handle: Handle,
-    PathParam(Dout { line }): PathParam<Dout>,
-    JsonBody(body): JsonBody<SetLine>,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<SetLine>,
 ) -> Answer<LineStatus> {
     let set = Action::SetOutput { line, on: body.on };
     act(&handle, IoKind::Output, line, set).await
@@ -260,8 +255,8 @@ async fn put_output(
 #[utoipa::path(post, path = "/outputs/{line}/pulse", params(Dout), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_output(
     handle: Handle,
-    PathParam(Dout { line }): PathParam<Dout>,
-    JsonBody(body): JsonBody<PulseRequest>,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<PulseRequest>,
 ) -> Answer<LineStatus> {
     pulse(&handle, IoKind::Output, line, body).await
 }
@@ -270,8 +265,8 @@ async fn pulse_output(
 #[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_output(
     handle: Handle,
-    PathParam(Dout { line }): PathParam<Dout>,
-    JsonBody(body): JsonBody<SetLine>,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<SetLine>,
 ) -> Answer<LineStatus> {
     let (side, on) = (IoKind::Output, body.on);
     act(&handle, side, line, Action::Force { side, line, on }).await
@@ -279,11 +274,7 @@ async fn force_output(
 
 /// Release a forced output
 #[utoipa::path(delete, path = "/outputs/{line}/force", params(Dout), responses((status = 200, body = LineStatus)))]
-async fn release_output(
-    handle: Handle,
-    PathParam(Dout { line }): PathParam<Dout>,
-    _: NoBody,
-) -> Answer<LineStatus> {
+async fn release_output(handle: Handle, Path(Dout { line }): Path<Dout>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Output;
     act(&handle, side, line, Action::Release { side, line }).await
 }

@@ -3,10 +3,9 @@
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, StatusName};
-use super::body::{JsonBody, NoBody};
+use super::body::{Json, NoBody};
 use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
@@ -129,7 +128,7 @@ fn key_switch(view: &View<'_>) -> KeySwitch {
 ///
 /// A program that runs stops behind its present step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
-async fn put_key_switch(handle: Handle, JsonBody(body): JsonBody<KeySwitch>) -> Answer<KeySwitch> {
+async fn put_key_switch(handle: Handle, Json(body): Json<KeySwitch>) -> Answer<KeySwitch> {
     let panel = PanelAction::Key(body.position);
     handle.act(Action::Panel(panel), key_switch).await.map(Json)
 }
@@ -148,7 +147,7 @@ fn control_right(view: &View<'_>) -> ControlRight {
 /// Set the parameter EXTERNAL mode control right
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
-async fn put_control_right(handle: Handle, JsonBody(body): JsonBody<ControlRight>) -> Answer<ControlRight> {
+async fn put_control_right(handle: Handle, Json(body): Json<ControlRight>) -> Answer<ControlRight> {
     let panel = PanelAction::ControlRight(body.holder);
     handle.act(Action::Panel(panel), control_right).await.map(Json)
 }
@@ -168,7 +167,7 @@ fn emergency_stop(view: &View<'_>) -> Button {
 ///
 /// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
-async fn put_emergency_stop(handle: Handle, JsonBody(body): JsonBody<Button>) -> Answer<Button> {
+async fn put_emergency_stop(handle: Handle, Json(body): Json<Button>) -> Answer<Button> {
     let panel = PanelAction::EmergencyStop(body.pressed);
     handle.act(Action::Panel(panel), emergency_stop).await.map(Json)
 }
@@ -186,7 +185,7 @@ fn safety_switch(view: &View<'_>) -> SafetySwitch {
 
 /// Open or close the safety switch
 #[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
-async fn put_safety_switch(handle: Handle, JsonBody(body): JsonBody<SafetySwitch>) -> Answer<SafetySwitch> {
+async fn put_safety_switch(handle: Handle, Json(body): Json<SafetySwitch>) -> Answer<SafetySwitch> {
     let panel = PanelAction::SafetySwitch(body.open);
     handle.act(Action::Panel(panel), safety_switch).await.map(Json)
 }
@@ -207,7 +206,7 @@ fn servo(view: &View<'_>) -> Switch {
 /// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
 /// level 8 is active.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_servo(handle: Handle, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_servo(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::Servo(body.on);
     handle.act(Action::Panel(panel), servo).await.map(Json)
 }
@@ -225,7 +224,7 @@ fn feed_hold(view: &View<'_>) -> Switch {
 
 /// Turn feed hold on or off
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_feed_hold(handle: Handle, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     handle.act(Action::FeedHold(body.on), feed_hold).await.map(Json)
 }
 
@@ -242,7 +241,7 @@ fn machine_lock(view: &View<'_>) -> Switch {
 
 /// Turn the machine lock on or off: programs run without the arm moving
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_machine_lock(handle: Handle, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_machine_lock(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::MachineLock(body.on);
     handle.act(Action::Panel(panel), machine_lock).await.map(Json)
 }
@@ -260,7 +259,7 @@ fn battery(view: &View<'_>) -> Battery {
 
 /// Make the battery low or good
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
-async fn put_battery(handle: Handle, JsonBody(body): JsonBody<Battery>) -> Answer<Battery> {
+async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
     handle.act(Action::Panel(panel), battery).await.map(Json)
 }

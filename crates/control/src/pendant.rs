@@ -2,12 +2,11 @@
 //!
 //! The pages are made by the controller.
 
-use super::body::JsonBody;
+use super::body::Json;
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use super::state::{PendantPage, ether_pages};
-use axum::Json;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
@@ -63,7 +62,7 @@ async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
 
 /// Type at the teach pendant, for INPUT without a channel
 #[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
-async fn press_keys(handle: Handle, JsonBody(body): JsonBody<KeysRequest>) -> Answer<PendantStatus> {
+async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();
     if keys.is_empty() || keys.len() > MAX_KEYS || !keys.chars().all(typed) {

@@ -2,10 +2,9 @@
 //!
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
-use super::body::NoBody;
+use super::body::{Json, NoBody};
 use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
-use axum::Json;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;

@@ -2,12 +2,12 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
+use super::body::Json;
 use super::event::{ApiEvent, seconds};
 use super::handle::{Answer, Handle};
 use super::metrics::Gauge;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;

@@ -3,12 +3,11 @@
 //!
 //! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
-use super::body::{NoBody, PathParam, SnapshotText};
+use super::body::{Json, NoBody, Path, SnapshotText};
 use super::event::seconds;
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -71,7 +70,7 @@ async fn get_snapshots(handle: Handle) -> Answer<SnapshotList> {
 /// Keep the present state under a name, in place of one of the same name
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(handle: Handle, PathParam(name): PathParam<String>, _: NoBody) -> Answer<SnapshotList> {
+async fn put_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Save(name);
     let change = handle.change(Request::Snapshot, task, SnapshotList::new);
     change.await.map(Json)
@@ -83,11 +82,7 @@ async fn put_snapshot(handle: Handle, PathParam(name): PathParam<String>, _: NoB
 /// under way end unreached.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn restore_snapshot(
-    handle: Handle,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Answer<SnapshotList> {
+async fn restore_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Restore(name);
     let change = handle.change(Request::Snapshot, task, SnapshotList::new);
     change.await.map(Json)
@@ -96,11 +91,7 @@ async fn restore_snapshot(
 /// Forget the state of that name
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn delete_snapshot(
-    handle: Handle,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Answer<SnapshotList> {
+async fn delete_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Remove(name);
     let change = handle.change(Request::Snapshot, task, SnapshotList::new);
     change.await.map(Json)
@@ -117,7 +108,7 @@ fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
 /// The state of that name as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = serde_json::Value)))]
-async fn get_named(handle: Handle, PathParam(name): PathParam<String>) -> Result<impl IntoResponse, Problem> {
+async fn get_named(handle: Handle, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let named = handle.query(move |view| view.snapshots.get(&name)).await?;
     Ok(snapshot_file(&named.map_err(SnapshotRequestError::from)?))
 }

@@ -4,6 +4,7 @@
 
 use super::alarms::ActiveAlarm;
 use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
+use super::body::Json;
 use super::channels::ChannelStatus;
 use super::event::seconds;
 use super::faults::FaultList;
@@ -13,7 +14,6 @@ use super::lines::LineList;
 use super::parameters::Parameters;
 use super::route_table::RouteTable;
 use super::variables::{self, VariableInfo};
-use axum::Json;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;

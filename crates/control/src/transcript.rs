@@ -2,7 +2,7 @@
 //!
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
-use super::body::QueryParams;
+use super::body::Query;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
@@ -70,7 +70,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
     handle: Handle,
-    QueryParams(query): QueryParams<TranscriptQuery>,
+    Query(query): Query<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;

@@ -2,11 +2,10 @@
 //!
 //! Values are checked and stored by the controller as for the command MW.
 
-use super::body::{JsonBody, PathParam};
+use super::body::{Json, Path};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
 use scol_mini::ValueKind;
 use serde::{Deserialize, Deserializer, Serialize};
 use ts3100_controller::action::Action;
@@ -199,7 +198,7 @@ async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
 #[utoipa::path(get, path = "/variables/{name}",
     params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_variable(handle: Handle, PathParam(name): PathParam<String>) -> Answer<VariableInfo> {
+async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, false)).await?.map(Json)
 }
 
@@ -209,8 +208,8 @@ async fn get_variable(handle: Handle, PathParam(name): PathParam<String>) -> Ans
     responses((status = 200, body = VariableInfo)))]
 async fn put_variable(
     handle: Handle,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<SetValueRequest>,
+    Path(name): Path<String>,
+    Json(body): Json<SetValueRequest>,
 ) -> Answer<VariableInfo> {
     set(&handle, name, body, false).await
 }
@@ -226,7 +225,7 @@ async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
 /// One position
 #[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_position(handle: Handle, PathParam(name): PathParam<String>) -> Answer<VariableInfo> {
+async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, true)).await?.map(Json)
 }
 
@@ -235,8 +234,8 @@ async fn get_position(handle: Handle, PathParam(name): PathParam<String>) -> Ans
     params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn put_position(
     handle: Handle,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<SetValueRequest>,
+    Path(name): Path<String>,
+    Json(body): Json<SetValueRequest>,
 ) -> Answer<VariableInfo> {
     set(&handle, name, body, true).await
 }
@@ -246,8 +245,8 @@ async fn put_position(
     params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn teach_position(
     handle: Handle,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<TeachRequest>,
+    Path(name): Path<String>,
+    Json(body): Json<TeachRequest>,
 ) -> Answer<VariableInfo> {
     let find = || VariableInfo::find(name.clone(), true);
     handle.query(find()).await??;
