@@ -63,13 +63,8 @@ impl SnapshotHeader {
     pub fn validate(&self) -> Result<(), SnapshotError> {
         let known = self.format == SNAPSHOT_FORMAT;
         check(known, "format", SNAPSHOT_FORMAT, &self.format)?;
-        let expected = SNAPSHOT_VERSION.to_string();
-        check(
-            self.version == SNAPSHOT_VERSION,
-            "version",
-            &expected,
-            self.version,
-        )
+        let (known, expected) = (self.version == SNAPSHOT_VERSION, SNAPSHOT_VERSION.to_string());
+        check(known, "version", &expected, self.version)
     }
 }
 
