@@ -68,16 +68,15 @@ impl Robot {
 
     /// How fast the arm may move now.
     pub(crate) fn pace(&self) -> SpeedLimits {
+        let state = self.panel.state();
+        let most = if self.is_slow() {
+            self.config.options.low_speed
+        } else {
+            u8::MAX
+        };
         SpeedLimits {
-            override_percent: if self.is_slow() {
-                self.panel
-                    .state()
-                    .override_percent
-                    .min(self.config.options.low_speed)
-            } else {
-                self.panel.state().override_percent
-            },
-            tool_speed_cap: (self.panel.state().key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
+            override_percent: state.override_percent.min(most),
+            tool_speed_cap: (state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }
 
@@ -268,12 +267,8 @@ impl Robot {
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
         let message = format!("INPUT: a number expected, {token:?} found");
-        self.report(
-            &rules::INPUT_NOT_A_NUMBER,
-            Port::from_channel(channel),
-            token.as_bytes(),
-            message,
-        );
+        let port = Port::from_channel(channel);
+        self.report(&rules::INPUT_NOT_A_NUMBER, port, token.as_bytes(), message);
     }
 
     /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
@@ -284,11 +279,9 @@ impl Robot {
     }
 
     fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        if let Some((output, _)) = switches
-            .iter()
-            .find(|(output, _)| !Signals::is_user_output(*output))
-        {
-            return task.give_up(alarm::OUT_OF_RANGE, no_output(*output));
+        let mut outputs = switches.iter().map(|(output, _)| *output);
+        if let Some(other) = outputs.find(|output| !Signals::is_user_output(*output)) {
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(other));
         }
         for &(output, on) in switches {
             self.signals.set_output(output, on);
