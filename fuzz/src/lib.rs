@@ -9,14 +9,12 @@ use ts3100_controller::{
     ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
 };
 use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_proto::text::MAX_TEXT;
 
 /// Deadlines the controller may want served within one step of time before it is considered hung.
 const MAX_DEADLINES: u32 = 200_000;
 /// Most bytes that may come out of one input: more counts as unbounded growth.
 const MAX_OUT: usize = 16 * 1024 * 1024;
-
-/// Longest text, from STX to ETX.
-const MAX_TEXT: usize = 255;
 
 /// Bytes read from the front as choices; zeros when they are used up.
 pub struct Choices<'a>(pub &'a [u8]);

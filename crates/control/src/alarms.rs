@@ -2,12 +2,10 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::body::{JsonBody, NoBody, PathParam};
-use super::handle::DriverHandle;
+use super::body::{Json, NoBody, Path};
+use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
@@ -121,8 +119,7 @@ pub fn add(table: RouteTable) -> RouteTable {
             "alarms",
             "Active alarms, the error history, and the table with text, cause and remedy.",
         )
-        .routes(routes!(get_alarms))
-        .routes(routes!(raise_alarm))
+        .routes(routes!(get_alarms, raise_alarm))
         .routes(routes!(reset_alarms))
         .routes(routes!(get_alarm_table))
         .routes(routes!(get_alarm_row))
@@ -130,34 +127,30 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Active alarms and the history
 #[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmList)))]
-async fn get_alarms(State(handle): State<DriverHandle>) -> Result<Json<AlarmList>, Problem> {
-    Ok(Json(handle.query(AlarmList::new).await?))
+async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
+    handle.query(AlarmList::new).await.map(Json)
 }
 
 /// Raise an alarm of the table
 ///
 /// With all that its level brings about: 8 and 4 stop the robot at once, 2 stops it behind the present step.
 #[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
-async fn raise_alarm(
-    state: State<DriverHandle>,
-    JsonBody(body): JsonBody<RaiseRequest>,
-) -> Result<Json<AlarmList>, Problem> {
+async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;
     let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
     if detail.len() > MAX_DETAIL || !detail.chars().all(plain) {
         let expected = format!("at most {MAX_DETAIL} characters of ASCII without a comma");
-        let status = axum::http::StatusCode::UNPROCESSABLE_ENTITY;
-        return Err(Problem::expected_found(status, "detail", expected, detail));
+        return Err(Problem::invalid("detail", expected, detail));
     }
-    state.action(Action::RaiseAlarm { number, detail }).await?;
-    get_alarms(state).await
+    let action = Action::RaiseAlarm { number, detail };
+    handle.act(action, AlarmList::new).await.map(Json)
 }
 
 /// Press ALARM RESET: every alarm ends whose cause does not persist
 #[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
-async fn reset_alarms(state: State<DriverHandle>, _: NoBody) -> Result<Json<AlarmList>, Problem> {
-    state.action(Action::Panel(PanelAction::AlarmReset)).await?;
-    get_alarms(state).await
+async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
+    let panel = PanelAction::AlarmReset;
+    handle.act(Action::Panel(panel), AlarmList::new).await.map(Json)
 }
 
 /// Every alarm there can be
@@ -169,7 +162,7 @@ async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
 /// One alarm of the table
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
-async fn get_alarm_row(PathParam(number): PathParam<String>) -> Result<Json<AlarmRow>, Problem> {
+async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     let row = ALARMS.iter().find(|row| row.number() == number);
     row.map(|row| Json(AlarmRow::new(row)))
         .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))

@@ -4,9 +4,11 @@
 //! They say how serde and the OpenAPI document spell the controller's types, because that spelling is a public format.
 
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use ts3100_controller::{ControlRight, KeySwitch, Port};
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::ToSchema;
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
 
 /// Position of the key switch.
 #[derive(Serialize, Deserialize, ToSchema)]
@@ -53,8 +55,8 @@ pub enum PortName {
 pub struct NamedPort(#[serde(with = "PortName")] pub Port);
 
 /// Execution status.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
+#[derive(Serialize, Deserialize, ToSchema)]
+#[serde(remote = "ExecutionStatus", rename_all = "lowercase")]
 #[schema(as = StatusWord)]
 pub enum StatusName {
     /// A program or the statement of DO runs.
@@ -67,24 +69,19 @@ pub enum StatusName {
     Continue,
 }
 
-impl From<ExecutionStatus> for StatusName {
-    fn from(status: ExecutionStatus) -> StatusName {
-        match status {
-            ExecutionStatus::Running => StatusName::Running,
-            ExecutionStatus::Reset => StatusName::Reset,
-            ExecutionStatus::Retry => StatusName::Retry,
-            ExecutionStatus::Continue => StatusName::Continue,
-        }
+/// An execution status that a call names.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(transparent)]
+pub struct NamedStatus(#[serde(with = "StatusName")] pub ExecutionStatus);
+
+impl PartialSchema for NamedStatus {
+    fn schema() -> RefOr<Schema> {
+        StatusName::schema()
     }
 }
 
-impl From<StatusName> for ExecutionStatus {
-    fn from(word: StatusName) -> ExecutionStatus {
-        match word {
-            StatusName::Running => ExecutionStatus::Running,
-            StatusName::Reset => ExecutionStatus::Reset,
-            StatusName::Retry => ExecutionStatus::Retry,
-            StatusName::Continue => ExecutionStatus::Continue,
-        }
+impl ToSchema for NamedStatus {
+    fn name() -> Cow<'static, str> {
+        StatusName::name()
     }
 }

@@ -6,11 +6,13 @@
 use super::problem::Problem;
 use axum::RequestPartsExt as _;
 use axum::body::{Bytes, to_bytes};
-use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::extract::{self, FromRequest, FromRequestParts, Request};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
+use axum::response::{IntoResponse, Response};
 use serde::de::{DeserializeOwned, Error as _};
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt::Display;
 use std::time::Duration;
 use tokio::time::timeout;
 
@@ -23,8 +25,8 @@ const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest duration in a call, in seconds; more than three years.
 pub const MAX_SECONDS: f64 = 1e8;
 
-/// Extracts a JSON object from the body.
-pub struct JsonBody<T>(pub T);
+/// A JSON object in the body of a request, or a document in that of a response.
+pub struct Json<T>(pub T);
 
 /// Extracts the text of a snapshot from the body.
 pub struct SnapshotText(pub String);
@@ -33,62 +35,49 @@ pub struct SnapshotText(pub String);
 pub struct NoBody;
 
 /// Extracts the parameters of the path.
-pub struct PathParam<T>(pub T);
+pub struct Path<T>(pub T);
 
 /// Extracts the query of the URL.
-pub struct QueryParams<T>(pub T);
+pub struct Query<T>(pub T);
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
-    let expected = format!("at most {most} bytes");
-    match read {
-        Ok(Ok(bytes)) => Ok(bytes),
-        Ok(Err(_)) => Err(Problem::expected_found(
-            StatusCode::PAYLOAD_TOO_LARGE,
-            "body",
-            expected,
-            "more, or one that was cut off",
-        )),
-        Err(_) => Err(Problem::expected_found(
-            StatusCode::REQUEST_TIMEOUT,
-            "body",
-            format!("all of it within {} s", BODY_TIMEOUT.as_secs()),
-            "less",
-        )),
-    }
+    let read = read.map_err(|_| {
+        let expected = format!("all of it within {} s", BODY_TIMEOUT.as_secs());
+        Problem::expected_found(StatusCode::REQUEST_TIMEOUT, "body", expected, "less")
+    })?;
+    read.map_err(|_| {
+        let (expected, found) = (format!("at most {most} bytes"), "more, or one that was cut off");
+        Problem::expected_found(StatusCode::PAYLOAD_TOO_LARGE, "body", expected, found)
+    })
 }
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, _: &S) -> Result<JsonBody<T>, Problem> {
+    async fn from_request(request: Request, _: &S) -> Result<Json<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
         // serde would read a struct from an array, too; the OpenAPI document allows only objects.
         if matches!(
             bytes.trim_ascii_start().first(),
             Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
         ) {
-            let status = StatusCode::UNPROCESSABLE_ENTITY;
-            return Err(Problem::expected_found(
-                status,
-                "body",
-                "an object of JSON",
-                "another value",
-            ));
+            return Err(Problem::invalid("body", "an object of JSON", "another value"));
         }
-        serde_json::from_slice(&bytes).map(JsonBody).map_err(|error| {
-            let status = if error.is_data() {
-                StatusCode::UNPROCESSABLE_ENTITY
+        serde_json::from_slice(&bytes).map(Json).map_err(|error| {
+            let expected = "JSON as the OpenAPI document says";
+            if error.is_data() {
+                Problem::invalid("body", expected, error)
             } else {
-                StatusCode::BAD_REQUEST
-            };
-            Problem::expected_found(
-                status,
-                "body",
-                "JSON as the OpenAPI document says",
-                error.to_string(),
-            )
+                Problem::unreadable("body", expected, error)
+            }
         })
+    }
+}
+
+impl<T: Serialize> IntoResponse for Json<T> {
+    fn into_response(self) -> Response {
+        axum::Json(self.0).into_response()
     }
 }
 
@@ -97,16 +86,9 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
 
     async fn from_request(request: Request, _: &S) -> Result<SnapshotText, Problem> {
         let bytes = read(request, MAX_SNAPSHOT).await?;
-        String::from_utf8(bytes.into())
-            .map(SnapshotText)
-            .map_err(|error| {
-                Problem::expected_found(
-                    StatusCode::BAD_REQUEST,
-                    "body",
-                    "UTF-8",
-                    error.utf8_error().to_string(),
-                )
-            })
+        let text = String::from_utf8(bytes.into());
+        text.map(SnapshotText)
+            .map_err(|error| Problem::unreadable("body", "UTF-8", error.utf8_error()))
     }
 }
 
@@ -116,76 +98,64 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
     async fn from_request(request: Request, _: &S) -> Result<NoBody, Problem> {
         let bytes = read(request, MAX_BODY).await?;
         let text = bytes.trim_ascii();
-        let is_empty = |text: &[u8]| {
-            let object: Result<serde_json::Map<String, serde_json::Value>, _> = serde_json::from_slice(text);
-            object.is_ok_and(|object| object.is_empty())
-        };
-        if text.is_empty() || is_empty(text) {
+        let is_empty = |object: serde_json::Map<_, _>| object.is_empty();
+        if text.is_empty() || serde_json::from_slice(text).is_ok_and(is_empty) {
             return Ok(NoBody);
         }
         let found = format!("{} bytes", bytes.len());
-        Err(Problem::expected_found(
-            StatusCode::BAD_REQUEST,
-            "body",
-            "none, or {}",
-            found,
-        ))
+        Err(Problem::unreadable("body", "none, or {}", found))
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for PathParam<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for Path<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<PathParam<T>, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Path<T>, Problem> {
         let found = parts.uri.path().to_owned();
-        let path = parts.extract::<Path<T>>().await;
-        path.map(|Path(value)| PathParam(value)).map_err(|error| {
-            Problem::expected_found(
-                StatusCode::BAD_REQUEST,
-                "path",
-                "a path of the OpenAPI document",
-                format!("{found}: {}", error.body_text()),
-            )
+        let path = parts.extract::<extract::Path<T>>().await;
+        path.map(|extract::Path(value)| Path(value)).map_err(|error| {
+            let found = format!("{found}: {}", error.body_text());
+            Problem::unreadable("path", "a path of the OpenAPI document", found)
         })
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for QueryParams<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for Query<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<QueryParams<T>, Problem> {
-        let query = parts.extract::<Query<T>>().await;
-        query.map(|Query(value)| QueryParams(value)).map_err(|error| {
-            Problem::expected_found(
-                StatusCode::BAD_REQUEST,
-                "query",
-                "a query of the OpenAPI document",
-                error.body_text(),
-            )
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Query<T>, Problem> {
+        let query = parts.extract::<extract::Query<T>>().await;
+        query.map(|extract::Query(value)| Query(value)).map_err(|error| {
+            Problem::unreadable("query", "a query of the OpenAPI document", error.body_text())
         })
     }
 }
 
 /// A duration of virtual time in seconds: 0 to [`MAX_SECONDS`].
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Seconds(pub Duration);
+#[serde(transparent)]
+pub struct Seconds(#[serde(deserialize_with = "seconds")] pub Duration);
 
-/// A number that is no duration.
-#[derive(Debug, thiserror::Error)]
-#[error("0 to {MAX_SECONDS} seconds expected, {0} found")]
-pub struct SecondsError(f64);
-
-impl TryFrom<f64> for Seconds {
-    type Error = SecondsError;
-
-    fn try_from(seconds: f64) -> Result<Seconds, SecondsError> {
-        let duration = Duration::try_from_secs_f64(seconds).ok();
-        duration
+fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
+    let fits = |seconds| {
+        Duration::try_from_secs_f64(seconds)
+            .ok()
             .filter(|_| seconds <= MAX_SECONDS)
-            .map(Seconds)
-            .ok_or(SecondsError(seconds))
-    }
+    };
+    number_that(deserializer, format_args!("0 to {MAX_SECONDS} seconds"), fits)
+}
+
+/// Deserializes a number and converts it.
+///
+/// # Errors
+/// No number, or one that cannot be converted: what is expected instead.
+pub fn number_that<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    expected: impl Display,
+    convert: impl FnOnce(f64) -> Option<T>,
+) -> Result<T, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    convert(number).ok_or_else(|| D::Error::custom(format!("{expected} expected, {number} found")))
 }
 
 /// Converts a JSON number to a whole one. JSON does not distinguish 80 and 80.0.
@@ -200,16 +170,23 @@ pub fn whole_number(number: f64) -> Option<u32> {
     fits.then(|| cast(number))
 }
 
-/// Deserializes an optional whole number.
+/// Deserializes a whole number.
 ///
 /// # Errors
 /// A number that is not whole or out of range.
-pub fn optional_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
-    let number = Option::<f64>::deserialize(deserializer)?;
-    let wrong = |number| D::Error::custom(format!("a whole number expected, {number} found"));
-    number
-        .map(|number| whole_number(number).ok_or_else(|| wrong(number)))
-        .transpose()
+pub fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    number_that(deserializer, "a whole number", whole_number)
+}
+
+/// As [`whole`], where there may be none.
+///
+/// # Errors
+/// As [`whole`].
+pub fn optional_whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+    #[derive(Deserialize)]
+    struct Whole(#[serde(deserialize_with = "whole")] u32);
+    let number = Option::<Whole>::deserialize(deserializer)?;
+    Ok(number.map(|Whole(number)| number))
 }
 
 /// Deserializes an object only; serde would read a struct from an array, too.
@@ -226,20 +203,15 @@ pub fn object_only<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer:
 /// # Errors
 /// Another character, or an odd number of digits.
 pub fn parse_hex(text: &str) -> Result<Vec<u8>, Problem> {
-    let wrong = |found: String| {
-        let expected = "an even number of hexadecimal digits";
-        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, "hex", expected, found)
-    };
+    let wrong = |found: String| Problem::invalid("hex", "an even number of hexadecimal digits", found);
     let mut digits = Vec::with_capacity(text.len());
     for (at, letter) in text.char_indices().filter(|(_, letter)| *letter != ' ') {
         let digit = letter.to_digit(16).and_then(|digit| u8::try_from(digit).ok());
         digits.push(digit.ok_or_else(|| wrong(format!("{letter:?} at {at}")))?);
     }
-    let pairs = digits.chunks_exact(2);
-    if !pairs.remainder().is_empty() {
+    let (pairs, rest) = digits.as_chunks::<2>();
+    if !rest.is_empty() {
         return Err(wrong(format!("{} digits", digits.len())));
     }
-    Ok(pairs
-        .filter_map(|pair| Some(pair.first()? << 4 | pair.get(1)?))
-        .collect())
+    Ok(pairs.iter().map(|[high, low]| high << 4 | low).collect())
 }

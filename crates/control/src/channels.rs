@@ -3,18 +3,15 @@
 //! The sockets are in [`ts3100_driver::tcp`] and [`ts3100_driver::serial`]; the buffers are the controller's.
 
 use super::api_names::{NamedPort, PortName};
-use super::body::{JsonBody, NoBody, PathParam, parse_hex};
+use super::body::{Json, NoBody, Path, parse_hex};
 use super::event::hex;
-use super::handle::DriverHandle;
+use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
-use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
-use ts3100_driver::driver::request::{LinkAction, View};
+use ts3100_driver::driver::request::{LinkAction, Request, View};
 use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
@@ -74,28 +71,28 @@ impl ByteContent {
 }
 
 impl ChannelStatus {
-    fn new(view: &View<'_>, port_view: PortView) -> ChannelStatus {
+    fn new(view: &View<'_>, port: Port) -> ChannelStatus {
+        let PortView {
+            exchange,
+            partial,
+            buffer,
+        } = view.controller.port(port);
         ChannelStatus {
-            port: port_view.port,
-            accepts: view.ports.get(&port_view.port).copied(),
-            serial: view
-                .serial_lines
-                .endpoint(port_view.port)
-                .map(ToString::to_string),
-            peer: port_view.peer,
-            exchange: port_view.exchange,
-            partial: port_view.partial,
-            buffer: Escaped::for_reading(&port_view.buffer).to_string(),
-            buffer_hex: hex(&port_view.buffer),
+            port,
+            accepts: view.ports.get(&port).copied(),
+            serial: view.serial_lines.endpoint(port).map(ToString::to_string),
+            peer: view.controller.peer_of(port),
+            exchange,
+            partial,
+            buffer: Escaped::for_reading(&buffer).to_string(),
+            buffer_hex: hex(&buffer),
         }
     }
 
     /// All six, as they are now.
     pub fn all(view: &View<'_>) -> Vec<ChannelStatus> {
-        let port_views = view.controller.ports().into_iter();
-        port_views
-            .map(|port_view| ChannelStatus::new(view, port_view))
-            .collect()
+        let ports = Port::ALL.into_iter();
+        ports.map(|port| ChannelStatus::new(view, port)).collect()
     }
 }
 
@@ -114,36 +111,21 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// All communication ports
 #[utoipa::path(get, path = "/channels", responses((status = 200, body = Vec<ChannelStatus>)))]
-async fn get_channels(State(handle): State<DriverHandle>) -> Result<Json<Vec<ChannelStatus>>, Problem> {
-    Ok(Json(handle.query(ChannelStatus::all).await?))
-}
-
-async fn channel(handle: &DriverHandle, port: Port) -> Result<Json<ChannelStatus>, Problem> {
-    let look = move |view: &View<'_>| {
-        let port_view = view
-            .controller
-            .ports()
-            .into_iter()
-            .find(|port_view| port_view.port == port)?;
-        Some(ChannelStatus::new(view, port_view))
-    };
-    let found = handle.query(look).await?;
-    found.map(Json).ok_or_else(|| {
-        Problem::new(
-            StatusCode::NOT_FOUND,
-            format!("{port} is no port of this controller"),
-        )
-    })
+async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
+    handle.query(ChannelStatus::all).await.map(Json)
 }
 
 /// One communication port
 #[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Its name")),
     responses((status = 200, body = ChannelStatus)))]
-async fn get_channel(
-    State(handle): State<DriverHandle>,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
-) -> Result<Json<ChannelStatus>, Problem> {
-    channel(&handle, port).await
+async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
+    let look = move |view: &View<'_>| ChannelStatus::new(view, port);
+    handle.query(look).await.map(Json)
+}
+
+async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> Answer<ChannelStatus> {
+    let look = move |view: &View<'_>| ChannelStatus::new(view, port);
+    handle.change(Request::LinkAction, action, look).await.map(Json)
 }
 
 /// Inject bytes as if they had come from the peer
@@ -152,13 +134,13 @@ async fn get_channel(
 #[utoipa::path(post, path = "/channels/{port}/inject", params(("port" = PortName, Path, description = "Its name")),
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
 async fn inject(
-    State(handle): State<DriverHandle>,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
-    JsonBody(body): JsonBody<ByteContent>,
-) -> Result<Json<ChannelStatus>, Problem> {
+    handle: Handle,
+    Path(NamedPort(port)): Path<NamedPort>,
+    Json(body): Json<ByteContent>,
+) -> Answer<ChannelStatus> {
     let bytes = body.decode()?;
-    handle.link_action(LinkAction::Inject { port, bytes }).await?;
-    channel(&handle, port).await
+    let action = LinkAction::Inject { port, bytes };
+    act_on_link(&handle, port, action).await
 }
 
 /// Close the connection of a port
@@ -167,10 +149,9 @@ async fn inject(
 #[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Its name")),
     responses((status = 200, body = ChannelStatus)))]
 async fn drop_peer(
-    State(handle): State<DriverHandle>,
-    PathParam(NamedPort(port)): PathParam<NamedPort>,
+    handle: Handle,
+    Path(NamedPort(port)): Path<NamedPort>,
     _: NoBody,
-) -> Result<Json<ChannelStatus>, Problem> {
-    handle.link_action(LinkAction::Drop { port }).await?;
-    channel(&handle, port).await
+) -> Answer<ChannelStatus> {
+    act_on_link(&handle, port, LinkAction::Drop { port }).await
 }

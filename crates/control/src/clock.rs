@@ -3,22 +3,19 @@
 //!
 //! The clock is [`ts3100_driver::clock`]; conditions are evaluated by the driver (`driver::wait`).
 
-use super::api_names::{NamedPort, PortName, StatusName};
-use super::body::{JsonBody, Seconds, object_only, whole_number};
+use super::api_names::{NamedPort, NamedStatus, PortName};
+use super::body::{Json, Seconds, number_that, object_only, whole_number};
 use super::event::seconds;
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
+use super::lines::require_line;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
-use axum::http::StatusCode;
-use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::action::IoKind;
-use ts3100_controller::signals::Signals;
+use ts3100_controller::alarm::ALARMS;
 use ts3100_driver::clock::{MAX_SCALE, TimeMode};
-use ts3100_driver::driver::request::{LinkAction, View, WaitResult};
+use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::{Wait, WaitCondition};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
@@ -94,7 +91,7 @@ pub struct WaitRequest {
 #[schema(as = When)]
 pub enum ConditionRequest {
     /// The execution status is this, or has been since.
-    Status(StatusName),
+    Status(NamedStatus),
     /// An input shows this state.
     Input(#[serde(deserialize_with = "object_only")] LineCondition),
     /// An output shows this state.
@@ -118,31 +115,21 @@ pub struct EmptyObject {}
 
 /// A line of a file.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
-#[serde(try_from = "f64")]
+#[serde(transparent)]
 #[schema(minimum = 1, maximum = 99999)]
-pub struct FileLine(u32);
+pub struct FileLine(#[serde(deserialize_with = "file_line")] u32);
 
-/// A number that is no line of a file.
-#[derive(Debug, thiserror::Error)]
-#[error("a line of a file, 1 to {last}, expected, {0} found", last = scol_mini::MAX_SOURCE)]
-pub struct FileLineError(f64);
-
-impl TryFrom<f64> for FileLine {
-    type Error = FileLineError;
-
-    fn try_from(line: f64) -> Result<FileLine, FileLineError> {
-        // A line has a byte at least, and a file has no more.
-        let last = scol_mini::MAX_SOURCE;
-        let fits = whole_number(line)
-            .filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
-        fits.map(FileLine).ok_or(FileLineError(line))
-    }
+fn file_line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    // A line has a byte at least, and a file has no more.
+    let last = scol_mini::MAX_SOURCE;
+    let fits = |line: &u32| usize::try_from(*line).is_ok_and(|line| (1..=last).contains(&line));
+    let expected = format_args!("a line of a file, 1 to {last},");
+    number_that(deserializer, expected, |number| whole_number(number).filter(fits))
 }
 
 fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
-    let number = f64::deserialize(deserializer)?;
-    let line = whole_number(number).and_then(|line| u16::try_from(line).ok());
-    line.ok_or_else(|| D::Error::custom(format!("the number of a line expected, {number} found")))
+    let fits = |number| u16::try_from(whole_number(number)?).ok();
+    number_that(deserializer, "the number of a line", fits)
 }
 
 /// The state of a line.
@@ -184,18 +171,27 @@ pub struct WaitResponse {
     passed: f64,
 }
 
+impl ClockStatus {
+    fn new(view: &View<'_>) -> ClockStatus {
+        ClockStatus {
+            mode: view.clock.mode().to_string(),
+            behind: view.clock.lag().as_secs_f64(),
+            skipped: view.clock.skipped().as_secs_f64(),
+            now: seconds(view.controller.now()),
+            calendar: view.controller.calendar_now().to_string(),
+            next: view.controller.poll_deadline().map(seconds),
+        }
+    }
+}
+
 impl ConditionRequest {
     fn into_condition(self) -> Result<WaitCondition, Problem> {
-        let line_of = |side, LineCondition { line, on }| {
-            if Signals::exists(line) {
-                Ok(WaitCondition::Signal { kind: side, line, on })
-            } else {
-                let found = line.to_string();
-                Err(Problem::not_found("line", "1-64, 101-164 or 201-264", found))
-            }
+        let line_of = |kind, LineCondition { line, on }| {
+            require_line(line)?;
+            Ok(WaitCondition::Signal { kind, line, on })
         };
         match self {
-            ConditionRequest::Status(status) => Ok(WaitCondition::Status(status.into())),
+            ConditionRequest::Status(NamedStatus(status)) => Ok(WaitCondition::Status(status)),
             ConditionRequest::Input(line) => line_of(IoKind::Input, line),
             ConditionRequest::Output(line) => line_of(IoKind::Output, line),
             ConditionRequest::Line(FileLine(line)) => Ok(WaitCondition::Statement(line)),
@@ -203,30 +199,18 @@ impl ConditionRequest {
                 if text.is_empty() || text.len() > MAX_PRINTED_TEXT {
                     let expected = format!("1 to {MAX_PRINTED_TEXT} bytes");
                     let found = format!("{} bytes", text.len());
-                    return Err(Problem::expected_found(
-                        StatusCode::UNPROCESSABLE_ENTITY,
-                        "text",
-                        expected,
-                        found,
-                    ));
+                    return Err(Problem::invalid("text", expected, found));
                 }
                 let (port, text) = (channel.map(|NamedPort(port)| port), text.into_bytes());
                 Ok(WaitCondition::Printed { port, text })
             }
             ConditionRequest::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),
+            ConditionRequest::Alarm(number) if ALARMS.iter().any(|row| row.number() == number) => {
+                Ok(WaitCondition::Alarm(Some(number)))
+            }
             ConditionRequest::Alarm(number) => {
-                let known = ts3100_controller::alarm::ALARMS
-                    .iter()
-                    .any(|row| row.number() == number);
-                if known {
-                    Ok(WaitCondition::Alarm(Some(number)))
-                } else {
-                    Err(Problem::not_found(
-                        "alarm",
-                        "`any` or a number of /alarms/table",
-                        number,
-                    ))
-                }
+                let expected = "`any` or a number of /alarms/table";
+                Err(Problem::not_found("alarm", expected, number))
             }
             ConditionRequest::Idle(EmptyObject {}) => Ok(WaitCondition::Idle),
         }
@@ -246,12 +230,7 @@ fn wall_limit(requested: Option<Seconds>) -> Result<Duration, Problem> {
     if wall > MAX_WALL {
         let expected = format!("at most {} s", MAX_WALL.as_secs());
         let found = format!("{} s", wall.as_secs_f64());
-        return Err(Problem::expected_found(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "wall",
-            expected,
-            found,
-        ));
+        return Err(Problem::invalid("wall", expected, found));
     }
     Ok(wall)
 }
@@ -273,8 +252,7 @@ pub fn add(table: RouteTable) -> RouteTable {
             "clock",
             "How time passes, moving it by hand, and waiting for something.",
         )
-        .routes(routes!(get_clock))
-        .routes(routes!(put_clock))
+        .routes(routes!(get_clock, put_clock))
         .routes(routes!(advance))
         .routes(routes!(advance_until))
         .routes(routes!(wait))
@@ -282,16 +260,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// The clock
 #[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockStatus)))]
-async fn get_clock(State(handle): State<DriverHandle>) -> Result<Json<ClockStatus>, Problem> {
-    let look = |view: &View<'_>| ClockStatus {
-        mode: view.clock.mode().to_string(),
-        behind: view.clock.lag().as_secs_f64(),
-        skipped: view.clock.skipped().as_secs_f64(),
-        now: seconds(view.controller.now()),
-        calendar: view.controller.calendar_now().to_string(),
-        next: view.controller.poll_deadline().map(seconds),
-    };
-    Ok(Json(handle.query(look).await?))
+async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
+    handle.query(ClockStatus::new).await.map(Json)
 }
 
 /// Say how time passes from now on
@@ -299,16 +269,14 @@ async fn get_clock(State(handle): State<DriverHandle>) -> Result<Json<ClockStatu
 /// `real` as on the wall; `xN` that many times as fast; `stepped` only by `advance` and `advance-until`; `auto` jumps
 /// to whatever is next while every host is silent.
 #[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
-async fn put_clock(
-    state: State<DriverHandle>,
-    JsonBody(body): JsonBody<SetModeRequest>,
-) -> Result<Json<ClockStatus>, Problem> {
+async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let mode: TimeMode = body.mode.parse().map_err(|_| {
         let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
-        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, "mode", expected, body.mode)
+        Problem::invalid("mode", expected, body.mode)
     })?;
-    state.link_action(LinkAction::TimeMode(mode)).await?;
-    get_clock(state).await
+    let action = LinkAction::TimeMode(mode);
+    let changed = handle.change(Request::LinkAction, action, ClockStatus::new);
+    changed.await.map(Json)
 }
 
 /// Move time by an amount
@@ -316,10 +284,7 @@ async fn put_clock(
 /// In every mode: time jumps from one thing that happens by itself to the next, so that each happens at its own time,
 /// and stands at the end of the amount when the call returns.
 #[utoipa::path(post, path = "/clock/advance", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<AdvanceRequest>,
-) -> Result<Json<WaitResponse>, Problem> {
+async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
     let wait = Wait::new(WaitCondition::Never, body.seconds.0, true);
     let waited = handle.wait(wait, wall).await?;
@@ -335,10 +300,7 @@ async fn advance(
 ///
 /// As `advance`, and time stands at the moment at which it happened.
 #[utoipa::path(post, path = "/clock/advance-until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance_until(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<WaitRequest>,
-) -> Result<Json<WaitResponse>, Problem> {
+async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(true)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }
@@ -347,10 +309,7 @@ async fn advance_until(
 ///
 /// In `stepped` time somebody else has to move it meanwhile.
 #[utoipa::path(post, path = "/wait", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn wait(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<WaitRequest>,
-) -> Result<Json<WaitResponse>, Problem> {
+async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }

@@ -3,9 +3,9 @@
 //! A slow reader is told how many events it missed; it never makes the emulator wait. The events are kept in
 //! [`super::journal`] and described in [`super::event`].
 
-use super::body::QueryParams;
+use super::body::Query;
 use super::event::ApiEvent;
-use super::handle::DriverHandle;
+use super::handle::{Handle, MAX_STREAMS};
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
 use super::problem::Problem;
@@ -14,14 +14,12 @@ use axum::extract::{ConnectInfo, State};
 use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
-use futures_core::Stream;
-use serde::{Deserialize, Serialize};
+use futures_util::stream::{Stream, unfold};
+use serde::Deserialize;
+use serde_json::json;
 use std::collections::VecDeque;
 use std::convert::Infallible;
-use std::future::Future;
-use std::pin::Pin;
 use std::sync::Arc;
-use std::task::{Context, Poll, ready};
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use utoipa::IntoParams;
 use utoipa_axum::routes;
@@ -41,12 +39,6 @@ struct EventsQuery {
     count: Option<u64>,
 }
 
-/// How many events a reader was too late for.
-#[derive(Debug, Clone, Copy, Serialize)]
-struct MissedEvents {
-    missed: u64,
-}
-
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
@@ -61,54 +53,45 @@ pub fn add(table: RouteTable) -> RouteTable {
 #[utoipa::path(get, path = "/events", params(EventsQuery),
     responses((status = 200, body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
-    State(handle): State<DriverHandle>,
+    State(handle): Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
-    QueryParams(query): QueryParams<EventsQuery>,
+    Query(query): Query<EventsQuery>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
     let permit = Arc::clone(&handle.streams).try_acquire_owned().map_err(|_| {
-        let expected = format!("at most {} streams of events", super::handle::MAX_STREAMS);
-        Problem::expected_found(
-            StatusCode::SERVICE_UNAVAILABLE,
-            "events",
-            expected,
-            "as many already",
-        )
+        let expected = format!("at most {} streams of events", MAX_STREAMS);
+        let status = StatusCode::SERVICE_UNAVAILABLE;
+        Problem::expected_found(status, "events", expected, "as many already")
     })?;
     if query.count == Some(0) {
-        return Err(Problem::expected_found(
-            StatusCode::BAD_REQUEST,
-            "count",
-            "1 or more",
-            "0",
-        ));
+        return Err(Problem::unreadable("count", "1 or more", "0"));
     }
     let last = headers.get("last-event-id").and_then(|id| id.to_str().ok());
     let after_last = last.and_then(|id| id.parse::<u64>().ok()?.checked_add(1));
     let next = query.since.or(after_last);
-    let stream = EventStream {
+    let reader = EventReader {
         next: next.unwrap_or_else(|| handle.journal.next_number()),
         left: query.count,
         ready: VecDeque::new(),
-        watch: Some(handle.journal.watch()),
-        next_change: None,
+        watch: handle.journal.watch(),
         journal: handle.journal,
         _permit: permit,
         _busy: connection.begin_request(),
     };
+    let stream = unfold(reader, |mut reader| async {
+        let event = reader.next_event().await?;
+        Some((Ok(event), reader))
+    });
     Ok(Sse::new(stream).keep_alive(KeepAlive::default()))
 }
 
-type NextChange = Pin<Box<dyn Future<Output = Option<watch::Receiver<u64>>> + Send>>;
-
 /// The events of one reader.
-struct EventStream {
+struct EventReader {
     journal: Arc<Journal>,
     next: u64,
     left: Option<u64>,
     ready: VecDeque<Event>,
-    watch: Option<watch::Receiver<u64>>,
-    next_change: Option<NextChange>,
+    watch: watch::Receiver<u64>,
     _permit: OwnedSemaphorePermit,
     _busy: RequestGuard,
 }
@@ -119,16 +102,16 @@ fn sse_event(event: &ApiEvent) -> Event {
     sse.json_data(event).unwrap_or_default()
 }
 
-impl EventStream {
+impl EventReader {
     fn refill(&mut self) {
         let most = self
             .left
             .map_or(BATCH, |left| usize::try_from(left).unwrap_or(BATCH).min(BATCH));
         let batch = self.journal.events_from(self.next, most);
         if batch.missed > 0 {
-            let missed = MissedEvents { missed: batch.missed };
             let event = Event::default().event("missed");
-            self.ready.push_back(event.json_data(missed).unwrap_or_default());
+            let missed = event.json_data(json!({ "missed": batch.missed }));
+            self.ready.push_back(missed.unwrap_or_default());
         }
         self.ready
             .extend(batch.events.iter().map(|event| sse_event(event)));
@@ -137,41 +120,20 @@ impl EventStream {
         }
         self.next = batch.next;
     }
-}
 
-impl Stream for EventStream {
-    type Item = Result<Event, Infallible>;
-
-    fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
-        loop {
-            if let Some(event) = self.ready.pop_front() {
-                return Poll::Ready(Some(Ok(event)));
-            }
+    /// Waits for the next event; `None` at the end of the stream.
+    async fn next_event(&mut self) -> Option<Event> {
+        while self.ready.is_empty() {
             if self.left == Some(0) {
-                return Poll::Ready(None);
-            }
-            if let Some(changing) = &mut self.next_change {
-                let watch = ready!(changing.as_mut().poll(context));
-                self.next_change = None;
-                let Some(watch) = watch else {
-                    return Poll::Ready(None);
-                };
-                self.watch = Some(watch);
+                return None;
             }
             // Seen before it is read: what comes in between is not missed.
-            if let Some(watch) = &mut self.watch {
-                watch.borrow_and_update();
-            }
+            self.watch.borrow_and_update();
             self.refill();
             if self.ready.is_empty() {
-                let Some(mut watch) = self.watch.take() else {
-                    return Poll::Ready(None);
-                };
-                self.next_change = Some(Box::pin(async move {
-                    let changed = watch.changed().await;
-                    changed.ok().map(|()| watch)
-                }));
+                self.watch.changed().await.ok()?;
             }
         }
+        self.ready.pop_front()
     }
 }

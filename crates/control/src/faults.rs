@@ -2,16 +2,13 @@
 //!
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
-use super::body::{JsonBody, NoBody, PathParam, object_only, optional_whole_number, whole_number};
+use super::body::{Json, NoBody, Path, object_only, optional_whole, whole};
 use super::event::seconds;
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::Port;
@@ -38,7 +35,7 @@ pub struct FaultTrigger {
     #[schema(example = "IP0")]
     channel: Option<String>,
     /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
-    #[serde(deserialize_with = "optional_whole_number")]
+    #[serde(deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     block: Option<u32>,
 }
@@ -49,13 +46,9 @@ pub struct FaultTrigger {
 #[schema(as = Given)]
 pub enum ParameterValue {
     /// A whole number.
-    Number(#[serde(deserialize_with = "number")] u32),
+    Number(#[serde(deserialize_with = "whole")] u32),
     /// Words: `2s`, `teaching`, `OK<CR>`.
     Words(String),
-}
-
-fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    whole_number(f64::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a whole number"))
 }
 
 /// A fault to be armed: in the words of `--fault`, or by its parts.
@@ -93,18 +86,18 @@ pub struct ArmRequest {
     #[schema(ignore)]
     spec: Option<String>,
     /// Its number; the next free one if not said. A fault of the same number is replaced.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
     /// What it waits for; some kinds wait for a command of their own if nothing is said.
     #[serde(default, deserialize_with = "object_only")]
     on: FaultTrigger,
     /// How many occasions pass before the first it can take.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
     /// How often it bites at most; 0: always; 1 if not said.
-    #[serde(default, deserialize_with = "optional_whole_number")]
+    #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
     /// How probably it takes an occasion, above 0; 1 if not said.
@@ -214,6 +207,18 @@ impl FaultStatus {
             at: report.at.iter().map(|at| seconds(*at)).collect(),
         }
     }
+
+    /// Looks for the fault of this number.
+    fn find(number: String) -> impl FnOnce(&View<'_>) -> Result<FaultStatus, Problem> {
+        move |view| {
+            let id = number.parse().ok();
+            let mut reports = view.controller.faults().reports();
+            let found = reports.find(|report| Some(report.fault.id) == id);
+            found
+                .map(FaultStatus::new)
+                .ok_or_else(|| Problem::not_found("number", "the number of a fault of /faults", number))
+        }
+    }
 }
 
 impl FaultList {
@@ -254,12 +259,9 @@ impl FaultKindInfo {
 
 impl ArmRequest {
     fn into_fault(self) -> Result<Fault, Problem> {
-        let wrong = |place: &str, expected: String, found: String| {
-            Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, place, expected, found)
-        };
         if self.parameters.len() > MAX_PARAMETERS {
-            let found = self.parameters.len().to_string();
-            return Err(wrong("parameters", format!("at most {MAX_PARAMETERS}"), found));
+            let expected = format!("at most {MAX_PARAMETERS}");
+            return Err(Problem::invalid("parameters", expected, self.parameters.len()));
         }
         fn pair(key: &str, value: Option<impl Display>) -> Option<(String, String)> {
             Some((key.to_owned(), value?.to_string()))
@@ -281,27 +283,31 @@ impl ArmRequest {
         let read = match (self.kind, self.spec) {
             (Some(kind), None) => Fault::from_pairs(&kind, &pairs),
             (None, Some(spec)) if pairs.is_empty() => spec.parse(),
-            (None, None) => return Err(wrong("body", "`kind` or `spec`".to_owned(), "neither".to_owned())),
+            (None, None) => return Err(Problem::invalid("body", "`kind` or `spec`", "neither")),
             (..) => {
-                let expected = "`spec` alone, or `kind` and what goes with it".to_owned();
-                return Err(wrong("body", expected, "`spec` and others".to_owned()));
+                let expected = "`spec` alone, or `kind` and what goes with it";
+                return Err(Problem::invalid("body", expected, "`spec` and others"));
             }
         };
-        let unfit = |place: &str, expected: String, found: String| {
+        read.map_err(Problem::from)
+    }
+}
+
+impl From<FaultError> for Problem {
+    fn from(error: FaultError) -> Problem {
+        let unfit = |place: &str, expected: &str, found: &str| {
             Problem::expected_found(StatusCode::CONFLICT, place, expected, found)
         };
-        read.map_err(|error| match error {
+        match &error {
             FaultError::UnknownKind { found, known } => unfit("kind", known, found),
             FaultError::UnknownKey { key, known, .. } => unfit("parameters", known, key),
-            FaultError::DuplicateKey { key, .. } => {
-                unfit("parameters", format!("{key} once"), "twice".to_owned())
-            }
+            FaultError::DuplicateKey { key, .. } => unfit("parameters", &format!("{key} once"), "twice"),
             FaultError::InvalidValue {
                 key, expected, found, ..
-            } => unfit(&key, expected, found),
-            never @ FaultError::NeverFires { .. } => Problem::new(StatusCode::CONFLICT, never.to_string()),
-            FaultError::Syntax { found } => unfit("body", "a fault".to_owned(), found),
-        })
+            } => unfit(key, expected, found),
+            FaultError::NeverFires { .. } => Problem::new(StatusCode::CONFLICT, error),
+            FaultError::Syntax { found } => unfit("body", "a fault", found),
+        }
     }
 }
 
@@ -312,38 +318,31 @@ pub fn add(table: RouteTable) -> RouteTable {
             "faults",
             "What is broken on purpose: armed, bitten, never fired; docs/FAULTS.md explains the kinds.",
         )
-        .routes(routes!(get_faults))
-        .routes(routes!(arm_fault))
-        .routes(routes!(clear_faults))
+        .routes(routes!(get_faults, arm_fault, clear_faults))
         .routes(routes!(get_fault_kinds))
-        .routes(routes!(get_fault))
-        .routes(routes!(disarm_fault))
+        .routes(routes!(get_fault, disarm_fault))
 }
 
 /// The faults and what has become of them
 #[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn get_faults(State(handle): State<DriverHandle>) -> Result<Json<FaultList>, Problem> {
-    Ok(Json(handle.query(FaultList::new).await?))
+async fn get_faults(handle: Handle) -> Answer<FaultList> {
+    handle.query(FaultList::new).await.map(Json)
 }
 
 /// Arm a fault
 ///
 /// From now on. The same number again replaces it, its counters at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
-async fn arm_fault(
-    state: State<DriverHandle>,
-    JsonBody(body): JsonBody<ArmRequest>,
-) -> Result<Json<FaultList>, Problem> {
-    let fault = Box::new(body.into_fault()?);
-    state.action(Action::Fault(FaultAction::Arm(fault))).await?;
-    get_faults(state).await
+async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
+    let arm = FaultAction::Arm(Box::new(body.into_fault()?));
+    handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
 
 /// Forget all faults: none bites any more, and the report is empty
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn clear_faults(state: State<DriverHandle>, _: NoBody) -> Result<Json<FaultList>, Problem> {
-    state.action(Action::Fault(FaultAction::Clear)).await?;
-    get_faults(state).await
+async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
+    let clear = FaultAction::Clear;
+    handle.act(Action::Fault(clear), FaultList::new).await.map(Json)
 }
 
 /// The kinds there are, with their parameters
@@ -352,40 +351,18 @@ async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
     Json(KINDS.iter().map(FaultKindInfo::new).collect())
 }
 
-async fn fault_status(handle: &DriverHandle, number: String) -> Result<Json<FaultStatus>, Problem> {
-    let id = number.parse::<u32>().ok();
-    let look = move |view: &View<'_>| {
-        let mut reports = view.controller.faults().reports();
-        let found = reports.find(|report| Some(report.fault.id) == id);
-        found.map(FaultStatus::new)
-    };
-    let found = handle.query(look).await?;
-    found
-        .map(Json)
-        .ok_or_else(|| Problem::not_found("number", "the number of a fault of /faults", number))
-}
-
 /// One fault
 #[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
-async fn get_fault(
-    State(handle): State<DriverHandle>,
-    PathParam(number): PathParam<String>,
-) -> Result<Json<FaultStatus>, Problem> {
-    fault_status(&handle, number).await
+async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
+    handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
 /// Disarm a fault: it does not bite any more and stays in the report
 #[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
-async fn disarm_fault(
-    State(handle): State<DriverHandle>,
-    PathParam(number): PathParam<String>,
-    _: NoBody,
-) -> Result<Json<FaultStatus>, Problem> {
-    let Json(known) = fault_status(&handle, number.clone()).await?;
-    handle
-        .action(Action::Fault(FaultAction::Disarm(known.id)))
-        .await?;
-    fault_status(&handle, number).await
+async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
+    let known = handle.query(FaultStatus::find(number.clone())).await??;
+    let disarm = Action::Fault(FaultAction::Disarm(known.id));
+    handle.act(disarm, FaultStatus::find(number)).await?.map(Json)
 }

@@ -2,15 +2,13 @@
 //!
 //! A file is written as by a download, all or nothing; the rules are in the controller's `drive` module.
 
-use super::body::{JsonBody, NoBody, PathParam};
+use super::body::{Json, NoBody, Path};
 use super::channels::ByteContent;
 use super::event::hex;
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
 use super::panel::ProgramStatus;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::View;
@@ -71,53 +69,48 @@ impl DriveStatus {
     }
 }
 
+impl FileContent {
+    /// Looks for the file of this name.
+    fn find(name: String) -> impl FnOnce(&View<'_>) -> Result<FileContent, Problem> {
+        move |view| {
+            let drive_name = name.to_ascii_uppercase();
+            let Some(content) = view.controller.drive().get(&drive_name) else {
+                return Err(Problem::not_found("name", "a file of the RAM drive", name));
+            };
+            let (text, hex) = match str::from_utf8(content) {
+                Ok(text) => (Some(text.to_owned()), None),
+                Err(_) => (None, Some(hex(content))),
+            };
+            Ok(FileContent {
+                name: drive_name,
+                size: content.len(),
+                text,
+                hex,
+            })
+        }
+    }
+}
+
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("files", "The RAM drive.")
         .routes(routes!(get_files))
-        .routes(routes!(get_file))
-        .routes(routes!(put_file))
-        .routes(routes!(delete_file))
+        .routes(routes!(get_file, put_file, delete_file))
         .routes(routes!(select_file))
-}
-
-async fn file_content(handle: &DriverHandle, name: String) -> Result<Json<FileContent>, Problem> {
-    let drive_name = name.to_ascii_uppercase();
-    let look = move |view: &View<'_>| {
-        let content = view.controller.drive().get(&drive_name)?.to_vec();
-        let size = content.len();
-        let (text, hex) = match String::from_utf8(content) {
-            Ok(text) => (Some(text), None),
-            Err(error) => (None, Some(hex(error.as_bytes()))),
-        };
-        Some(FileContent {
-            name: drive_name,
-            size,
-            text,
-            hex,
-        })
-    };
-    let found = handle.query(look).await?;
-    found
-        .map(Json)
-        .ok_or_else(|| Problem::not_found("name", "a file of the RAM drive", name))
 }
 
 /// The files of the RAM drive
 #[utoipa::path(get, path = "/files", responses((status = 200, body = DriveStatus)))]
-async fn get_files(State(handle): State<DriverHandle>) -> Result<Json<DriveStatus>, Problem> {
-    Ok(Json(handle.query(DriveStatus::new).await?))
+async fn get_files(handle: Handle) -> Answer<DriveStatus> {
+    handle.query(DriveStatus::new).await.map(Json)
 }
 
 /// One file
 #[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = FileContent)))]
-async fn get_file(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-) -> Result<Json<FileContent>, Problem> {
-    file_content(&handle, name).await
+async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
+    handle.query(FileContent::find(name)).await?.map(Json)
 }
 
 /// Put a file on the RAM drive
@@ -127,38 +120,29 @@ async fn get_file(
 #[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
     request_body = ByteContent, responses((status = 200, body = FileContent)))]
 async fn put_file(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<ByteContent>,
-) -> Result<Json<FileContent>, Problem> {
+    handle: Handle,
+    Path(name): Path<String>,
+    Json(body): Json<ByteContent>,
+) -> Answer<FileContent> {
     let action = Action::PutFile {
         name: name.clone(),
         content: body.decode()?,
     };
-    handle.action(action).await?;
-    file_content(&handle, name).await
+    handle.act(action, FileContent::find(name)).await?.map(Json)
 }
 
 /// Erase a file
 #[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = DriveStatus)))]
-async fn delete_file(
-    state: State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Result<Json<DriveStatus>, Problem> {
-    state.action(Action::EraseFile { name }).await?;
-    get_files(state).await
+async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
+    let action = Action::EraseFile { name };
+    handle.act(action, DriveStatus::new).await.map(Json)
 }
 
 /// Select a file as the command SL does
 #[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = ProgramStatus)))]
-async fn select_file(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Result<Json<ProgramStatus>, Problem> {
-    handle.action(Action::Select { name }).await?;
-    Ok(Json(handle.query(ProgramStatus::new).await?))
+async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
+    let action = Action::Select { name };
+    handle.act(action, ProgramStatus::new).await.map(Json)
 }

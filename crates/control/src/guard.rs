@@ -8,12 +8,12 @@ use super::problem::Problem;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::header::{
     AUTHORIZATION, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, TRANSFER_ENCODING,
-    WWW_AUTHENTICATE,
 };
 use axum::http::uri::Authority;
 use axum::http::{HeaderMap, Method, StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use std::fmt::Display;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
@@ -43,18 +43,8 @@ pub async fn check(
     let _request = connection.begin_request();
     match guard.admit(&request, connection.reached_at) {
         Ok(()) => next.run(request).await,
-        Err(problem) => into_response(problem),
+        Err(problem) => problem.into_response(),
     }
-}
-
-fn into_response(problem: Problem) -> Response {
-    let mut response = problem.into_response();
-    if response.status() == StatusCode::UNAUTHORIZED {
-        response
-            .headers_mut()
-            .insert(WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
-    }
-    response
 }
 
 impl Guard {
@@ -77,14 +67,10 @@ impl Guard {
     ) -> Result<String, Problem> {
         let refused = |found: &str| {
             let expected = "localhost, 127.0.0.1, [::1], the address listened on or a name of --control-host";
-            Problem::expected_found(StatusCode::FORBIDDEN, "header Host", expected, found)
+            forbidden("header Host", expected, found)
         };
-        let mut all = headers.get_all(HOST).iter();
-        let host = match (all.next(), all.next()) {
-            (Some(host), None) => host.to_str().map_err(|_| refused("no text"))?,
-            (None, _) => return Err(refused("none")),
-            (Some(_), Some(_)) => return Err(refused("several")),
-        };
+        let host = the_one(headers, HOST).map_err(refused)?;
+        let host = host.to_str().map_err(|_| refused("no text"))?;
         let target = uri.authority().map(Authority::as_str);
         for authority in std::iter::once(host).chain(target) {
             if !self.is_own(host_name(authority), reached_at) {
@@ -112,20 +98,11 @@ impl Guard {
             return Ok(());
         };
         let refused = |found| {
-            let place = "header Authorization";
-            Problem::expected_found(
-                StatusCode::UNAUTHORIZED,
-                place,
-                "`Bearer` and the token of --control-token",
-                found,
-            )
+            let expected = "`Bearer` and the token of --control-token";
+            let status = StatusCode::UNAUTHORIZED;
+            Problem::expected_found(status, "header Authorization", expected, found)
         };
-        let mut all = headers.get_all(AUTHORIZATION).iter();
-        let presented = match (all.next(), all.next()) {
-            (Some(presented), None) => presented.as_bytes(),
-            (None, _) => return Err(refused("none")),
-            (Some(_), Some(_)) => return Err(refused("several")),
-        };
+        let presented = the_one(headers, AUTHORIZATION).map_err(refused)?.as_bytes();
         let (scheme, rest) = presented
             .split_at_checked("Bearer ".len())
             .unwrap_or((presented, b""));
@@ -134,6 +111,23 @@ impl Guard {
         } else {
             Err(refused("another one"))
         }
+    }
+}
+
+fn forbidden(place: &str, expected: impl Display, found: impl Display) -> Problem {
+    Problem::expected_found(StatusCode::FORBIDDEN, place, expected, found)
+}
+
+/// The value of a header that a request has once.
+///
+/// # Errors
+/// How often it has it instead.
+fn the_one(headers: &HeaderMap, name: HeaderName) -> Result<&HeaderValue, &'static str> {
+    let mut all = headers.get_all(name).iter();
+    match (all.next(), all.next()) {
+        (Some(value), None) => Ok(value),
+        (None, _) => Err("none"),
+        (Some(_), Some(_)) => Err("several"),
     }
 }
 
@@ -160,24 +154,13 @@ fn check_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
         let text = String::from_utf8_lossy(origin.as_bytes()).to_ascii_lowercase();
         if text.strip_prefix("http://") != Some(authority) {
             let expected = format!("none, or http://{authority}");
-            return Err(Problem::expected_found(
-                StatusCode::FORBIDDEN,
-                "header Origin",
-                expected,
-                text,
-            ));
+            return Err(forbidden("header Origin", expected, text));
         }
     }
     for site in headers.get_all(FETCH_SITE) {
         if site != "same-origin" && site != "none" {
-            let found = String::from_utf8_lossy(site.as_bytes()).into_owned();
-            let place = "header Sec-Fetch-Site";
-            return Err(Problem::expected_found(
-                StatusCode::FORBIDDEN,
-                place,
-                "same-origin or none",
-                found,
-            ));
+            let found = String::from_utf8_lossy(site.as_bytes());
+            return Err(forbidden("header Sec-Fetch-Site", "same-origin or none", found));
         }
     }
     Ok(())
@@ -198,12 +181,10 @@ fn check_content_type(method: &Method, headers: &HeaderMap) -> Result<(), Proble
     if is_json || (content_type.is_none() && !has_body) {
         return Ok(());
     }
-    let found = content_type.as_deref().unwrap_or("none").to_owned();
-    let place = "header Content-Type";
     Err(Problem::expected_found(
         StatusCode::UNSUPPORTED_MEDIA_TYPE,
-        place,
+        "header Content-Type",
         "application/json",
-        found,
+        content_type.as_deref().unwrap_or("none"),
     ))
 }

@@ -2,20 +2,26 @@
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
+use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
+use axum::extract::State;
 use axum::http::StatusCode;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::action::Action;
-use ts3100_driver::driver::request::{LinkAction, Reply, Request, View, WaitResult};
+use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
-use ts3100_driver::snapshot::SnapshotTask;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
+
+/// What a call uses, as a parameter of its handler.
+pub type Handle = State<DriverHandle>;
+/// What most calls answer: a document, or why they had no effect.
+pub type Answer<T> = Result<Json<T>, Problem>;
 
 /// The way to the driver.
 #[derive(Clone)]
@@ -47,51 +53,33 @@ impl DriverHandle {
         is_done.await.map_err(|_| Problem::shutting_down())
     }
 
-    /// Does something to the controller; when this returns it is done, and all that follows from it at once.
-    pub async fn action(&self, action: Action) -> Result<(), Problem> {
-        self.act(action, |_| ()).await
-    }
-
     /// Does something to the controller, and reads what has come of it, with all that follows from it at once.
     pub async fn act<T: Send + 'static>(
         &self,
         action: Action,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.try_request(look, |reply| Request::Action(action, reply))
-            .await
+        self.change(Request::Action, action, look).await
     }
 
-    /// Does something around the controller.
-    pub async fn link_action(&self, action: LinkAction) -> Result<(), Problem> {
-        self.try_request(|_| (), |reply| Request::LinkAction(action, reply))
-            .await
-    }
-
-    /// Has something done with snapshots, and reads what has come of it.
-    pub async fn snapshot<T: Send + 'static>(
+    /// As [`DriverHandle::act`], for every kind of request that can be refused.
+    pub async fn change<A, T: Send + 'static, E: Send + 'static>(
         &self,
-        task: SnapshotTask,
+        request: fn(A, Reply<Result<(), E>>) -> Request,
+        action: A,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
-    ) -> Result<T, Problem> {
-        self.try_request(look, |reply| Request::Snapshot(task, reply))
-            .await
-    }
-
-    async fn try_request<T: Send + 'static, E: Into<Problem> + Send + 'static>(
-        &self,
-        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
-        request: impl FnOnce(Reply<Result<(), E>>) -> Request,
-    ) -> Result<T, Problem> {
-        let result: Result<T, E> = self
-            .request(|done| {
-                request(Box::new(move |result, view| {
-                    // Fails only when nobody waits for it.
-                    let _ = done.send(result.map(|()| look(view)));
-                }))
-            })
-            .await?;
-        result.map_err(Into::into)
+    ) -> Result<T, Problem>
+    where
+        Problem: From<E>,
+    {
+        let send = |done: oneshot::Sender<Result<T, E>>| {
+            let reply = move |result: Result<(), E>, view: &View<'_>| {
+                // Fails only when nobody waits for it.
+                let _ = done.send(result.map(|()| look(view)));
+            };
+            request(action, Box::new(reply))
+        };
+        Ok(self.request(send).await??)
     }
 
     /// Looks at everything as it is now.
@@ -113,12 +101,9 @@ impl DriverHandle {
         let waited = timeout(wall, self.request(|done| Request::Wait(wait, done))).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
-            Err(Problem::expected_found(
-                StatusCode::REQUEST_TIMEOUT,
-                "wall",
-                format!("an end of the wait within {limit} s of the wall clock"),
-                "none",
-            ))
+            let expected = format!("an end of the wait within {limit} s of the wall clock");
+            let status = StatusCode::REQUEST_TIMEOUT;
+            Err(Problem::expected_found(status, "wall", expected, "none"))
         })
     }
 }

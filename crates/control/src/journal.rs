@@ -74,20 +74,6 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Records an input before the controller handles it.
-    pub fn input(&self, now: Time, input: &Input) {
-        self.lock().metrics.count_input(input);
-        if let Some(event) = ApiEvent::from_input(now, input) {
-            self.push(event);
-        }
-    }
-
-    /// Records an output of the controller.
-    pub fn output(&self, now: Time, output: &Output) {
-        self.lock().metrics.count_output(output);
-        self.push(ApiEvent::from_output(now, output));
-    }
-
     fn push(&self, mut event: ApiEvent) {
         let mut state = self.lock();
         state.count += 1;
@@ -156,11 +142,15 @@ pub struct JournalWriter(pub Arc<Journal>);
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        self.0.input(at, input);
+        self.0.lock().metrics.count_input(input);
+        if let Some(event) = ApiEvent::from_input(at, input) {
+            self.0.push(event);
+        }
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        self.0.output(at, output);
+        self.0.lock().metrics.count_output(output);
+        self.0.push(ApiEvent::from_output(at, output));
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
@@ -189,10 +179,10 @@ mod tests {
 
     #[test]
     fn what_is_forgotten_is_counted() {
-        let journal = Journal::default();
+        let journal = Arc::new(Journal::default());
         assert_eq!(journal.events_from(1, 10).next, 1);
         for _ in 0..KEPT_EVENTS + 3 {
-            journal.output(Time::ZERO, &Output::PowerOff);
+            JournalWriter(Arc::clone(&journal)).output(Time::ZERO, &Output::PowerOff);
         }
         let extract = journal.events_from(2, 2);
         assert_eq!((extract.missed, extract.next), (2, 6));

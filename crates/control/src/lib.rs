@@ -58,7 +58,6 @@ use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 use tracing::error;
 use ts3100_driver::driver::request::Request;
-use utoipa::openapi::OpenApi;
 
 /// The environment variable that says where `ts3100 ctl` finds the interface.
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
@@ -91,31 +90,6 @@ fn route_table() -> RouteTable {
     resources
         .into_iter()
         .fold(RouteTable::new(), |table, add| add(table))
-}
-
-/// The OpenAPI document of all calls.
-#[must_use]
-pub fn openapi_document() -> OpenApi {
-    route_table().into_parts(env!("CARGO_PKG_VERSION")).1
-}
-
-/// The operations of the OpenAPI document: path and method.
-#[must_use]
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-pub fn operations() -> Vec<(String, String)> {
-    let document = openapi_document();
-    let operations = route_table::operations(&document);
-    operations
-        .map(|(path, method, _)| {
-            let method = match method {
-                utoipa::openapi::HttpMethod::Put => "PUT",
-                utoipa::openapi::HttpMethod::Post => "POST",
-                utoipa::openapi::HttpMethod::Delete => "DELETE",
-                _ => "GET",
-            };
-            (path.to_owned(), method.to_owned())
-        })
-        .collect()
 }
 
 /// The bound socket of the interface; it answers once it is served.
@@ -169,10 +143,7 @@ impl Server {
 }
 
 fn router(handle: DriverHandle, guard: Guard) -> Router {
-    let (router, mut document) = route_table().into_parts(env!("CARGO_PKG_VERSION"));
-    if guard.token.is_some() {
-        route_table::require_token(&mut document);
-    }
+    let (router, document) = route_table().into_parts(guard.token.is_some());
     // It consists of texts and numbers only, which can always be written.
     let document: Arc<str> = document.to_json().unwrap_or_default().into();
     let open_api = move || {

@@ -2,18 +2,16 @@
 //!
 //! Line numbers and forcing are the controller's `signals` module.
 
-use super::body::{JsonBody, NoBody, PathParam, Seconds};
-use super::handle::DriverHandle;
+use super::body::{Json, NoBody, Path, Seconds};
+use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::routes;
 
 /// The lines of one direction.
@@ -74,6 +72,26 @@ fn default_on() -> bool {
     true
 }
 
+/// An input that a call names.
+#[derive(Deserialize, IntoParams)]
+#[serde(transparent)]
+#[into_params(parameter_in = Path)]
+struct Din {
+    /// Din number
+    #[param(minimum = 1, maximum = 264)]
+    line: u16,
+}
+
+/// An output that a call names.
+#[derive(Deserialize, IntoParams)]
+#[serde(transparent)]
+#[into_params(parameter_in = Path)]
+struct Dout {
+    /// Dout number
+    #[param(minimum = 1, maximum = 264)]
+    line: u16,
+}
+
 impl LineList {
     /// As they are now.
     pub fn new(view: &View<'_>, side: IoKind) -> LineList {
@@ -91,6 +109,17 @@ impl LineList {
     }
 }
 
+impl LineStatus {
+    fn new(view: &View<'_>, side: IoKind, line: u16) -> LineStatus {
+        let signals = view.controller.signals();
+        LineStatus {
+            line,
+            on: is_on(signals, side, line),
+            forced: signals.forced(side, line).is_some(),
+        }
+    }
+}
+
 fn is_on(signals: &Signals, side: IoKind, line: u16) -> bool {
     match side {
         IoKind::Input => signals.input(line),
@@ -98,33 +127,33 @@ fn is_on(signals: &Signals, side: IoKind, line: u16) -> bool {
     }
 }
 
-async fn line_status(handle: &DriverHandle, side: IoKind, line: u16) -> Result<Json<LineStatus>, Problem> {
-    if !Signals::exists(line) {
-        return Err(Problem::not_found(
-            "line",
-            "1-64, 101-164 or 201-264",
-            line.to_string(),
-        ));
+/// Refuses a number that no line has.
+pub fn require_line(line: u16) -> Result<(), Problem> {
+    if Signals::exists(line) {
+        return Ok(());
     }
-    let look = move |view: &View<'_>| {
-        let signals = view.controller.signals();
-        LineStatus {
-            line,
-            on: is_on(signals, side, line),
-            forced: signals.forced(side, line).is_some(),
-        }
-    };
-    Ok(Json(handle.query(look).await?))
+    Err(Problem::not_found("line", "1-64, 101-164 or 201-264", line))
 }
 
-async fn apply(
-    handle: &DriverHandle,
-    side: IoKind,
-    line: u16,
-    action: Action,
-) -> Result<Json<LineStatus>, Problem> {
-    handle.action(action).await?;
-    line_status(handle, side, line).await
+async fn look(handle: &DriverHandle, side: IoKind, line: u16) -> Answer<LineStatus> {
+    require_line(line)?;
+    let look = move |view: &View<'_>| LineStatus::new(view, side, line);
+    handle.query(look).await.map(Json)
+}
+
+async fn act(handle: &DriverHandle, side: IoKind, line: u16, action: Action) -> Answer<LineStatus> {
+    let look = move |view: &View<'_>| LineStatus::new(view, side, line);
+    handle.act(action, look).await.map(Json)
+}
+
+async fn pulse(handle: &DriverHandle, side: IoKind, line: u16, body: PulseRequest) -> Answer<LineStatus> {
+    let pulse = Action::Pulse {
+        side,
+        line,
+        on: body.on,
+        length: body.seconds.0,
+    };
+    act(handle, side, line, pulse).await
 }
 
 /// Adds the calls of this file.
@@ -135,172 +164,117 @@ pub fn add(table: RouteTable) -> RouteTable {
             "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
         )
         .routes(routes!(get_inputs))
-        .routes(routes!(get_input))
-        .routes(routes!(put_input))
+        .routes(routes!(get_input, put_input))
         .routes(routes!(pulse_input))
-        .routes(routes!(force_input))
-        .routes(routes!(release_input))
+        .routes(routes!(force_input, release_input))
         .routes(routes!(get_outputs))
-        .routes(routes!(get_output))
-        .routes(routes!(put_output))
+        .routes(routes!(get_output, put_output))
         .routes(routes!(pulse_output))
-        .routes(routes!(force_output))
-        .routes(routes!(release_output))
+        .routes(routes!(force_output, release_output))
 }
 
 /// All inputs
 #[utoipa::path(get, path = "/inputs", responses((status = 200, body = LineList)))]
-async fn get_inputs(State(handle): State<DriverHandle>) -> Result<Json<LineList>, Problem> {
-    Ok(Json(
-        handle.query(|view| LineList::new(view, IoKind::Input)).await?,
-    ))
+async fn get_inputs(handle: Handle) -> Answer<LineList> {
+    let look = |view: &View<'_>| LineList::new(view, IoKind::Input);
+    handle.query(look).await.map(Json)
 }
 
 /// One input
-#[utoipa::path(get, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number",
-    minimum = 1, maximum = 264)),
-    responses((status = 200, body = LineStatus)))]
-async fn get_input(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-) -> Result<Json<LineStatus>, Problem> {
-    line_status(&handle, IoKind::Input, line).await
+#[utoipa::path(get, path = "/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))]
+async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
+    look(&handle, IoKind::Input, line).await
 }
 
 /// Drive an input from outside
 ///
 /// It stays so until it is driven again.
-#[utoipa::path(put, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number",
-    minimum = 1, maximum = 264)),
-    request_body = SetLine, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_input(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<SetLine>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<SetLine>,
+) -> Answer<LineStatus> {
     let panel = PanelAction::InputLine { line, on: body.on };
-    apply(&handle, IoKind::Input, line, Action::Panel(panel)).await
+    act(&handle, IoKind::Input, line, Action::Panel(panel)).await
 }
 
 /// Drive an input for a time, then the other way
-#[utoipa::path(post, path = "/inputs/{line}/pulse", params(("line" = u16, Path, description = "Din number",
-    minimum = 1, maximum = 264)),
-    request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(post, path = "/inputs/{line}/pulse", params(Din), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_input(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<PulseRequest>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<PulseRequest>,
+) -> Answer<LineStatus> {
     pulse(&handle, IoKind::Input, line, body).await
 }
 
-async fn pulse(
-    handle: &DriverHandle,
-    side: IoKind,
-    line: u16,
-    body: PulseRequest,
-) -> Result<Json<LineStatus>, Problem> {
-    let pulse = Action::Pulse {
-        side,
-        line,
-        on: body.on,
-        length: body.seconds.0,
-    };
-    apply(handle, side, line, pulse).await
-}
-
 /// Force an input: it shows this state whatever drives it, until it is released
-#[utoipa::path(put, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number",
-    minimum = 1, maximum = 264)),
-    request_body = SetLine, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_input(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<SetLine>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Din { line }): Path<Din>,
+    Json(body): Json<SetLine>,
+) -> Answer<LineStatus> {
     let (side, on) = (IoKind::Input, body.on);
-    apply(&handle, side, line, Action::Force { side, line, on }).await
+    act(&handle, side, line, Action::Force { side, line, on }).await
 }
 
 /// Release a forced input
-#[utoipa::path(delete, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number",
-    minimum = 1, maximum = 264)),
-    responses((status = 200, body = LineStatus)))]
-async fn release_input(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    _: NoBody,
-) -> Result<Json<LineStatus>, Problem> {
+#[utoipa::path(delete, path = "/inputs/{line}/force", params(Din), responses((status = 200, body = LineStatus)))]
+async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Input;
-    apply(&handle, side, line, Action::Release { side, line }).await
+    act(&handle, side, line, Action::Release { side, line }).await
 }
 
 /// All outputs
 #[utoipa::path(get, path = "/outputs", responses((status = 200, body = LineList)))]
-async fn get_outputs(State(handle): State<DriverHandle>) -> Result<Json<LineList>, Problem> {
-    Ok(Json(
-        handle.query(|view| LineList::new(view, IoKind::Output)).await?,
-    ))
+async fn get_outputs(handle: Handle) -> Answer<LineList> {
+    let look = |view: &View<'_>| LineList::new(view, IoKind::Output);
+    handle.query(look).await.map(Json)
 }
 
 /// One output
-#[utoipa::path(get, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number",
-    minimum = 1, maximum = 264)),
-    responses((status = 200, body = LineStatus)))]
-async fn get_output(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-) -> Result<Json<LineStatus>, Problem> {
-    line_status(&handle, IoKind::Output, line).await
+#[utoipa::path(get, path = "/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))]
+async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
+    look(&handle, IoKind::Output, line).await
 }
 
 /// Set a user output, as the command IW does: 1-64, 101-164, 201-208
-#[utoipa::path(put, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number",
-    minimum = 1, maximum = 264)),
-    request_body = SetLine, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_output(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<SetLine>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<SetLine>,
+) -> Answer<LineStatus> {
     let set = Action::SetOutput { line, on: body.on };
-    apply(&handle, IoKind::Output, line, set).await
+    act(&handle, IoKind::Output, line, set).await
 }
 
 /// Switch a user output on for a time
-#[utoipa::path(post, path = "/outputs/{line}/pulse", params(("line" = u16, Path, description = "Dout number",
-    minimum = 1, maximum = 264)),
-    request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(post, path = "/outputs/{line}/pulse", params(Dout), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_output(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<PulseRequest>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<PulseRequest>,
+) -> Answer<LineStatus> {
     pulse(&handle, IoKind::Output, line, body).await
 }
 
 /// Force an output: it shows this state whatever the program does, until it is released or the power goes off
-#[utoipa::path(put, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number",
-    minimum = 1, maximum = 264)),
-    request_body = SetLine, responses((status = 200, body = LineStatus)))]
+#[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_output(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    JsonBody(body): JsonBody<SetLine>,
-) -> Result<Json<LineStatus>, Problem> {
+    handle: Handle,
+    Path(Dout { line }): Path<Dout>,
+    Json(body): Json<SetLine>,
+) -> Answer<LineStatus> {
     let (side, on) = (IoKind::Output, body.on);
-    apply(&handle, side, line, Action::Force { side, line, on }).await
+    act(&handle, side, line, Action::Force { side, line, on }).await
 }
 
 /// Release a forced output
-#[utoipa::path(delete, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number",
-    minimum = 1, maximum = 264)),
-    responses((status = 200, body = LineStatus)))]
-async fn release_output(
-    State(handle): State<DriverHandle>,
-    PathParam(line): PathParam<u16>,
-    _: NoBody,
-) -> Result<Json<LineStatus>, Problem> {
+#[utoipa::path(delete, path = "/outputs/{line}/force", params(Dout), responses((status = 200, body = LineStatus)))]
+async fn release_output(handle: Handle, Path(Dout { line }): Path<Dout>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Output;
-    apply(&handle, side, line, Action::Release { side, line }).await
+    act(&handle, side, line, Action::Release { side, line }).await
 }

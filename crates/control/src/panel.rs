@@ -3,20 +3,16 @@
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, StatusName};
-use super::body::{JsonBody, NoBody};
-use super::handle::DriverHandle;
-use super::problem::Problem;
+use super::body::{Json, NoBody};
+use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
 use ts3100_driver::driver::request::View;
+use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
-
-type Answer<T> = Result<Json<T>, Problem>;
 
 /// Position of the key switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
@@ -78,7 +74,9 @@ pub struct ProgramStatus {
     /// The selected file; empty when none is.
     file: String,
     /// Execution status.
-    status: StatusName,
+    #[serde(with = "StatusName")]
+    #[schema(value_type = StatusName)]
+    status: ExecutionStatus,
     /// File line at which the program stands; 0 when no file is selected.
     line: u32,
 }
@@ -89,7 +87,7 @@ impl ProgramStatus {
         let controller = view.controller;
         ProgramStatus {
             file: controller.selected().to_owned(),
-            status: controller.status().into(),
+            status: controller.status(),
             line: controller.line(),
         }
     }
@@ -102,22 +100,14 @@ pub fn add(table: RouteTable) -> RouteTable {
             "panel",
             "Key switch, control right, switches and buttons of the operating panel.",
         )
-        .routes(routes!(get_key_switch))
-        .routes(routes!(put_key_switch))
-        .routes(routes!(get_control_right))
-        .routes(routes!(put_control_right))
-        .routes(routes!(get_emergency_stop))
-        .routes(routes!(put_emergency_stop))
-        .routes(routes!(get_safety_switch))
-        .routes(routes!(put_safety_switch))
-        .routes(routes!(get_servo))
-        .routes(routes!(put_servo))
-        .routes(routes!(get_feed_hold))
-        .routes(routes!(put_feed_hold))
-        .routes(routes!(get_machine_lock))
-        .routes(routes!(put_machine_lock))
-        .routes(routes!(get_battery))
-        .routes(routes!(put_battery))
+        .routes(routes!(get_key_switch, put_key_switch))
+        .routes(routes!(get_control_right, put_control_right))
+        .routes(routes!(get_emergency_stop, put_emergency_stop))
+        .routes(routes!(get_safety_switch, put_safety_switch))
+        .routes(routes!(get_servo, put_servo))
+        .routes(routes!(get_feed_hold, put_feed_hold))
+        .routes(routes!(get_machine_lock, put_machine_lock))
+        .routes(routes!(get_battery, put_battery))
         .routes(routes!(get_program))
         .routes(routes!(start))
         .routes(routes!(stop))
@@ -125,8 +115,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Position of the key switch
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
-async fn get_key_switch(State(handle): State<DriverHandle>) -> Answer<KeySwitch> {
-    Ok(Json(handle.query(key_switch).await?))
+async fn get_key_switch(handle: Handle) -> Answer<KeySwitch> {
+    handle.query(key_switch).await.map(Json)
 }
 
 fn key_switch(view: &View<'_>) -> KeySwitch {
@@ -138,18 +128,15 @@ fn key_switch(view: &View<'_>) -> KeySwitch {
 ///
 /// A program that runs stops behind its present step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
-async fn put_key_switch(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<KeySwitch>,
-) -> Answer<KeySwitch> {
+async fn put_key_switch(handle: Handle, Json(body): Json<KeySwitch>) -> Answer<KeySwitch> {
     let panel = PanelAction::Key(body.position);
-    Ok(Json(handle.act(Action::Panel(panel), key_switch).await?))
+    handle.act(Action::Panel(panel), key_switch).await.map(Json)
 }
 
 /// Who commands the robot in EXT
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
-async fn get_control_right(State(handle): State<DriverHandle>) -> Answer<ControlRight> {
-    Ok(Json(handle.query(control_right).await?))
+async fn get_control_right(handle: Handle) -> Answer<ControlRight> {
+    handle.query(control_right).await.map(Json)
 }
 
 fn control_right(view: &View<'_>) -> ControlRight {
@@ -160,18 +147,15 @@ fn control_right(view: &View<'_>) -> ControlRight {
 /// Set the parameter EXTERNAL mode control right
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
-async fn put_control_right(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<ControlRight>,
-) -> Answer<ControlRight> {
+async fn put_control_right(handle: Handle, Json(body): Json<ControlRight>) -> Answer<ControlRight> {
     let panel = PanelAction::ControlRight(body.holder);
-    Ok(Json(handle.act(Action::Panel(panel), control_right).await?))
+    handle.act(Action::Panel(panel), control_right).await.map(Json)
 }
 
 /// Whether the emergency stop is pressed
 #[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
-async fn get_emergency_stop(State(handle): State<DriverHandle>) -> Answer<Button> {
-    Ok(Json(handle.query(emergency_stop).await?))
+async fn get_emergency_stop(handle: Handle) -> Answer<Button> {
+    handle.query(emergency_stop).await.map(Json)
 }
 
 fn emergency_stop(view: &View<'_>) -> Button {
@@ -183,18 +167,15 @@ fn emergency_stop(view: &View<'_>) -> Button {
 ///
 /// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
-async fn put_emergency_stop(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<Button>,
-) -> Answer<Button> {
+async fn put_emergency_stop(handle: Handle, Json(body): Json<Button>) -> Answer<Button> {
     let panel = PanelAction::EmergencyStop(body.pressed);
-    Ok(Json(handle.act(Action::Panel(panel), emergency_stop).await?))
+    handle.act(Action::Panel(panel), emergency_stop).await.map(Json)
 }
 
 /// Whether the safety switch is open
 #[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = SafetySwitch)))]
-async fn get_safety_switch(State(handle): State<DriverHandle>) -> Answer<SafetySwitch> {
-    Ok(Json(handle.query(safety_switch).await?))
+async fn get_safety_switch(handle: Handle) -> Answer<SafetySwitch> {
+    handle.query(safety_switch).await.map(Json)
 }
 
 fn safety_switch(view: &View<'_>) -> SafetySwitch {
@@ -204,18 +185,15 @@ fn safety_switch(view: &View<'_>) -> SafetySwitch {
 
 /// Open or close the safety switch
 #[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
-async fn put_safety_switch(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<SafetySwitch>,
-) -> Answer<SafetySwitch> {
+async fn put_safety_switch(handle: Handle, Json(body): Json<SafetySwitch>) -> Answer<SafetySwitch> {
     let panel = PanelAction::SafetySwitch(body.open);
-    Ok(Json(handle.act(Action::Panel(panel), safety_switch).await?))
+    handle.act(Action::Panel(panel), safety_switch).await.map(Json)
 }
 
 /// Whether servo power is on
 #[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
-async fn get_servo(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    Ok(Json(handle.query(servo).await?))
+async fn get_servo(handle: Handle) -> Answer<Switch> {
+    handle.query(servo).await.map(Json)
 }
 
 fn servo(view: &View<'_>) -> Switch {
@@ -228,15 +206,15 @@ fn servo(view: &View<'_>) -> Switch {
 /// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
 /// level 8 is active.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_servo(State(handle): State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
+async fn put_servo(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::Servo(body.on);
-    Ok(Json(handle.act(Action::Panel(panel), servo).await?))
+    handle.act(Action::Panel(panel), servo).await.map(Json)
 }
 
 /// Whether feed hold is on
 #[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
-async fn get_feed_hold(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    Ok(Json(handle.query(feed_hold).await?))
+async fn get_feed_hold(handle: Handle) -> Answer<Switch> {
+    handle.query(feed_hold).await.map(Json)
 }
 
 fn feed_hold(view: &View<'_>) -> Switch {
@@ -246,17 +224,14 @@ fn feed_hold(view: &View<'_>) -> Switch {
 
 /// Turn feed hold on or off
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_feed_hold(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<Switch>,
-) -> Answer<Switch> {
-    Ok(Json(handle.act(Action::FeedHold(body.on), feed_hold).await?))
+async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
+    handle.act(Action::FeedHold(body.on), feed_hold).await.map(Json)
 }
 
 /// Whether the machine lock is on
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
-async fn get_machine_lock(State(handle): State<DriverHandle>) -> Answer<Switch> {
-    Ok(Json(handle.query(machine_lock).await?))
+async fn get_machine_lock(handle: Handle) -> Answer<Switch> {
+    handle.query(machine_lock).await.map(Json)
 }
 
 fn machine_lock(view: &View<'_>) -> Switch {
@@ -266,18 +241,15 @@ fn machine_lock(view: &View<'_>) -> Switch {
 
 /// Turn the machine lock on or off: programs run without the arm moving
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_machine_lock(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<Switch>,
-) -> Answer<Switch> {
+async fn put_machine_lock(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::MachineLock(body.on);
-    Ok(Json(handle.act(Action::Panel(panel), machine_lock).await?))
+    handle.act(Action::Panel(panel), machine_lock).await.map(Json)
 }
 
 /// Whether the battery of the RAM drive is low
 #[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
-async fn get_battery(State(handle): State<DriverHandle>) -> Answer<Battery> {
-    Ok(Json(handle.query(battery).await?))
+async fn get_battery(handle: Handle) -> Answer<Battery> {
+    handle.query(battery).await.map(Json)
 }
 
 fn battery(view: &View<'_>) -> Battery {
@@ -287,36 +259,33 @@ fn battery(view: &View<'_>) -> Battery {
 
 /// Make the battery low or good
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
-async fn put_battery(
-    State(handle): State<DriverHandle>,
-    JsonBody(body): JsonBody<Battery>,
-) -> Answer<Battery> {
+async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
-    Ok(Json(handle.act(Action::Panel(panel), battery).await?))
+    handle.act(Action::Panel(panel), battery).await.map(Json)
 }
 
 /// Where the selected program stands
 #[utoipa::path(get, path = "/program", responses((status = 200, body = ProgramStatus)))]
-async fn get_program(State(handle): State<DriverHandle>) -> Answer<ProgramStatus> {
-    Ok(Json(handle.query(ProgramStatus::new).await?))
+async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
+    handle.query(ProgramStatus::new).await.map(Json)
 }
 
 /// Press START: the selected program starts or goes on, whatever the control right
 #[utoipa::path(post, path = "/program/start", responses((status = 200, body = ProgramStatus)))]
-async fn start(State(handle): State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
-    Ok(Json(
-        handle
-            .act(Action::Panel(PanelAction::Start), ProgramStatus::new)
-            .await?,
-    ))
+async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+    let panel = PanelAction::Start;
+    handle
+        .act(Action::Panel(panel), ProgramStatus::new)
+        .await
+        .map(Json)
 }
 
 /// Press STOP: the program stops behind its present step
 #[utoipa::path(post, path = "/program/stop", responses((status = 200, body = ProgramStatus)))]
-async fn stop(State(handle): State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
-    Ok(Json(
-        handle
-            .act(Action::Panel(PanelAction::Stop), ProgramStatus::new)
-            .await?,
-    ))
+async fn stop(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+    let panel = PanelAction::Stop;
+    handle
+        .act(Action::Panel(panel), ProgramStatus::new)
+        .await
+        .map(Json)
 }

@@ -2,12 +2,11 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::handle::DriverHandle;
-use super::problem::Problem;
+use super::body::Json;
+use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
+use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::request::View;
 use ts3100_proto::parameter::SerialSettings;
@@ -89,10 +88,6 @@ impl SerialParameters {
     }
 }
 
-fn dotted([a, b, c, d]: [u8; 4]) -> String {
-    format!("{a}.{b}.{c}.{d}")
-}
-
 impl Parameters {
     /// As of the last power-on.
     pub fn new(view: &View<'_>) -> Parameters {
@@ -103,15 +98,15 @@ impl Parameters {
             open_mode: ethernet.open_mode[index].number(),
             own_port: ethernet.own_port[index],
             peer_port: ethernet.peer_port[index],
-            peer_address: dotted(ethernet.peer_address[index]),
+            peer_address: Ipv4Addr::from(ethernet.peer_address[index]).to_string(),
             alarm_level: ethernet.alarm_level[index].map(AlarmLevel::number),
         });
         Parameters {
             ethernet: EthernetParameters {
-                address: dotted(ethernet.address),
+                address: Ipv4Addr::from(ethernet.address).to_string(),
                 name: ethernet.name.clone(),
-                mask: dotted(ethernet.mask),
-                gateway: dotted(ethernet.gateway),
+                mask: Ipv4Addr::from(ethernet.mask).to_string(),
+                gateway: Ipv4Addr::from(ethernet.gateway).to_string(),
                 community: ethernet.community.clone(),
                 dhcp: ethernet.dhcp,
                 channels: channels.collect(),
@@ -133,6 +128,6 @@ pub fn add(table: RouteTable) -> RouteTable {
 ///
 /// Put the files USER.PAR and ETHERNET.PAR on the RAM drive and turn the power off and on to change them.
 #[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
-async fn get_parameters(State(handle): State<DriverHandle>) -> Result<Json<Parameters>, Problem> {
-    Ok(Json(handle.query(Parameters::new).await?))
+async fn get_parameters(handle: Handle) -> Answer<Parameters> {
+    handle.query(Parameters::new).await.map(Json)
 }

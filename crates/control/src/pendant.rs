@@ -2,14 +2,11 @@
 //!
 //! The pages are made by the controller.
 
-use super::body::JsonBody;
-use super::handle::DriverHandle;
+use super::body::Json;
+use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use super::state::{PendantPage, ether_pages};
-use axum::Json;
-use axum::extract::State;
-use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
@@ -40,6 +37,15 @@ pub struct KeysRequest {
     keys: String,
 }
 
+impl PendantStatus {
+    fn new(view: &View<'_>) -> PendantStatus {
+        PendantStatus {
+            text: view.controller.pendant().to_owned(),
+            ether_pages: ether_pages(view),
+        }
+    }
+}
+
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
@@ -50,31 +56,22 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// What the teach pendant shows
 #[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
-async fn get_pendant(State(handle): State<DriverHandle>) -> Result<Json<PendantStatus>, Problem> {
-    let look = |view: &View<'_>| PendantStatus {
-        text: view.controller.pendant().to_owned(),
-        ether_pages: ether_pages(view),
-    };
-    Ok(Json(handle.query(look).await?))
+async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
+    handle.query(PendantStatus::new).await.map(Json)
 }
 
 /// Type at the teach pendant, for INPUT without a channel
 #[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
-async fn press_keys(
-    state: State<DriverHandle>,
-    JsonBody(body): JsonBody<KeysRequest>,
-) -> Result<Json<PendantStatus>, Problem> {
+async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();
     if keys.is_empty() || keys.len() > MAX_KEYS || !keys.chars().all(typed) {
         let expected = format!("1 to {MAX_KEYS} characters of ASCII or \\r");
-        return Err(Problem::expected_found(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "keys",
-            expected,
-            format!("{keys:?}"),
-        ));
+        return Err(Problem::invalid("keys", expected, format!("{keys:?}")));
     }
-    state.action(Action::Panel(PanelAction::Keys(keys))).await?;
-    get_pendant(state).await
+    let panel = PanelAction::Keys(keys);
+    handle
+        .act(Action::Panel(panel), PendantStatus::new)
+        .await
+        .map(Json)
 }

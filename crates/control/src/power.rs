@@ -2,16 +2,13 @@
 //!
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
-use super::body::NoBody;
-use super::handle::DriverHandle;
-use super::problem::Problem;
+use super::body::{Json, NoBody};
+use super::handle::{Answer, Handle};
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
-use ts3100_driver::driver::request::{LinkAction, View};
+use ts3100_driver::driver::request::{LinkAction, Request, View};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -34,7 +31,19 @@ pub struct OpenPort {
     accepts: u16,
 }
 
-type Answer = Result<Json<PowerStatus>, Problem>;
+impl PowerStatus {
+    fn new(view: &View<'_>) -> PowerStatus {
+        let ports = view.ports.iter();
+        let ports = ports.map(|(port, accepts)| OpenPort {
+            port: port.name(),
+            accepts: *accepts,
+        });
+        PowerStatus {
+            on: view.controller.state().powered,
+            ports: ports.collect(),
+        }
+    }
+}
 
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
@@ -49,40 +58,27 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Whether the power is on
 #[utoipa::path(get, path = "/power", responses((status = 200, body = PowerStatus)))]
-async fn get_power(State(handle): State<DriverHandle>) -> Answer {
-    let look = |view: &View<'_>| PowerStatus {
-        on: view.controller.state().powered,
-        ports: view
-            .ports
-            .iter()
-            .map(|(port, accepts)| OpenPort {
-                port: port.name(),
-                accepts: *accepts,
-            })
-            .collect(),
-    };
-    Ok(Json(handle.query(look).await?))
+async fn get_power(handle: Handle) -> Answer<PowerStatus> {
+    handle.query(PowerStatus::new).await.map(Json)
 }
 
 /// Turn the power off: every connection ends, no port is open
 #[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerStatus)))]
-async fn power_off(state: State<DriverHandle>, _: NoBody) -> Answer {
-    state.action(Action::PowerOff).await?;
-    get_power(state).await
+async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+    handle.act(Action::PowerOff, PowerStatus::new).await.map(Json)
 }
 
 /// Turn the power on: as at power-on; the RAM drive, the posture and the selection are as they were
 #[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerStatus)))]
-async fn power_on(state: State<DriverHandle>, _: NoBody) -> Answer {
-    state.action(Action::PowerOn).await?;
-    get_power(state).await
+async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+    handle.act(Action::PowerOn, PowerStatus::new).await.map(Json)
 }
 
 /// Turn the power off and on
 #[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
-async fn power_cycle(state: State<DriverHandle>, _: NoBody) -> Answer {
-    state.action(Action::Panel(PanelAction::PowerCycle)).await?;
-    get_power(state).await
+async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+    let panel = PanelAction::PowerCycle;
+    handle.act(Action::Panel(panel), PowerStatus::new).await.map(Json)
 }
 
 /// Everything as when the emulator was started, for between tests
@@ -90,7 +86,7 @@ async fn power_cycle(state: State<DriverHandle>, _: NoBody) -> Answer {
 /// Files, variables, lines, alarms, forces and findings; time begins at 0 again; connections are closed; the TCP ports
 /// and the way time passes stay. Events and counters go on.
 #[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerStatus)))]
-async fn reset(state: State<DriverHandle>, _: NoBody) -> Answer {
-    state.link_action(LinkAction::Reset).await?;
-    get_power(state).await
+async fn reset(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+    let reset = handle.change(Request::LinkAction, LinkAction::Reset, PowerStatus::new);
+    reset.await.map(Json)
 }

@@ -5,8 +5,10 @@
 use crate::printable::printable;
 use axum::Json;
 use axum::http::StatusCode;
+use axum::http::header::WWW_AUTHENTICATE;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
+use std::fmt::Display;
 use ts3100_controller::action::{ActionError, ActionErrorKind};
 use utoipa::ToSchema;
 
@@ -30,10 +32,10 @@ pub struct Problem {
 
 impl Problem {
     /// A problem in one sentence.
-    pub fn new(status: StatusCode, error: impl Into<String>) -> Problem {
+    pub fn new(status: StatusCode, error: impl Display) -> Problem {
         Problem {
             status,
-            error: printable(error.into()),
+            error: printable(error),
             expected: None,
             found: None,
             place: None,
@@ -43,15 +45,11 @@ impl Problem {
     /// A problem with its parts; the sentence is made of them.
     pub fn expected_found(
         status: StatusCode,
-        place: impl Into<String>,
-        expected: impl Into<String>,
-        found: impl Into<String>,
+        place: impl Display,
+        expected: impl Display,
+        found: impl Display,
     ) -> Problem {
-        let (place, expected, found) = (
-            printable(place.into()),
-            printable(expected.into()),
-            printable(found.into()),
-        );
+        let (place, expected, found) = (printable(place), printable(expected), printable(found));
         Problem {
             status,
             error: format!("{place}: {expected} expected, {found} found"),
@@ -61,8 +59,18 @@ impl Problem {
         }
     }
 
+    /// A value of the body that the OpenAPI document does not allow.
+    pub fn invalid(place: &str, expected: impl Display, found: impl Display) -> Problem {
+        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, place, expected, found)
+    }
+
+    /// A part of the request that cannot be read.
+    pub fn unreadable(place: &str, expected: &str, found: impl Display) -> Problem {
+        Problem::expected_found(StatusCode::BAD_REQUEST, place, expected, found)
+    }
+
     /// There is no such thing.
-    pub fn not_found(place: &str, expected: &str, found: impl Into<String>) -> Problem {
+    pub fn not_found(place: &str, expected: impl Display, found: impl Display) -> Problem {
         Problem::expected_found(StatusCode::NOT_FOUND, place, expected, found)
     }
 
@@ -80,17 +88,16 @@ impl From<ActionError> for Problem {
             ActionErrorKind::NotPersisted => StatusCode::INSUFFICIENT_STORAGE,
         };
         Problem {
-            status,
             error: printable(&refusal),
-            expected: Some(printable(refusal.expected)),
-            found: Some(printable(refusal.found)),
-            place: Some(printable(refusal.place)),
+            ..Problem::expected_found(status, refusal.place, refusal.expected, refusal.found)
         }
     }
 }
 
 impl IntoResponse for Problem {
     fn into_response(self) -> Response {
-        (self.status, Json(self)).into_response()
+        let status = self.status;
+        let challenge = (status == StatusCode::UNAUTHORIZED).then_some([(WWW_AUTHENTICATE, "Bearer")]);
+        (status, challenge, Json(self)).into_response()
     }
 }

@@ -7,12 +7,10 @@ use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
-use utoipa::openapi::path::{HttpMethod, Operation, PathItem, Paths};
+use utoipa::openapi::path::{Operation, PathItem, Paths};
 use utoipa::openapi::schema::{AdditionalProperties, Schema};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
-use utoipa::openapi::{
-    Components, ContentBuilder, Info, License, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder, Tag,
-};
+use utoipa::openapi::{Components, Content, Info, License, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
 use utoipa::{PartialSchema as _, ToSchema as _};
 use utoipa_axum::router::UtoipaMethodRouter;
 
@@ -77,9 +75,9 @@ impl RouteTable {
         self
     }
 
-    /// The router, the document not yet in it.
-    pub fn into_parts(self, version: &str) -> (Router<DriverHandle>, OpenApi) {
-        let mut info = Info::new("TS3100 control interface", version);
+    /// The router, and the document, which is not in it yet and says for all calls whether they need a token.
+    pub fn into_parts(self, needs_token: bool) -> (Router<DriverHandle>, OpenApi) {
+        let mut info = Info::new("TS3100 control interface", env!("CARGO_PKG_VERSION"));
         info.description = Some(DESCRIPTION.to_owned());
         info.license = Some(License::new("MIT OR Apache-2.0"));
         let mut components = Components::new();
@@ -90,24 +88,17 @@ impl RouteTable {
             .for_each(forbid_additional_properties);
         let scheme = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).build();
         components.add_security_scheme("token", SecurityScheme::Http(scheme));
-        let document = OpenApiBuilder::new()
-            .info(info)
-            .paths(self.paths)
-            .components(Some(components))
-            .tags(Some(self.tags))
-            .build();
+        let mut document = OpenApi::new(info, self.paths);
+        document.components = Some(components);
+        document.tags = Some(self.tags);
+        let no_scopes: [&str; 0] = [];
+        document.security = needs_token.then(|| vec![SecurityRequirement::new("token", no_scopes)]);
         let router = self
             .router
             .fallback(no_such_path)
             .method_not_allowed_fallback(no_such_method);
         (router, document)
     }
-}
-
-/// Whether a token is needed is said once for all calls.
-pub fn require_token(document: &mut OpenApi) {
-    let scopes: [&str; 0] = [];
-    document.security = Some(vec![SecurityRequirement::new("token", scopes)]);
 }
 
 /// Exactly one of several keys: the document says of each alternative that it has no others.
@@ -122,28 +113,6 @@ fn forbid_additional_properties(schema: &mut RefOr<Schema>) {
             object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
         }
     }
-}
-
-/// The operations of a document by path and method.
-pub fn operations(document: &OpenApi) -> impl Iterator<Item = (&str, HttpMethod, &Operation)> {
-    document.paths.paths.iter().flat_map(|(path, item)| {
-        let PathItem {
-            get,
-            put,
-            post,
-            delete,
-            ..
-        } = item;
-        let named = [
-            (HttpMethod::Get, get),
-            (HttpMethod::Put, put),
-            (HttpMethod::Post, post),
-            (HttpMethod::Delete, delete),
-        ];
-        named
-            .into_iter()
-            .filter_map(move |(method, operation)| Some((path.as_str(), method, operation.as_ref()?)))
-    })
 }
 
 /// The refusals that every call shares.
@@ -172,9 +141,7 @@ fn add_error_responses(operation: &mut Operation, changes: bool) {
         ]);
     }
     for (status, description) in refusals {
-        let content = ContentBuilder::new()
-            .schema(Some(Ref::from_schema_name(Problem::name())))
-            .build();
+        let content = Content::new(Some(Ref::from_schema_name(Problem::name())));
         let response = ResponseBuilder::new()
             .description(description)
             .content("application/json", content)
@@ -193,10 +160,5 @@ async fn no_such_path(uri: Uri) -> Problem {
 
 async fn no_such_method(method: Method, uri: Uri) -> Problem {
     let expected = format!("a method that /openapi.json lists for {}", uri.path());
-    Problem::expected_found(
-        StatusCode::METHOD_NOT_ALLOWED,
-        "method",
-        expected,
-        method.as_str(),
-    )
+    Problem::expected_found(StatusCode::METHOD_NOT_ALLOWED, "method", expected, method)
 }

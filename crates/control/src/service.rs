@@ -2,16 +2,16 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
+use super::body::Json;
 use super::event::{ApiEvent, seconds};
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
 use super::metrics::Gauge;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;
+use ts3100_controller::Port;
 use ts3100_driver::driver::request::View;
 use ts3100_driver::store::backing::BackingStatus;
 use ts3100_proto::status::ExecutionStatus;
@@ -86,32 +86,32 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Whether the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
-async fn get_health(State(handle): State<DriverHandle>) -> Result<Json<Health>, Problem> {
+async fn get_health(handle: Handle) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
         power: view.controller.state().powered,
         t: seconds(view.controller.now()),
         drive: view.backing.map(DriveHealth::new),
     };
-    Ok(Json(handle.query(look).await?))
+    handle.query(look).await.map(Json)
 }
 
 /// What runs here
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
-async fn get_version(State(handle): State<DriverHandle>) -> Result<Json<Version>, Problem> {
+async fn get_version(handle: Handle) -> Answer<Version> {
     let look = |view: &View<'_>| Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
         controller: view.controller.config().controller.name(),
         model: view.controller.config().model.name.clone(),
     };
-    Ok(Json(handle.query(look).await?))
+    handle.query(look).await.map(Json)
 }
 
 /// Counters and gauges in the text format of Prometheus
 #[utoipa::path(get, path = "/metrics",
     responses((status = 200, body = String, content_type = "text/plain")))]
-async fn get_metrics(State(handle): State<DriverHandle>) -> Result<impl IntoResponse, Problem> {
+async fn get_metrics(handle: Handle) -> Result<impl IntoResponse, Problem> {
     let gauges = handle.query(gauges).await?;
     let text = handle.journal.metrics().to_prometheus(&gauges);
     Ok(([(CONTENT_TYPE, PROMETHEUS)], text))
@@ -120,8 +120,8 @@ async fn get_metrics(State(handle): State<DriverHandle>) -> Result<impl IntoResp
 fn gauges(view: &View<'_>) -> Vec<Gauge> {
     let controller = view.controller;
     let state = controller.state();
-    let peers = controller.ports().into_iter();
-    let peers = peers.filter(|port| port.peer.is_some()).count();
+    let has_peer = |port: &Port| controller.peer_of(*port).is_some();
+    let peers = Port::ALL.into_iter().filter(has_peer).count();
     let gauge = |name, help, value: f64| Gauge { name, help, value };
     let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));
     #[expect(clippy::cast_precision_loss, reason = "there are six ports and 32 alarms")]
@@ -176,7 +176,7 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
 
 /// What hosts did that the manual advises against or that was forgiven, the last 1024, oldest first
 #[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<ApiEvent>)))]
-async fn get_findings(State(handle): State<DriverHandle>) -> Result<Json<Vec<ApiEvent>>, Problem> {
+async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;
     let findings = handle.journal.findings();

@@ -3,19 +3,17 @@
 //!
 //! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
-use super::body::{NoBody, PathParam, SnapshotText};
+use super::body::{Json, NoBody, Path, SnapshotText};
 use super::event::seconds;
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;
 use ts3100_controller::{Controller, Time};
-use ts3100_driver::driver::request::View;
+use ts3100_driver::driver::request::{Request, View};
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
@@ -50,8 +48,6 @@ impl SnapshotList {
     }
 }
 
-type Answer = Result<Json<SnapshotList>, Problem>;
-
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
@@ -60,30 +56,24 @@ pub fn add(table: RouteTable) -> RouteTable {
             "The whole controller at a moment, kept and put back.",
         )
         .routes(routes!(get_snapshots))
-        .routes(routes!(put_snapshot))
+        .routes(routes!(get_named, put_snapshot, delete_snapshot))
         .routes(routes!(restore_snapshot))
-        .routes(routes!(delete_snapshot))
-        .routes(routes!(get_named))
-        .routes(routes!(get_snapshot))
-        .routes(routes!(load_snapshot))
+        .routes(routes!(get_snapshot, load_snapshot))
 }
 
 /// The snapshots there are
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
-async fn get_snapshots(State(handle): State<DriverHandle>) -> Answer {
-    Ok(Json(handle.query(SnapshotList::new).await?))
+async fn get_snapshots(handle: Handle) -> Answer<SnapshotList> {
+    handle.query(SnapshotList::new).await.map(Json)
 }
 
 /// Keep the present state under a name, in place of one of the same name
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Answer {
+async fn put_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Save(name);
-    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
+    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
+    change.await.map(Json)
 }
 
 /// Go on from the state of that name
@@ -92,25 +82,19 @@ async fn put_snapshot(
 /// under way end unreached.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn restore_snapshot(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Answer {
+async fn restore_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Restore(name);
-    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
+    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
+    change.await.map(Json)
 }
 
 /// Forget the state of that name
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = SnapshotList)))]
-async fn delete_snapshot(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    _: NoBody,
-) -> Answer {
+async fn delete_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Remove(name);
-    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
+    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
+    change.await.map(Json)
 }
 
 /// A state as the file of a snapshot has it.
@@ -124,17 +108,14 @@ fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
 /// The state of that name as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = serde_json::Value)))]
-async fn get_named(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-) -> Result<impl IntoResponse, Problem> {
+async fn get_named(handle: Handle, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let named = handle.query(move |view| view.snapshots.get(&name)).await?;
     Ok(snapshot_file(&named.map_err(SnapshotRequestError::from)?))
 }
 
 /// The present state as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
-async fn get_snapshot(State(handle): State<DriverHandle>) -> Result<impl IntoResponse, Problem> {
+async fn get_snapshot(handle: Handle) -> Result<impl IntoResponse, Problem> {
     Ok(snapshot_file(
         &handle.query(|view| view.controller.clone()).await?,
     ))
@@ -144,10 +125,11 @@ async fn get_snapshot(State(handle): State<DriverHandle>) -> Result<impl IntoRes
 ///
 /// As of `/snapshots/{name}/restore`. What no run leads to is refused.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
-async fn load_snapshot(State(handle): State<DriverHandle>, SnapshotText(text): SnapshotText) -> Answer {
+async fn load_snapshot(handle: Handle, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;
     let task = SnapshotTask::Replace(Box::new(controller));
-    Ok(Json(handle.snapshot(task, SnapshotList::new).await?))
+    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
+    change.await.map(Json)
 }
 
 impl From<SnapshotRequestError> for Problem {

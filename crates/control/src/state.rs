@@ -4,23 +4,22 @@
 
 use super::alarms::ActiveAlarm;
 use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
+use super::body::Json;
 use super::channels::ChannelStatus;
 use super::event::seconds;
 use super::faults::FaultList;
 use super::files::DriveStatus;
-use super::handle::DriverHandle;
+use super::handle::{Answer, Handle};
 use super::lines::LineList;
 use super::parameters::Parameters;
-use super::problem::Problem;
 use super::route_table::RouteTable;
 use super::variables::{self, VariableInfo};
-use axum::Json;
-use axum::extract::State;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
 use ts3100_driver::driver::request::View;
+use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -70,7 +69,9 @@ pub struct ControllerState {
     /// The selected file; empty when none is.
     file: String,
     /// Execution status.
-    status: StatusName,
+    #[serde(with = "StatusName")]
+    #[schema(value_type = StatusName)]
+    status: ExecutionStatus,
     /// File line at which the main program stands.
     line: u32,
     /// File line that is executed: of the motion, while one is under way.
@@ -237,7 +238,7 @@ impl ControllerState {
                 mode: state.jog_mode.mode,
             },
             file: controller.selected().to_owned(),
-            status: controller.status().into(),
+            status: controller.status(),
             line: controller.line(),
             executed_line,
             analysed_line,
@@ -316,8 +317,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Everything at one moment
 #[utoipa::path(get, path = "/state", responses((status = 200, body = ControllerState)))]
-async fn get_state(State(handle): State<DriverHandle>) -> Result<Json<ControllerState>, Problem> {
+async fn get_state(handle: Handle) -> Answer<ControllerState> {
     let journal = Arc::clone(&handle.journal);
     let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule());
-    Ok(Json(handle.query(look).await?))
+    handle.query(look).await.map(Json)
 }

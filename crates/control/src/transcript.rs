@@ -2,11 +2,10 @@
 //!
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
-use super::body::QueryParams;
-use super::handle::DriverHandle;
+use super::body::Query;
+use super::handle::Handle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Deserialize;
@@ -70,8 +69,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 #[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
-    State(handle): State<DriverHandle>,
-    QueryParams(query): QueryParams<TranscriptQuery>,
+    handle: Handle,
+    Query(query): Query<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;

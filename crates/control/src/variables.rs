@@ -2,13 +2,10 @@
 //!
 //! Values are checked and stored by the controller as for the command MW.
 
-use super::body::{JsonBody, PathParam};
-use super::handle::DriverHandle;
+use super::body::{Json, Path};
+use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::Json;
-use axum::extract::State;
-use axum::http::StatusCode;
 use scol_mini::ValueKind;
 use serde::{Deserialize, Deserializer, Serialize};
 use ts3100_controller::action::Action;
@@ -31,25 +28,26 @@ pub struct VariableInfo {
     name: String,
     /// Its kind; absent when the first assignment will fix it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    kind: Option<KindName>,
+    #[schema(value_type = Option<KindName>)]
+    kind: Option<Kind>,
     /// Upper bounds of its subscripts; empty for a plain variable.
     bounds: Vec<u32>,
     /// Its value in the order of the command MR: one number, or those of a load, a coordinate, a position; absent when
     /// it has none, or when it is an array.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<f64>>)]
-    value: Option<Vec<JsonNumber>>,
+    value: Option<Vec<Number>>,
     /// The values of an array of one subscript, from 0 on, the first 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<Option<Vec<f64>>>>)]
-    elements: Option<Vec<Option<Vec<JsonNumber>>>>,
+    elements: Option<Vec<Option<Vec<Number>>>>,
 }
 
 /// Kind of a variable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
-#[serde(rename_all = "lowercase")]
+#[derive(Serialize, ToSchema)]
+#[serde(remote = "ValueKind", rename_all = "lowercase")]
 #[schema(as = KindWord)]
-pub enum KindName {
+enum KindName {
     Integer,
     Real,
     Load,
@@ -57,15 +55,9 @@ pub enum KindName {
     Position,
 }
 
-/// A number: whole without a decimal point, real with one.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum JsonNumber {
-    /// Within 32 bits.
-    Whole(i32),
-    /// Any other.
-    Real(f64),
-}
+/// A kind, written as [`KindName`] says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+struct Kind(#[serde(with = "KindName")] ValueKind);
 
 /// A value to be set.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
@@ -76,7 +68,7 @@ pub struct SetValueRequest {
     /// point fits integers and reals, one with a decimal point reals only. A single number needs no list.
     #[serde(deserialize_with = "one_or_several")]
     #[schema(schema_with = values_schema)]
-    value: Vec<JsonNumber>,
+    value: Vec<Number>,
     /// It is written into the file of the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
@@ -87,11 +79,11 @@ pub struct SetValueRequest {
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a number or a list of numbers expected")]
 enum OneOrSeveral {
-    One(JsonNumber),
-    Several(Vec<JsonNumber>),
+    One(Number),
+    Several(Vec<Number>),
 }
 
-fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<JsonNumber>, D::Error> {
+fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Number>, D::Error> {
     Ok(match OneOrSeveral::deserialize(deserializer)? {
         OneOrSeveral::One(figure) => vec![figure],
         OneOrSeveral::Several(figures) => figures,
@@ -118,80 +110,42 @@ pub struct TeachRequest {
     restore: bool,
 }
 
-impl From<Number> for JsonNumber {
-    fn from(number: Number) -> JsonNumber {
-        match number {
-            Number::Integer(whole) => JsonNumber::Whole(whole),
-            Number::Real(real) => JsonNumber::Real(real),
-        }
-    }
-}
-
-impl From<JsonNumber> for Number {
-    fn from(figure: JsonNumber) -> Number {
-        match figure {
-            JsonNumber::Whole(whole) => Number::Integer(whole),
-            JsonNumber::Real(real) => Number::Real(real),
-        }
-    }
-}
-
-fn json_numbers(numbers: Vec<Number>) -> Vec<JsonNumber> {
-    numbers.into_iter().map(JsonNumber::from).collect()
-}
-
 impl VariableInfo {
     fn new(variable: VariableView) -> VariableInfo {
         VariableInfo {
             name: variable.name,
-            kind: variable.kind.map(|kind| match kind {
-                ValueKind::Integer => KindName::Integer,
-                ValueKind::Real => KindName::Real,
-                ValueKind::Load => KindName::Load,
-                ValueKind::Coordinate => KindName::Coordinate,
-                ValueKind::Position => KindName::Position,
-            }),
+            kind: variable.kind.map(Kind),
             bounds: variable.bounds,
-            value: variable.value.map(json_numbers),
+            value: variable.value,
             elements: None,
         }
     }
 
-    fn lookup(view: &View<'_>, name: &VariableName) -> Option<VariableInfo> {
-        let variable = view.controller.variable(&name.name, &name.subscripts)?;
-        let mut document = VariableInfo::new(variable);
-        if let [bound] = document.bounds.as_slice() {
-            let elements = view.controller.elements(&document.name, *bound);
-            document.elements = Some(
-                elements
-                    .into_iter()
-                    .map(|value| value.map(json_numbers))
-                    .collect(),
-            );
-        }
-        Some(document)
+    fn may_be_position(&self) -> bool {
+        self.kind.is_none_or(|Kind(kind)| kind == ValueKind::Position)
     }
-}
 
-async fn variable(handle: &DriverHandle, text: &str, position: bool) -> Result<Json<VariableInfo>, Problem> {
-    let missing = |found: String| {
+    /// Looks for a variable, or for a position only.
+    fn find(text: String, position: bool) -> impl FnOnce(&View<'_>) -> Result<VariableInfo, Problem> {
         let expected = if position {
             "a position of GLOBAL or DATA of the selected file"
         } else {
             "a variable of GLOBAL or DATA of the selected file"
         };
-        Problem::not_found("name", expected, found)
-    };
-    let name = VariableName::parse(text).map_err(|error| missing(error.to_string()))?;
-    let found = handle
-        .query(move |view| VariableInfo::lookup(view, &name))
-        .await?;
-    let is_meant =
-        |document: &VariableInfo| !position || document.kind.is_none_or(|kind| kind == KindName::Position);
-    found
-        .filter(is_meant)
-        .map(Json)
-        .ok_or_else(|| missing(text.to_owned()))
+        move |view| {
+            let name =
+                VariableName::parse(&text).map_err(|error| Problem::not_found("name", expected, error))?;
+            let found = view.controller.variable(&name.name, &name.subscripts);
+            let mut document = found
+                .map(VariableInfo::new)
+                .filter(|document| !position || document.may_be_position())
+                .ok_or_else(|| Problem::not_found("name", expected, text))?;
+            if let [bound] = document.bounds.as_slice() {
+                document.elements = Some(view.controller.elements(&document.name, *bound));
+            }
+            Ok(document)
+        }
+    }
 }
 
 async fn set(
@@ -199,26 +153,19 @@ async fn set(
     name: String,
     body: SetValueRequest,
     position: bool,
-) -> Result<Json<VariableInfo>, Problem> {
+) -> Answer<VariableInfo> {
     if body.value.is_empty() || body.value.len() > MAX_VALUES {
         let expected = format!("1 to {MAX_VALUES} numbers");
-        let found = body.value.len().to_string();
-        return Err(Problem::expected_found(
-            StatusCode::UNPROCESSABLE_ENTITY,
-            "value",
-            expected,
-            found,
-        ));
+        return Err(Problem::invalid("value", expected, body.value.len()));
     }
-    let _known = variable(handle, &name, position).await?;
-    let values = body.value.into_iter().map(Number::from).collect();
+    let find = || VariableInfo::find(name.clone(), position);
+    handle.query(find()).await??;
     let action = Action::SetVariable {
         name: name.clone(),
-        values,
+        values: body.value,
         restore: body.restore,
     };
-    handle.action(action).await?;
-    variable(handle, &name, position).await
+    handle.act(action, find()).await?.map(Json)
 }
 
 /// Adds the calls of this file.
@@ -229,11 +176,9 @@ pub fn add(table: RouteTable) -> RouteTable {
             "GLOBAL and DATA of the selected file; positions among them.",
         )
         .routes(routes!(get_variables))
-        .routes(routes!(get_variable))
-        .routes(routes!(put_variable))
+        .routes(routes!(get_variable, put_variable))
         .routes(routes!(get_positions))
-        .routes(routes!(get_position))
-        .routes(routes!(put_position))
+        .routes(routes!(get_position, put_position))
         .routes(routes!(teach_position))
 }
 
@@ -245,19 +190,16 @@ pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
 
 /// All variables of GLOBAL and DATA of the selected file
 #[utoipa::path(get, path = "/variables", responses((status = 200, body = Vec<VariableInfo>)))]
-async fn get_variables(State(handle): State<DriverHandle>) -> Result<Json<Vec<VariableInfo>>, Problem> {
-    Ok(Json(handle.query(all).await?))
+async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
+    handle.query(all).await.map(Json)
 }
 
 /// One variable, or an element of an array
 #[utoipa::path(get, path = "/variables/{name}",
     params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_variable(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-) -> Result<Json<VariableInfo>, Problem> {
-    variable(&handle, &name, false).await
+async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
+    handle.query(VariableInfo::find(name, false)).await?.map(Json)
 }
 
 /// Give a variable a value, as the command MW does
@@ -265,39 +207,36 @@ async fn get_variable(
     params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
 async fn put_variable(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<SetValueRequest>,
-) -> Result<Json<VariableInfo>, Problem> {
+    handle: Handle,
+    Path(name): Path<String>,
+    Json(body): Json<SetValueRequest>,
+) -> Answer<VariableInfo> {
     set(&handle, name, body, false).await
 }
 
 /// All positions of GLOBAL and DATA of the selected file
 #[utoipa::path(get, path = "/positions", responses((status = 200, body = Vec<VariableInfo>)))]
-async fn get_positions(State(handle): State<DriverHandle>) -> Result<Json<Vec<VariableInfo>>, Problem> {
+async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
     let mut found = handle.query(all).await?;
-    found.retain(|document| document.kind == Some(KindName::Position));
+    found.retain(|document| document.kind == Some(Kind(ValueKind::Position)));
     Ok(Json(found))
 }
 
 /// One position
 #[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_position(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-) -> Result<Json<VariableInfo>, Problem> {
-    variable(&handle, &name, true).await
+async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
+    handle.query(VariableInfo::find(name, true)).await?.map(Json)
 }
 
 /// Set a position
 #[utoipa::path(put, path = "/positions/{name}", request_body = SetValueRequest,
     params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn put_position(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<SetValueRequest>,
-) -> Result<Json<VariableInfo>, Problem> {
+    handle: Handle,
+    Path(name): Path<String>,
+    Json(body): Json<SetValueRequest>,
+) -> Answer<VariableInfo> {
     set(&handle, name, body, true).await
 }
 
@@ -305,15 +244,15 @@ async fn put_position(
 #[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
     params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn teach_position(
-    State(handle): State<DriverHandle>,
-    PathParam(name): PathParam<String>,
-    JsonBody(body): JsonBody<TeachRequest>,
-) -> Result<Json<VariableInfo>, Problem> {
-    let _known = variable(&handle, &name, true).await?;
+    handle: Handle,
+    Path(name): Path<String>,
+    Json(body): Json<TeachRequest>,
+) -> Answer<VariableInfo> {
+    let find = || VariableInfo::find(name.clone(), true);
+    handle.query(find()).await??;
     let action = Action::Teach {
         name: name.clone(),
         restore: body.restore,
     };
-    handle.action(action).await?;
-    variable(&handle, &name, true).await
+    handle.act(action, find()).await?.map(Json)
 }

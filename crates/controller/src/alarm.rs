@@ -129,11 +129,7 @@ pub const fn host_timeout(level: AlarmLevel) -> AlarmCode {
 
 /// One occurrence of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Alarm {
     /// The row of [`ALARMS`] it belongs to.
     pub code: AlarmCode,
@@ -181,11 +177,7 @@ impl Alarm {
 
 /// The active alarms and the error history.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Alarms {
     active: Vec<Alarm>,
     history: VecDeque<Alarm>,

@@ -7,10 +7,13 @@
 mod trajectory;
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise, plan};
+use crate::port::Port;
 use crate::time::Time;
+use alloc::string::String;
 use alloc::vec::Vec;
-use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
+use core::time::Duration;
+use scol_mini::{Conditions, Configuration, Frame, Path, Position};
 
 mod append;
 mod jog;
@@ -19,7 +22,7 @@ mod settings;
 mod wear;
 
 pub use jog::{Jog, JogFrame};
-use settings::MotionSettings;
+use settings::{MotionSettings, load_part};
 pub use wear::Wear;
 
 /// Bounds on the speed of every motion, besides its own conditions.
@@ -33,11 +36,7 @@ pub struct SpeedLimits {
 
 /// A motion under way.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct ActiveMotion {
     motion: Motion,
     start: Time,
@@ -51,11 +50,7 @@ struct ActiveMotion {
 
 /// The three coordinate systems of a motion or of a program, with their names.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Frames {
     /// BASE: where the robot stands in the world.
     pub base: Frame,
@@ -76,31 +71,15 @@ impl Frames {
         }
     }
 
-    /// Those of a motion whose WITH names one; `None` if the motion uses those set by the program.
-    fn of_motion(motion: &scol_mini::Motion) -> Option<Frames> {
-        motion.own_frames.then(|| Frames::new(&motion.conditions))
-    }
-
-    fn base(&self) -> Transform {
-        transform(&self.base.trans)
-    }
-
-    fn work(&self) -> Transform {
-        transform(&self.work.trans)
-    }
-
-    fn tool(&self) -> Transform {
-        transform(&self.tool.trans)
+    /// Where a work coordinate system is in the world.
+    fn origin(&self, work: &Frame) -> Transform {
+        transform(&self.base).compose(&transform(work))
     }
 }
 
 /// The arm.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Arm {
     #[cfg_attr(feature = "serde", serde(skip, default = "ArmModel::tv800"))]
     model: ArmModel,
@@ -112,6 +91,9 @@ pub struct Arm {
     interrupted: Option<ActiveMotion>,
     /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
+    /// The port whose host guides the arm by JG; a snapshot has it apart.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    jogging: Option<Port>,
     /// What the axes have done so far.
     #[cfg_attr(feature = "serde", serde(default))]
     wear: Wear,
@@ -154,16 +136,16 @@ impl ArmPose {
     }
 
     fn values(&self, pose: &Pose) -> Vec<f64> {
-        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
-        match self.kind {
-            scol_mini::Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
-            scol_mini::Arm::Scara => Vec::from([x, y, z, c, u]),
-        }
+        let count = match self.kind {
+            scol_mini::Arm::SixAxis => 8,
+            scol_mini::Arm::Scara => 5,
+        };
+        pose.coords(self.kind).into_iter().take(count).collect()
     }
 }
 
-fn transform(trans: &Trans) -> Transform {
-    Transform::from_coords(trans.coords)
+fn transform(frame: &Frame) -> Transform {
+    Transform::from_coords(frame.trans.coords)
 }
 
 impl Arm {
@@ -183,14 +165,19 @@ impl Arm {
             active: None,
             interrupted: None,
             position_work: None,
+            jogging: None,
             wear: Wear::default(),
         }
     }
 
-    /// The same arm with this model. A snapshot holds the model in the configuration only.
+    /// The same arm with this model, guided from this port: a snapshot has both apart.
     #[cfg(feature = "serde")]
-    pub(crate) fn with_model(self, model: ArmModel) -> Arm {
-        Arm { model, ..self }
+    pub(crate) fn with_model(self, model: ArmModel, jogging: Option<Port>) -> Arm {
+        Arm {
+            model,
+            jogging,
+            ..self
+        }
     }
 
     /// Validates an arm read from a snapshot.
@@ -258,19 +245,19 @@ impl Arm {
         Some(active.start + active.motion.duration())
     }
 
-    /// Ends the motion if its time has come; true if it did.
-    pub fn finish_due(&mut self, now: Time) -> bool {
-        let end = self.ends_at().filter(|end| *end <= now);
-        let over = end.is_some();
-        if let Some(end) = end {
-            self.add_wear_until(end);
-        }
-        if let Some(active) = self.active.take_if(|_| over)
+    /// Ends the motion if its time has come.
+    pub fn finish_due(&mut self, now: Time) {
+        let Some(end) = self.ends_at().filter(|end| *end <= now) else {
+            return;
+        };
+        self.add_wear_until(end);
+        if let Some(active) = self.active.take()
             && !active.locked
         {
             self.rest = active.motion.end();
         }
-        over
+        // Whatever moves next is no guided motion any more.
+        self.jogging = None;
     }
 
     /// Percentage of the motion completed; 100 when none is under way.
@@ -293,19 +280,18 @@ impl Arm {
         locked: bool,
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
-        let (planned, settings) = self.plan_motion(motion, &from, pace)?;
-        self.add_wear_until(start);
+        let planned = self.plan_motion(motion, start, &from, pace, locked)?;
+        self.position_work = destination_work(&motion.path);
+        self.set_off(planned, from);
+        Ok(())
+    }
+
+    /// Begins a planned motion, from this posture.
+    fn set_off(&mut self, planned: ActiveMotion, from: Joints) {
+        self.add_wear_until(planned.start);
         self.rest = from;
         self.drop_interrupted();
-        self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
-        self.active = Some(ActiveMotion {
-            motion: planned,
-            start,
-            settings,
-            locked,
-            frames: Frames::of_motion(motion),
-        });
-        Ok(())
+        self.active = Some(planned);
     }
 
     /// When and from where the next motion starts: now, or when and where an arm that still slows comes to rest.
@@ -316,13 +302,15 @@ impl Arm {
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
     }
 
-    /// Plans a motion from a posture at rest; returns it with the speeds it asks for.
+    /// Plans a motion from a posture at rest.
     fn plan_motion(
         &self,
         motion: &scol_mini::Motion,
+        start: Time,
         from: &Joints,
         pace: SpeedLimits,
-    ) -> Result<(Motion, MotionSettings), MotionError> {
+        locked: bool,
+    ) -> Result<ActiveMotion, MotionError> {
         let frames = Frames::new(&motion.conditions);
         let target = self.target(motion, &frames, from);
         let Conditions {
@@ -333,16 +321,22 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
+        let load_part = load_part(load, self.model.max_payload);
         let settings = MotionSettings {
             speed,
-            accel,
-            decel,
+            accel: accel * load_part,
+            decel: decel * load_part,
             torque: torque(&motion.conditions),
-            load_part: NO_LOAD,
-        }
-        .with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, from, &target, &frames.tool(), &settings.limits(pace))?;
-        Ok((planned, settings))
+            load_part,
+        };
+        let tool = transform(&frames.tool);
+        Ok(ActiveMotion {
+            motion: plan(&self.model, from, &target, &tool, &settings.limits(pace))?,
+            start,
+            settings,
+            locked,
+            frames: motion.own_frames.then_some(frames),
+        })
     }
 
     fn target(&self, motion: &scol_mini::Motion, frames: &Frames, from: &Joints) -> Target {
@@ -370,17 +364,14 @@ impl Arm {
                     descent: *descent,
                 },
             },
-            Path::Axis { axis, value } => Target::Axis {
-                axis: axis_index(*axis),
-                value: *value,
-            },
+            Path::Axis { axis, value } => {
+                let (axis, value) = (axis_index(*axis), *value);
+                Target::Axis { axis, value }
+            }
             Path::AxisBy { axis, delta } => {
                 let axis = axis_index(*axis);
-                let present = from.get(axis).copied().unwrap_or_default();
-                Target::Axis {
-                    axis,
-                    value: present + delta,
-                }
+                let value = from.get(axis).copied().unwrap_or_default() + delta;
+                Target::Axis { axis, value }
             }
             Path::Ready => Target::Joints(self.model.ready),
         }
@@ -388,29 +379,10 @@ impl Arm {
 
     /// World pose of a position: BASE, then the position's own or the set work coordinate, then its values.
     fn world_pose(&self, position: &Position, frames: &Frames) -> Pose {
-        let work = position
-            .work
-            .as_deref()
-            .map_or_else(|| frames.work(), |frame| transform(&frame.trans));
-        let local = self.local_pose(position);
-        let placed = frames.base().compose(&work).compose(&local.transform());
+        let work = position.work.as_deref().unwrap_or(&frames.work);
+        let local = Pose::from_coords(self.kind(), position.coords);
+        let placed = frames.origin(work).compose(&local.transform());
         Pose::from_transform(&placed, local.uv)
-    }
-
-    fn local_pose(&self, position: &Position) -> Pose {
-        let [x, y, z, fourth, fifth, sixth, u, v] = position.coords;
-        match self.kind() {
-            scol_mini::Arm::SixAxis => Pose {
-                xyz: [x, y, z],
-                abc: [fourth, fifth, sixth],
-                uv: [u, v],
-            },
-            scol_mini::Arm::Scara => Pose {
-                xyz: [x, y, z],
-                abc: [0.0, 0.0, fourth],
-                uv: [fifth, 0.0],
-            },
-        }
     }
 
     /// The coordinate systems in force: those of the motion under way if its WITH names one, else those set.
@@ -423,35 +395,34 @@ impl Arm {
     /// The posture at `now`, as SF and PR send it.
     #[must_use]
     pub fn pose(&self, now: Time, conditions: &Conditions) -> ArmPose {
-        let joints = self.joints(now);
         let frames = self.frames(conditions);
+        self.pose_in(self.joints(now), &frames, self.shown_work(&frames))
+    }
+
+    /// A posture, with its position in a work coordinate system.
+    fn pose_in(&self, joints: Joints, frames: &Frames, work: &Frame) -> ArmPose {
         let (flange, configuration) = self.model.forward(&joints);
-        let world = flange.transform().compose(&frames.tool());
-        // A position with a work coordinate of its own is shown in that one.
-        let set = self
-            .position_work
-            .as_ref()
-            .map_or_else(|| frames.work(), |frame| transform(&frame.trans));
-        let work = frames.base().compose(&set).inverse().compose(&world);
+        let world = flange.transform().compose(&transform(&frames.tool));
+        let local = frames.origin(work).inverse().compose(&world);
         ArmPose {
             kind: self.kind(),
             axes: self.model.axes.len(),
             joints,
             world: Pose::from_transform(&world, flange.uv),
-            work: Pose::from_transform(&work, flange.uv),
+            work: Pose::from_transform(&local, flange.uv),
             configuration,
         }
     }
 
-    /// Name of the work coordinate the position is shown in.
+    /// The work coordinate system the position is shown in: its own, if it has one.
+    fn shown_work<'a>(&'a self, frames: &'a Frames) -> &'a Frame {
+        self.position_work.as_ref().unwrap_or(&frames.work)
+    }
+
+    /// Name of the work coordinate system the position is shown in; empty if it has none.
     #[must_use]
-    pub fn work_name<'a>(&'a self, frames: &'a Frames) -> &'a str {
-        self.position_work
-            .as_ref()
-            .unwrap_or(&frames.work)
-            .name
-            .as_deref()
-            .unwrap_or_default()
+    pub fn work_name(&self, frames: &Frames) -> String {
+        self.shown_work(frames).name.clone().unwrap_or_default()
     }
 
     /// HERE: the present position in these coordinate systems.
@@ -462,19 +433,10 @@ impl Arm {
 
     /// The position of a posture in these coordinate systems.
     fn position_of(&self, joints: &Joints, frames: &Frames) -> Position {
-        let (flange, digits) = self.model.forward(joints);
-        let world = flange.transform().compose(&frames.tool());
-        let local = Pose::from_transform(
-            &frames.base().compose(&frames.work()).inverse().compose(&world),
-            flange.uv,
-        );
-        let ([x, y, z], [a, b, c], [u, v]) = (local.xyz, local.abc, local.uv);
-        let (coords, digits) = match self.kind() {
-            scol_mini::Arm::SixAxis => ([x, y, z, a, b, c, u, v], digits),
-            scol_mini::Arm::Scara => ([x, y, z, c, u, 0.0, 0.0, 0.0], [digits[0], 0, 0, 0, 0]),
-        };
+        let pose = self.pose_in(*joints, frames, &frames.work);
+        let digits = pose.configuration;
         Position {
-            coords,
+            coords: pose.work.coords(self.kind()),
             config: Configuration { digits },
             work: None,
         }
@@ -482,48 +444,41 @@ impl Arm {
 
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
-        self.add_wear_until(now);
-        if let Some(active) = &mut self.active {
-            active.motion.hold(now.since(active.start));
-        }
+        self.change_motion(now, |active, at| active.motion.hold(at));
     }
 
     /// Feed hold released: the motion goes on.
     pub fn resume(&mut self, now: Time) {
-        self.add_wear_until(now);
-        if let Some(active) = &mut self.active {
-            active.motion.resume(now.since(active.start));
-        }
+        self.change_motion(now, |active, at| active.motion.resume(at));
     }
 
     /// Applies a new override or speed cap to the motion under way.
     pub fn set_speed_limits(&mut self, now: Time, pace: SpeedLimits) {
-        self.add_wear_until(now);
-        if let Some(active) = &mut self.active {
-            active
-                .motion
-                .set_limits(now.since(active.start), &active.settings.limits(pace));
-        }
+        self.change_motion(now, |active, at| {
+            active.motion.set_limits(at, &active.settings.limits(pace));
+        });
     }
 
     /// Gives up the motion: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
+        self.jogging = None;
+        self.change_motion(now, |active, at| active.motion.stop(at));
+    }
+
+    /// Changes the motion under way, at this time after its start.
+    fn change_motion(&mut self, now: Time, change: impl FnOnce(&mut ActiveMotion, Duration)) {
         self.add_wear_until(now);
         if let Some(active) = &mut self.active {
-            active.motion.stop(now.since(active.start));
+            let at = now.since(active.start);
+            change(active, at);
         }
     }
 }
 
 /// The part of its torque each axis may use: TORQUE, and none for an axis whose GAIN is 0, which is free.
 fn torque(conditions: &Conditions) -> Joints {
-    let mut parts = conditions.torque.map(|percent| percent / 100.0);
-    for (part, gain) in parts.iter_mut().zip(conditions.gain) {
-        if gain <= 0.0 {
-            *part = 0.0;
-        }
-    }
-    parts
+    let part = |percent: f64, gain: f64| if gain <= 0.0 { 0.0 } else { percent / 100.0 };
+    pairwise(conditions.torque, conditions.gain, part)
 }
 
 /// Index of an axis. Axis numbers begin at 1; 0 gives an axis that does not exist, which the planner rejects.
@@ -533,21 +488,17 @@ fn axis_index(axis: u8) -> usize {
 
 /// The digits of the position; CONFIG supplies those that the position leaves undefined (0).
 fn merge(position: Configuration, set: Configuration) -> [u8; 5] {
-    let mut digits = position.digits;
-    for (digit, set) in digits.iter_mut().zip(set.digits) {
-        if *digit == 0 {
-            *digit = set;
-        }
-    }
-    digits
+    let merged = |digit, set| if digit == 0 { set } else { digit };
+    pairwise(position.digits, set.digits, merged)
 }
 
-fn destination(path: &Path) -> Option<&Position> {
+/// The work coordinate system of the position a path leads to, if the position has its own.
+fn destination_work(path: &Path) -> Option<Frame> {
     match path {
         Path::Ptp(position)
         | Path::Line(position)
         | Path::Arc { end: position, .. }
-        | Path::Arch { end: position, .. } => Some(position),
+        | Path::Arch { end: position, .. } => position.work.as_deref().cloned(),
         Path::Axis { .. } | Path::AxisBy { .. } | Path::Ready => None,
     }
 }

@@ -1,18 +1,18 @@
 //! The controller value: one input, its effects, and the deadlines. It routes between the ports ([`Endpoints`]) and the
 //! robot behind them ([`Robot`]) and decides nothing else.
 
-use crate::action::{Accepted, Action, ActionError, ActionErrorKind};
+use crate::action::{Accepted, ActionError};
 use crate::alarm::Alarm;
 use crate::drive::{DriveError, PersistError};
 use crate::endpoint::Endpoints;
 use crate::executor::selection::SelectError;
 use crate::input::Input;
 use crate::options::Config;
-use crate::output::{Event, Output};
+use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::name::FileName;
@@ -31,8 +31,9 @@ impl Controller {
     /// # Errors
     /// A file that the RAM drive does not take.
     pub fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Controller, DriveError> {
-        let endpoints = Endpoints::new(&config);
+        let mut endpoints = Endpoints::new(&config);
         let robot = Robot::new(config, files)?;
+        endpoints.find_due(&robot);
         Ok(Controller { robot, endpoints })
     }
 
@@ -57,7 +58,7 @@ impl Controller {
             // Whoever did not wait for the answer does not wait for the result either.
             let _late = self.persisted(Err(PersistError::NoAnswer));
         }
-        self.advance_to(now);
+        let settled = self.endpoints.advance_to(&mut self.robot, now);
         if self.robot.persistence.is_pending() {
             self.robot.persistence.defer(now, input);
             return Ok(Accepted::Pending);
@@ -73,6 +74,7 @@ impl Controller {
             | Input::SerialErrors { .. }
             | Input::SerialPurged { .. }
                 if !robot.panel.state().powered => {}
+            Input::Tick if settled => return result,
             Input::Tick | Input::Persisted(_) => {}
             Input::Connected { port, peer } => endpoints.connected(robot, port, peer),
             Input::SerialOpened { port, host } => endpoints.line_opened(port, host),
@@ -86,9 +88,9 @@ impl Controller {
             Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.report_backlog(port),
             Input::Panel(action) => endpoints.panel(robot, action),
-            Input::Action(action) => result = self.act(action),
+            Input::Action(action) => result = endpoints.act(robot, action),
         }
-        self.settle();
+        self.endpoints.settle(&mut self.robot);
         result
     }
 
@@ -100,7 +102,8 @@ impl Controller {
     /// When the controller wants to be called again, at the latest.
     #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
-        self.endpoints.deadline(&self.robot)
+        debug_assert_eq!(self.endpoints.due, self.endpoints.deadline(&self.robot));
+        self.endpoints.due
     }
 
     /// Handles one input and drains what comes of it. The refusal of an action is among the events
@@ -116,8 +119,8 @@ impl Controller {
     /// What the RAM drive does not take.
     pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
         let name = FileName::parse(name)?;
-        self.robot.drive.check(&name, content)?;
-        self.robot.put_in_place(&name, &Bytes::copy_from_slice(content));
+        self.robot.store_inside(&name, &Bytes::copy_from_slice(content))?;
+        self.endpoints.find_due(&self.robot);
         Ok(())
     }
 
@@ -126,9 +129,11 @@ impl Controller {
     /// # Errors
     /// See [`SelectError`].
     pub fn select(&mut self, now: Time, name: &str) -> Result<(), SelectError> {
-        self.advance_to(now);
-        let name = FileName::parse(name)?;
-        self.robot.select_file(&name)
+        self.endpoints.advance_to(&mut self.robot, now);
+        let result = FileName::parse(name).map_err(SelectError::from);
+        let result = result.and_then(|name| self.robot.select_file(&name));
+        self.endpoints.find_due(&self.robot);
+        result
     }
 
     /// Whether every change of a file is asked for by [`Output::Persist`] first, and happens when [`Input::Persisted`]
@@ -142,23 +147,7 @@ impl Controller {
         self.robot.traced = before.robot.traced;
         self.endpoints
             .adopt_peers(&mut self.robot, &before.endpoints, &before.robot);
-        self.settle();
-    }
-
-    fn settle(&mut self) {
         self.endpoints.settle(&mut self.robot);
-    }
-
-    fn advance_to(&mut self, now: Time) {
-        while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
-            self.robot.now = self.robot.now.max(due);
-            self.endpoints.advance(&mut self.robot);
-            if self.robot.persistence.is_pending() {
-                return;
-            }
-        }
-        self.robot.now = self.robot.now.max(now);
-        self.endpoints.receive_from_lines(&mut self.robot);
     }
 
     /// The answer has come: what waited for it goes on, and then what came at the same instant.
@@ -180,13 +169,14 @@ impl Controller {
                 message,
                 command,
             }) => endpoints.answer_command(robot, port, &message, command),
-            Some(PendingChange::Action(action)) => result = self.act(action),
+            Some(PendingChange::Action(action)) => result = endpoints.act(robot, action),
             Some(PendingChange::Restore { names, direct }) => robot.restore_data(names, direct),
             None => {}
         }
         self.robot.persistence.end_answer();
-        self.settle();
+        self.endpoints.settle(&mut self.robot);
         self.endpoints.read_waiting_texts(&mut self.robot);
+        self.endpoints.find_due(&self.robot);
         if self.robot.persistence.is_pending() {
             return Ok(Accepted::Pending);
         }
@@ -194,28 +184,5 @@ impl Controller {
             Some((now, input)) => self.handle(now, input),
             None => result,
         }
-    }
-
-    fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
-        let not_persisted = self.robot.persistence.refusal();
-        let again = self.robot.persistence.is_enabled().then(|| action.clone());
-        let Err(mut error) = self.endpoints.act(&mut self.robot, action) else {
-            return Ok(Accepted::Done);
-        };
-        match (again, not_persisted) {
-            (Some(action), _) if self.robot.persistence.is_pending() => {
-                self.robot.persistence.hold(PendingChange::Action(action));
-                return Ok(Accepted::Pending);
-            }
-            (_, Some(reason)) => {
-                error = ActionError {
-                    kind: ActionErrorKind::NotPersisted,
-                    ..ActionError::conflict(&error.place, "a change that can be kept", reason.to_string())
-                };
-            }
-            _ => {}
-        }
-        self.robot.event(Event::ActionRefused(error.clone()));
-        Err(error)
     }
 }

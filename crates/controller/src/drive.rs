@@ -81,11 +81,7 @@ impl From<NameError> for DriveError {
 
 /// The files of the RAM drive, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Drive {
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::files"))]
     files: BTreeMap<String, Bytes>,

@@ -25,6 +25,7 @@ use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
+use ts3100_proto::text::TextOptions;
 
 /// The ports with their peers.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +37,8 @@ pub(crate) struct Endpoints {
     pub(crate) faults: Faults,
     pub(crate) variation: Option<Variation>,
     pub(crate) send_queue: SendQueue,
+    /// When the first timer of all is due. It is asked for several times an input and found once after it.
+    pub(crate) due: Option<Time>,
 }
 
 impl Endpoints {
@@ -50,7 +53,15 @@ impl Endpoints {
             faults: Faults::new(config.fault_seed),
             variation: config.vary.map(Variation::new),
             send_queue: SendQueue::default(),
+            due: None,
         }
+    }
+
+    /// The conversation of HOST or IP0, which is there from the start.
+    pub(crate) fn session(&mut self, port: Port) -> &mut Session {
+        debug_assert!(port.protocol().is_some(), "{port} has no conversation");
+        let fresh = || Session::new(port, TextOptions::default());
+        self.sessions.entry(port).or_insert_with(fresh)
     }
 
     /// When a port gives up waiting for its host.
@@ -77,7 +88,7 @@ impl Endpoints {
     /// The peer of a port, while there is one.
     pub(crate) fn peer<'a>(&'a self, robot: &'a Robot, port: Port) -> Option<&'a str> {
         let session = self.sessions.get(&port).map(|session| session.peer.as_deref());
-        session.unwrap_or_else(|| robot.channels.get(&port)?.peer())
+        session.unwrap_or_else(|| robot.channels.get(port)?.peer())
     }
 
     /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
@@ -86,8 +97,8 @@ impl Endpoints {
         for port in Port::ALL {
             let there = before.peer(robot_before, port);
             let knew = self.peer(robot, port).is_some();
-            if knew && robot.jogging == Some(port) {
-                robot.stop_jog();
+            if knew && robot.arm.jogging() == Some(port) {
+                robot.arm.stop_jog(robot.now);
             }
             if let Some(line) = self.lines.get_mut(&port) {
                 // How the far end is opened is the edge's knowledge.
@@ -98,7 +109,7 @@ impl Endpoints {
             }
             match there {
                 Some(peer) => {
-                    if let Some(channel) = robot.channels.get_mut(&port) {
+                    if let Some(channel) = robot.channels.get_mut(port) {
                         channel.disconnect_peer();
                     }
                     self.connected(robot, port, String::from(peer));

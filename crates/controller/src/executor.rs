@@ -36,11 +36,7 @@ pub const MAIN_TASK: u16 = 1;
 
 /// The running timer of TIMER.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Stopwatch {
     /// When it was set.
     set_at: Time,
@@ -62,11 +58,7 @@ impl Stopwatch {
 
 /// Everything that runs.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Executor {
     /// The selected file.
     selected: Option<Selected>,
@@ -249,7 +241,13 @@ impl Executor {
         self.main.iter().chain(self.tasks.values())
     }
 
-    /// The IDs of all tasks, that whose turn it is first.
+    /// Those, and that of the statement of DO.
+    fn all_tasks(&self) -> impl Iterator<Item = &Task> {
+        let direct = self.direct.as_ref().map(|direct| &direct.task);
+        self.program_tasks().chain(direct)
+    }
+
+    /// The IDs of the program's tasks, that whose turn it is first.
     pub(crate) fn order(&self) -> impl Iterator<Item = u16> + use<> {
         let mut ids = [0; MAX_TASKS];
         let (mut count, mut first) = (0, 0);
@@ -366,49 +364,30 @@ impl Executor {
 
     /// The channels from which an INPUT waits for values.
     pub(crate) fn reading(&self) -> impl Iterator<Item = Channel> {
-        let tasks = self
-            .program_tasks()
-            .chain(self.direct.as_ref().map(|direct| &direct.task));
-        tasks
-            .flat_map(Task::parts)
-            .filter_map(|task| task.state().channel())
+        let parts = self.all_tasks().flat_map(Task::parts);
+        parts.filter_map(|task| task.state().channel())
     }
 
     /// When something that runs can go on by itself.
     pub(crate) fn deadline(&self, arm: &Arm, now: Time) -> Option<Time> {
-        let runs = self.program_runs();
         let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
-        let program = self
-            .program_tasks()
-            .filter(|_| runs)
-            .filter_map(|task| task.deadline(stopping))
-            .min();
-        let direct = self
-            .direct
-            .as_ref()
-            .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
-        program
-            .into_iter()
-            .chain(direct)
-            .chain(self.run_shown_until)
-            .chain(self.arrives_at(arm, now))
-            .min()
+        let tasks = self.program_tasks().filter(|_| self.program_runs());
+        let program = tasks.filter_map(|task| task.deadline(stopping));
+        let direct = self.direct.as_ref();
+        let direct = direct.and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
+        let others = [direct, self.run_shown_until, self.arrives_at(arm, now)];
+        program.chain(others.into_iter().flatten()).min()
     }
 
     /// When a motion counts as arrived before its end, or the next one begins.
     fn arrives_at(&self, arm: &Arm, now: Time) -> Option<Time> {
         let end = arm.ends_at()?;
-        let acting = || self.program_tasks().map(Task::acting);
-        let direct = self.direct.iter().map(|direct| direct.task.acting());
-        let leads = acting().chain(direct).filter_map(|task| {
-            let TaskState::Moving { lead } = task.state() else {
-                return None;
-            };
-            Some(end - *lead)
-        });
-        let waits = acting().any(|task| matches!(task.state(), TaskState::Queued { .. }));
+        let leads = self.all_tasks().filter_map(|task| task.acting().state().lead());
+        let ends = leads.map(|lead| end - lead);
+        let mut acting = self.program_tasks().map(|task| task.acting().state());
+        let waits = acting.any(|state| matches!(state, TaskState::Queued { .. }));
         let begins = waits.then(|| arm.last_begins_at()).flatten();
-        leads.chain(begins).filter(|at| *at > now).min()
+        ends.chain(begins).filter(|at| *at > now).min()
     }
 
     /// Step 1 with the data as the file gives it (RS,PRG).
@@ -424,9 +403,10 @@ impl Executor {
         self.operation.stand(Standstill::FirstStep);
         self.run_shown_until = None;
         self.drop_tasks();
-        self.main = self
+        let program = self
             .selected
             .as_ref()
-            .map(|selected| Task::new(Machine::main(Arc::clone(&selected.program)), now));
+            .map(|selected| Arc::clone(&selected.program));
+        self.main = program.map(|program| Task::new(Machine::main(program), now));
     }
 }

@@ -3,6 +3,7 @@
 //! `executor`'s and `ops`'.
 
 pub mod channel;
+pub(crate) mod channels;
 pub(crate) mod gripper;
 pub mod signals;
 pub(crate) mod system_signals;

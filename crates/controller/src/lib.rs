@@ -20,6 +20,9 @@
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 #![no_std]
 extern crate alloc;
+#[cfg(feature = "serde")]
+#[macro_use]
+extern crate serde;
 #[cfg(test)]
 extern crate std;
 

@@ -20,11 +20,7 @@ const SLIDING: usize = 2;
 
 /// How long something has been so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct DurationMeter {
     before: Duration,
     since: Option<Time>,
@@ -50,11 +46,7 @@ impl DurationMeter {
 
 /// What is counted besides the motions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(crate) struct MaintenanceCounters {
     energised: DurationMeter,
     off: DurationMeter,
@@ -79,23 +71,14 @@ impl MaintenanceCounters {
     /// The maintenance information now. Which item is which value is assumed, but for the order of items 10 to 16.
     pub(crate) fn information(&self, now: Time, wear: &Wear, slides: bool) -> Maintenance {
         let [total, present] = [&wear.total, &wear.since_power_on].map(|effort| per_axis(effort, slides));
-        let [rotation, movement, torque, peak, load] = total;
-        let [new_rotation, new_movement, new_torque, new_peak, new_load] = present;
+        let mut axes = [PerAxis::default(); _];
+        for (item, values) in axes.iter_mut().zip(total.into_iter().chain(present)) {
+            *item = values;
+        }
         let energised = self.energised.minutes(now);
         let off = self.off.minutes(now);
         Maintenance {
-            axes: [
-                rotation,
-                movement,
-                torque,
-                peak,
-                load,
-                new_rotation,
-                new_movement,
-                new_torque,
-                new_peak,
-                new_load,
-            ],
+            axes,
             information: [
                 energised + off,
                 energised,
@@ -120,30 +103,19 @@ type PerAxis = [f64; MN_AXES];
 
 /// Rotation, movement, torque integral, peak torque, load factor.
 fn per_axis(effort: &Effort, slides: bool) -> [PerAxis; 5] {
-    let first = |joints: &Joints| {
-        let mut values = PerAxis::default();
-        for (value, joint) in values.iter_mut().zip(joints) {
-            *value = *joint;
-        }
-        values
-    };
-    let movement = first(&effort.way);
+    let first = |[a, b, c, d, e, f, ..]: Joints| [a, b, c, d, e, f];
+    let movement = first(effort.way);
     let mut rotation = movement.map(|way| way / REVOLUTION);
     if slides && let Some(axis) = rotation.get_mut(SLIDING) {
         *axis = 0.0;
     }
-    let load = first(&effort.square).map(|square| {
+    let (torque, peak) = (first(effort.torque), first(effort.peak));
+    let load = |square: f64| {
         if effort.seconds > 0.0 {
             sqrt(square / effort.seconds)
         } else {
             0.0
         }
-    });
-    [
-        rotation,
-        movement,
-        first(&effort.torque),
-        first(&effort.peak),
-        load,
-    ]
+    };
+    [rotation, movement, torque, peak, first(effort.square).map(load)]
 }

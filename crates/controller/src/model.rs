@@ -23,11 +23,7 @@ pub type Joints = [f64; AXES];
 
 /// One arm: its geometry and what it is capable of at 100 %.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct ArmModel {
     /// Name by which it is chosen.
     pub name: String,
@@ -50,11 +46,7 @@ pub struct ArmModel {
 
 /// One axis: degrees, or mm for axis 3 of a SCARA arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Axis {
     /// Lowest value.
     pub min: f64,
@@ -68,7 +60,7 @@ pub struct Axis {
 
 /// Kind of arm, with its lengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ArmKind {
     /// Vertical articulated arm with a spherical wrist.
     SixAxis(SixAxisGeometry),
@@ -80,11 +72,7 @@ pub enum ArmKind {
 /// Axis 1 turns about the upright, axes 2 and 3 lean forward (towards +X), axis 5 bends the wrist forward,
 /// axes 4 and 6 roll about the forearm and the flange. The world origin is at the foot of axis 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct SixAxisGeometry {
     /// Height of axis 2.
     pub shoulder_height: f64,
@@ -102,11 +90,7 @@ pub struct SixAxisGeometry {
 
 /// Lengths of a SCARA arm in mm. All axes at 0: both links along +X; world Z is the value of axis 3.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct ScaraGeometry {
     /// Axis 1 to axis 2.
     pub first_arm: f64,

@@ -28,7 +28,7 @@ pub enum Dialect {
 
 /// How SF travels (option `sf.split`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum SfTexts {
     /// One text, whatever its length; what the vendor's library reads.
     One,
@@ -38,7 +38,7 @@ pub enum SfTexts {
 
 /// What PRINT and INPUT do on an Ethernet channel without a peer (option `channel.no_peer`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum NoPeer {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -48,7 +48,7 @@ pub enum NoPeer {
 
 /// What INPUT does with a datum that is no number (option `input.malformed`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Malformed {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -58,7 +58,7 @@ pub enum Malformed {
 
 /// Where a program goes on that was stopped by SP inside a WAIT (option `wait.after_stop`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum WaitAfterStop {
     /// With the step after the WAIT, as after an INPUT (CMD-RN-02 to the letter).
     Next,
@@ -70,7 +70,7 @@ pub enum WaitAfterStop {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "Option<bool>", into = "Option<bool>")
 )]
 pub enum UnsolicitedSp {
@@ -104,7 +104,7 @@ impl From<UnsolicitedSp> for Option<bool> {
 
 /// What DIN does with a number that no input has (option `scol.din_unknown`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum UnknownInput {
     /// The alarm that DOUT raises for such a number.
     Alarm,
@@ -114,7 +114,7 @@ pub enum UnknownInput {
 
 /// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Strobe {
     /// Each acts on its own rising edge.
     Free,
@@ -124,7 +124,7 @@ pub enum Strobe {
 
 /// What becomes of a character with a parity or framing error (option `serial.bad_character`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum BadCharacter {
     /// It is dropped; the text around it lacks it.
     Drop,
@@ -134,7 +134,7 @@ pub enum BadCharacter {
 
 /// What becomes of characters that come in on HOST while the robot sends (option `serial.while_sending`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum WhileSending {
     /// They are lost: the port is half-duplex.
     Lost,
@@ -144,11 +144,7 @@ pub enum WhileSending {
 
 /// The controller's readings of what the manual leaves open.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Options {
     /// `text.stx` and `text.checksum`.
     pub text: TextOptions,
@@ -305,7 +301,7 @@ impl Options {
 
 /// Which controller it is: only the TS3100 has an INTERNAL position on its key switch (GEN-05; of the TSL3000E assumed).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ControllerType {
     /// TS3100.
     #[default]
@@ -336,11 +332,7 @@ impl ControllerType {
 
 /// What a controller is made of.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Config {
     /// The readings.
     pub options: Options,

@@ -67,7 +67,7 @@ pub enum Output {
 
 /// How a connection ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum DisconnectMode {
     /// By a reset (RST): what is under way is lost.
     Reset,

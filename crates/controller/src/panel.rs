@@ -14,7 +14,7 @@ use ts3100_proto::words::Word;
 
 /// Something done at the controller itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum PanelAction {
     /// The key switch is turned.
     Key(KeySwitch),
@@ -53,7 +53,7 @@ pub enum PanelAction {
 
 /// Position of the key switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum KeySwitch {
     /// Teaching (test run).
     Teaching,
@@ -66,7 +66,7 @@ pub enum KeySwitch {
 
 /// Who commands the robot in EXT mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ControlRight {
     /// The external operation signals.
     Sig,
@@ -103,11 +103,7 @@ impl Word for ControlRight {
 
 /// Settings for jogging, as SF shows them (SF-14 to SF-16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct JogMode {
     /// 0 joint, 1 tool, 2 work, 3 world.
     pub coordinate: u16,
@@ -119,11 +115,7 @@ pub struct JogMode {
 
 /// The watchdog a host set by WD: it must send a text within the timeout (ste80722 S11).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Watchdog {
     /// Longest pause allowed.
     pub timeout: Duration,
@@ -143,11 +135,7 @@ impl Watchdog {
 
 /// State of the controller apart from program and arm.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct PanelState {
     /// The power is on; nothing else happens while it is off.
     pub powered: bool,
@@ -257,11 +245,7 @@ impl PanelState {
 
 /// The panel: its state, and the only ways to change it.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(transparent)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(transparent))]
 pub(crate) struct Panel {
     state: PanelState,
 }

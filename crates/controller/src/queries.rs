@@ -35,10 +35,6 @@ pub const MAX_ELEMENTS: usize = 1_000;
 /// A communication port at a moment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PortView {
-    /// Which.
-    pub port: Port,
-    /// The peer, while there is one.
-    pub peer: Option<String>,
     /// `idle`, `sending`, `receiving`: the exchange of a protocol port.
     pub exchange: Option<&'static str>,
     /// A text has begun and is not complete.
@@ -109,7 +105,7 @@ impl Controller {
     /// What PRINT has shown on the teach pendant.
     #[must_use]
     pub fn pendant(&self) -> &str {
-        &self.robot.pendant
+        self.robot.channels.pendant()
     }
 
     /// Name of the selected file; empty when none is.
@@ -171,7 +167,7 @@ impl Controller {
     #[must_use]
     pub fn work_name(&self) -> String {
         let frames = self.robot.arm.frames(self.robot.executor.memory().conditions());
-        String::from(self.robot.arm.work_name(&frames))
+        self.robot.arm.work_name(&frames)
     }
 
     /// Whether a motion is under way or held.
@@ -186,27 +182,22 @@ impl Controller {
         self.robot.arm.percent(self.robot.now)
     }
 
-    /// The six communication ports.
+    /// A communication port.
     #[must_use]
-    pub fn ports(&self) -> Vec<PortView> {
-        let view = |port: Port| {
-            let session = self.endpoints.sessions.get(&port);
-            let channel = self.robot.channels.get(&port);
-            PortView {
-                port,
-                peer: self.peer_of(port),
-                exchange: session.map(|session| match session.exchange() {
-                    Exchange::Idle => "idle",
-                    Exchange::Sending { .. } => "sending",
-                    Exchange::Receiving { .. } => "receiving",
-                }),
-                partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
-                buffer: channel
-                    .map(crate::io::channel::Channel::bytes)
-                    .unwrap_or_default(),
-            }
-        };
-        Port::ALL.into_iter().map(view).collect()
+    pub fn port(&self, port: Port) -> PortView {
+        let session = self.endpoints.sessions.get(&port);
+        let channel = self.robot.channels.get(port);
+        PortView {
+            exchange: session.map(|session| match session.exchange() {
+                Exchange::Idle => "idle",
+                Exchange::Sending { .. } => "sending",
+                Exchange::Receiving { .. } => "receiving",
+            }),
+            partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
+            buffer: channel
+                .map(crate::io::channel::Channel::bytes)
+                .unwrap_or_default(),
+        }
     }
 
     /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
@@ -335,7 +326,7 @@ impl Controller {
     pub fn host_is_silent(&self) -> bool {
         !self.endpoints.host_owes_text()
             && self.robot.panel.state().watchdog.is_none()
-            && !self.robot.is_jogging()
+            && !self.robot.arm.is_jogging()
     }
 
     /// The faults that are armed or were.
@@ -350,6 +341,7 @@ impl Controller {
         let mut copy = self.clone();
         copy.endpoints.faults = Faults::new(self.robot.config.fault_seed);
         copy.endpoints.variation = None;
+        copy.endpoints.find_due(&copy.robot);
         copy
     }
 

@@ -6,7 +6,7 @@ use crate::arm::{Arm, Frames};
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
 use crate::findings::{MAX_BYTES, MAX_MESSAGE, Rule};
-use crate::io::channel::Channel;
+use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::options::Config;
@@ -17,7 +17,7 @@ use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
-use alloc::collections::{BTreeMap, VecDeque};
+use alloc::collections::VecDeque;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -45,16 +45,9 @@ pub(crate) struct Robot {
     pub(crate) drive: Drive,
     pub(crate) alarms: Alarms,
     pub(crate) signals: Signals,
-    /// COM1, IP1, IP2, and IP3 for its peer alone.
-    pub(crate) channels: BTreeMap<Port, Channel>,
-    /// Figures typed at the teach pendant.
-    pub(crate) keys: Channel,
-    /// Text that PRINT has shown on the teach pendant.
-    pub(crate) pendant: String,
+    pub(crate) channels: Channels,
     pub(crate) executor: Executor,
     pub(crate) arm: Arm,
-    /// The port whose host guides the arm by JG.
-    pub(crate) jogging: Option<Port>,
     pub(crate) parameters: Parameters,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
@@ -87,14 +80,9 @@ impl Robot {
             drive,
             alarms: Alarms::default(),
             signals: Signals::default(),
-            channels: [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3]
-                .map(|port| (port, Channel::default()))
-                .into(),
-            keys: Channel::default(),
-            pendant: String::new(),
+            channels: Channels::default(),
             executor: Executor::new(&config.language(), Time::ZERO),
             arm: Arm::new(config.model.clone()),
-            jogging: None,
             parameters: Parameters::factory(config.options.open_mode),
             traced: false,
             maintenance: MaintenanceCounters::default(),
@@ -126,14 +114,6 @@ impl Robot {
         let (executed, _) = self.executor.executed(self.arm.is_moving());
         let (analysed, _) = self.executor.analysed();
         (executed, analysed)
-    }
-
-    /// The motion ends if its time has come.
-    pub(crate) fn end_motion(&mut self) {
-        if self.arm.finish_due(self.now) {
-            // Whatever moves next is no guided motion any more.
-            self.jogging = None;
-        }
     }
 
     pub(crate) fn push_output(&mut self, output: Output) {
@@ -177,11 +157,6 @@ impl Robot {
             .plus_seconds(self.now.as_micros() / 1_000_000)
     }
 
-    /// Whether a host guides the arm right now.
-    pub(crate) fn is_jogging(&self) -> bool {
-        self.jogging.is_some() && self.arm.is_moving()
-    }
-
     /// A file is about to be stored, or with no content erased.
     ///
     /// # Errors
@@ -198,20 +173,30 @@ impl Robot {
         answer.map_err(|reason| DriveError::NotPersisted { name, reason })
     }
 
+    /// Stores a file; it is kept outside too if files are.
+    ///
+    /// # Errors
+    /// [`DriveError`]; the drive is then unchanged.
     pub(crate) fn store(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
         self.drive.check(name, content)?;
         self.persist(name.as_str(), Some(content))?;
-        self.put_in_place(name, content);
-        Ok(())
-    }
-
-    /// Stores what was checked.
-    pub(crate) fn put_in_place(&mut self, name: &FileName, content: &Bytes) {
         self.drive.store_checked(name, content.clone());
         self.push_output(Output::Stored {
             name: name.as_str().to_string(),
             content: content.clone(),
         });
         self.executor.mark_stale(name.as_str(), self.now);
+        Ok(())
+    }
+
+    /// Stores a file without asking whether it is kept outside.
+    ///
+    /// # Errors
+    /// [`DriveError`]; the drive is then unchanged.
+    pub(crate) fn store_inside(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
+        let persistence = core::mem::take(&mut self.persistence);
+        let stored = self.store(name, content);
+        self.persistence = persistence;
+        stored
     }
 }

@@ -8,7 +8,7 @@ use core::time::Duration;
 
 /// A moment of virtual time, in microseconds since the controller value was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Time(u64);
 
 /// A duration that a program gives in seconds, clamped to 0 to `longest` and rounded to the nearest microsecond:

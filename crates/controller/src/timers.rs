@@ -77,7 +77,7 @@ impl Timer {
             Timer::SerialLines => endpoints.serve_lines(robot),
             Timer::HostTimeout => endpoints.expire_sessions(robot),
             Timer::Watchdog => endpoints.expire_watchdog(robot),
-            Timer::Motion => robot.end_motion(),
+            Timer::Motion => robot.arm.finish_due(robot.now),
             Timer::Lines => robot.change_due_lines(),
             Timer::Servo => robot.end_servo_interval(),
             Timer::Program => robot.run(endpoints),
@@ -93,12 +93,34 @@ impl Endpoints {
         timers.filter_map(|timer| timer.due(self, robot)).min()
     }
 
-    /// Serves everything that is due now.
-    pub(crate) fn advance(&mut self, robot: &mut Robot) {
-        for timer in AT_PORTS {
-            timer.serve(self, robot);
+    /// Finds the deadline anew after a change.
+    pub(crate) fn find_due(&mut self, robot: &Robot) {
+        self.due = self.deadline(robot);
+    }
+
+    /// Serves each timer that is due by `now` at its own time. True if the last was due at `now` itself: nothing more
+    /// happens by itself then.
+    pub(crate) fn advance_to(&mut self, robot: &mut Robot, now: Time) -> bool {
+        let mut settled = false;
+        while let Some(due) = self.due.filter(|&due| due <= now) {
+            robot.now = robot.now.max(due);
+            for timer in AT_PORTS {
+                timer.serve(self, robot);
+            }
+            self.settle(robot);
+            settled = robot.now >= now;
+            if robot.persistence.is_pending() {
+                return settled;
+            }
         }
-        self.settle(robot);
+        if !settled {
+            robot.now = robot.now.max(now);
+            self.receive_from_lines(robot);
+            if robot.persistence.is_pending() {
+                self.find_due(robot);
+            }
+        }
+        settled
     }
 
     /// Runs the robot as far as it goes at this instant, then tells the hosts.
@@ -106,5 +128,6 @@ impl Endpoints {
         for timer in BEHIND_PORTS {
             timer.serve(self, robot);
         }
+        self.find_due(robot);
     }
 }

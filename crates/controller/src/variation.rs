@@ -69,11 +69,7 @@ pub const VARIATIONS: &[VariationRule] = &[
 
 /// The random state of the variations in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Variation {
     seed: u64,
     segments: Rng,

@@ -19,6 +19,17 @@ pub enum Side {
     Robot,
 }
 
+impl Side {
+    /// The other one.
+    #[must_use]
+    pub const fn other(self) -> Side {
+        match self {
+            Side::Host => Side::Robot,
+            Side::Robot => Side::Host,
+        }
+    }
+}
+
 /// Something the owner of a controller has done around it.
 #[derive(Debug, Clone, Copy)]
 pub enum Notice<'a> {

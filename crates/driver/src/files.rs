@@ -45,6 +45,13 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
+/// The extension of a file name in lower case; empty without one.
+#[must_use]
+pub fn extension(path: &Path) -> String {
+    let ending = path.extension().unwrap_or_default();
+    ending.to_string_lossy().to_ascii_lowercase()
+}
+
 fn expect_regular(found: &Metadata) -> io::Result<()> {
     if found.is_file() {
         return Ok(());

@@ -16,7 +16,7 @@
 
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::launch::Launched;
-pub use crate::launch::StartError;
+pub use crate::loading::StartError;
 use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};

@@ -2,7 +2,7 @@
 //! interface). The command line and the embedding API start here; the loop is [`ts3100_driver::driver`].
 
 use crate::config::Settings;
-use crate::loading::{self, LoadError};
+use crate::loading::{self, StartError};
 use crate::log::EventLog;
 use std::future::Future;
 use std::net::SocketAddr;
@@ -11,63 +11,11 @@ use tokio::sync::mpsc;
 use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_controller::Controller;
 use ts3100_driver::driver::request::Request;
-use ts3100_driver::driver::{Driver, OpenError, Setup};
-use ts3100_driver::snapshot;
+use ts3100_driver::driver::{Driver, Setup};
 use ts3100_recording::faults;
 use ts3100_recording::reports::RunRecord;
 use ts3100_recording::scenario::Play;
-use ts3100_recording::transcript::{
-    Header, RecorderError, TranscriptBuffer, TranscriptSink, calendar_if_set,
-};
-
-/// Why the emulator cannot start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// A file or the backing directory cannot be loaded.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// The controller rejected a file.
-    #[error("{name} cannot be stored on the RAM drive: {reason}")]
-    Store {
-        /// Its name on the drive.
-        name: String,
-        /// Why.
-        reason: String,
-    },
-    /// The requested file cannot be selected.
-    #[error("{name} cannot be selected: {reason}")]
-    Select {
-        /// Its name on the drive.
-        name: String,
-        /// Why, with the diagnostics of the compiler.
-        reason: String,
-    },
-    /// A port or a serial line cannot be opened, or the self-check failed.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// The control interface cannot listen.
-    #[error("the control interface cannot listen on {address}: {reason}")]
-    Control {
-        /// Where.
-        address: SocketAddr,
-        /// Error of the operating system.
-        reason: std::io::Error,
-    },
-    /// A transcript cannot be created.
-    #[error(transparent)]
-    Transcript(#[from] RecorderError),
-    /// The initial snapshot cannot be read.
-    #[error(transparent)]
-    Snapshot(#[from] snapshot::FileError),
-    /// A runtime or thread failed.
-    #[error("the operating system refuses a {what}: {reason}")]
-    System {
-        /// The resource that was requested.
-        what: &'static str,
-        /// Error of the operating system.
-        reason: std::io::Error,
-    },
-}
+use ts3100_recording::transcript::{Header, TranscriptBuffer, TranscriptSink, calendar_if_set};
 
 /// An emulator whose ports are open.
 pub struct Launched {

@@ -5,11 +5,12 @@
 //! power-on (PAR-FILE-03), so they are separated from the files that are put on the drive afterwards.
 
 use crate::config::Settings;
-use crate::launch::StartError;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::net::SocketAddr;
+use std::path::PathBuf;
 use tracing::warn;
 use ts3100_controller::{Controller, Time};
+use ts3100_driver::driver::OpenError;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
 use ts3100_driver::snapshot;
@@ -17,16 +18,17 @@ use ts3100_driver::store::backing::{Backing, WhenFull};
 use ts3100_driver::store::{Store, StoreError, StoredFiles};
 use ts3100_proto::name::FileName;
 use ts3100_recording::diff::Candidate;
+use ts3100_recording::transcript::RecorderError;
 
 /// Name of the example program.
 pub const DEMO_NAME: &str = "DEMO";
 /// The example program, on the drive when neither a directory nor a file is given.
 pub const DEMO: &str = include_str!("../assets/demo.scol");
 
-/// Why a file of the PC cannot become a file of the drive.
+/// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
-pub enum LoadError {
-    /// The file cannot be read.
+pub enum StartError {
+    /// A file of the PC cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
     Read {
         /// The file on the PC.
@@ -34,25 +36,53 @@ pub enum LoadError {
         /// The error of the operating system.
         reason: io::Error,
     },
-    /// Its name cannot be a name of the drive.
+    /// The name of a file of the PC cannot be a name of the drive.
     #[error(transparent)]
     Name(#[from] NameError),
     /// The backing directory cannot be opened or read.
     #[error(transparent)]
-    Store(#[from] StoreError),
-}
-
-/// The files for the RAM drive, by when they get there.
-pub struct DriveFiles {
-    /// The open backing directory, and the files in it.
-    pub store: Option<(Store, StoredFiles)>,
-    /// Files present at power-on: those of the directory, and the parameter files of `--load`,
-    /// since those act only then (PAR-FILE-03).
-    pub at_power_on: StoredFiles,
-    /// Files to put on the drive after power-on.
-    pub after_power_on: StoredFiles,
-    /// The example program is on the drive.
-    pub demo: bool,
+    Backing(#[from] StoreError),
+    /// The controller rejected a file.
+    #[error("{name} cannot be stored on the RAM drive: {reason}")]
+    Store {
+        /// Its name on the drive.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// The requested file cannot be selected.
+    #[error("{name} cannot be selected: {reason}")]
+    Select {
+        /// Its name on the drive.
+        name: String,
+        /// Why, with the diagnostics of the compiler.
+        reason: String,
+    },
+    /// A port or a serial line cannot be opened, or the self-check failed.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The control interface cannot listen.
+    #[error("the control interface cannot listen on {address}: {reason}")]
+    Control {
+        /// Where.
+        address: SocketAddr,
+        /// Error of the operating system.
+        reason: io::Error,
+    },
+    /// A transcript cannot be created.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
+    /// The initial snapshot cannot be read.
+    #[error(transparent)]
+    Snapshot(#[from] snapshot::FileError),
+    /// A runtime or thread failed.
+    #[error("the operating system refuses a {what}: {reason}")]
+    System {
+        /// The resource that was requested.
+        what: &'static str,
+        /// Error of the operating system.
+        reason: io::Error,
+    },
 }
 
 /// A controller after power-on, with its files.
@@ -72,29 +102,35 @@ pub struct PoweredController {
 /// Powers a controller on, puts the files on its drive and selects one, as configured.
 ///
 /// # Errors
-/// [`StartError::Load`], [`StartError::Store`] or [`StartError::Select`].
+/// A file, the backing directory or a snapshot is refused.
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
-    let DriveFiles {
-        store,
-        at_power_on: present,
-        after_power_on: put,
-        demo,
-    } = load(settings)?;
+    let mut put = pc_files(settings)?;
+    let store = settings.drive.as_deref().map(Store::open).transpose()?;
+    let demo = store.is_none() && put.is_empty();
+    if demo {
+        let line_end = settings.controller.options.line_end;
+        put.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
+    }
+    let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
+    // Parameter files act only at power-on (PAR-FILE-03); one of `--load` wins over that of the directory.
+    for (name, content) in put.extract_if(.., |(name, _)| is_parameter(name)) {
+        present.retain(|(other, _)| *other != name);
+        present.push((name, content));
+    }
     let files = present.iter().chain(&put).cloned().collect();
     let mut controller =
         Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
             name: "a file".to_owned(),
             reason: error.to_string(),
         })?;
+    let mut remembers = false;
     if let Some((store, _)) = &store {
         for warning in store.warnings() {
             warn!(event = "drive", "{warning}");
         }
+        remembers = !store.history().is_empty();
         controller = controller.remembering(store.history().iter().cloned());
     }
-    let remembers = store
-        .as_ref()
-        .is_some_and(|(store, _)| !store.history().is_empty());
     for (name, content) in put {
         let stored = controller.put_file(&name, &content);
         stored.map_err(|error| StartError::Store {
@@ -113,9 +149,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         let fresh = std::mem::replace(&mut controller, snapshot::read(path)?);
         controller.adopt_peers(&fresh);
     }
-    let when_full = settings.links.when_full;
-    let backing = store
-        .map(|(store, found)| attach_backing(Backing::new(store, when_full), &found, &controller, when_full));
+    let backing = store.map(|(store, found)| attach_backing(store, &found, &controller, settings));
     let backing = backing.transpose()?;
     controller.persist_outside(backing.is_some());
     Ok(PoweredController {
@@ -141,57 +175,41 @@ pub fn candidate(settings: &Settings) -> Result<Candidate, StartError> {
 
 /// Brings the backing directory, which has the files `found`, in line with the drive.
 fn attach_backing(
-    mut backing: Backing,
+    store: Store,
     found: &StoredFiles,
     controller: &Controller,
-    when_full: WhenFull,
-) -> Result<Backing, LoadError> {
+    settings: &Settings,
+) -> Result<Backing, StoreError> {
+    let mut backing = Backing::new(store, settings.links.when_full);
     let found = found
         .iter()
         .map(|(name, content)| (name.as_str(), content.as_slice()));
     match backing.replace_files(found, controller) {
-        Err(reason) if when_full == WhenFull::Refuse => Err(reason.into()),
+        Err(reason) if settings.links.when_full == WhenFull::Refuse => Err(reason),
         _ => Ok(backing),
     }
 }
 
-/// Collects the files for the drive. `--load` wins over the directory for parameter files.
-///
-/// # Errors
-/// See [`LoadError`].
-pub fn load(settings: &Settings) -> Result<DriveFiles, LoadError> {
-    let line_end = settings.controller.options.line_end;
-    let mut files = Vec::new();
+/// The files of `--load` with the names and line ends of the drive, followed by those given by content.
+fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
+    let mut found = Vec::new();
     for path in &settings.load {
-        files.push((drive_name(path)?, drive_content(&read(path)?, line_end)));
+        let name = drive_name(path)?;
+        let content = files::read(path, MAX_PC_FILE).map_err(|reason| StartError::Read {
+            path: path.clone(),
+            reason,
+        })?;
+        found.push((
+            name,
+            drive_content(&content, settings.controller.options.line_end),
+        ));
     }
-    files.extend(settings.files.iter().cloned());
-    let store = settings.drive.as_deref().map(Store::open).transpose()?;
-    let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
-    let demo = settings.drive.is_none() && files.is_empty();
-    if demo {
-        files.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
-    }
-    let (parameters, put): (StoredFiles, StoredFiles) = files
-        .into_iter()
-        .partition(|(name, _)| FileName::parse(name).is_ok_and(|name| name.is_parameter()));
-    for (name, content) in parameters {
-        present.retain(|(other, _)| *other != name);
-        present.push((name, content));
-    }
-    Ok(DriveFiles {
-        store,
-        at_power_on: present,
-        after_power_on: put,
-        demo,
-    })
+    found.extend(settings.files.iter().cloned());
+    Ok(found)
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
-    files::read(path, MAX_PC_FILE).map_err(|reason| LoadError::Read {
-        path: path.to_path_buf(),
-        reason,
-    })
+fn is_parameter(name: &str) -> bool {
+    FileName::parse(name).is_ok_and(|name| name.is_parameter())
 }
 
 #[cfg(test)]

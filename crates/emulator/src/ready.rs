@@ -5,102 +5,60 @@
 //! opened by [`ts3100_driver::driver`].
 
 use crate::config::Settings;
-use serde::Serialize;
+use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::{self, Write as _};
 use std::net::SocketAddr;
 use ts3100_controller::port::Port;
 use ts3100_driver::serial::SerialEndpoint;
 
-/// The ready line on stdout. Keys may be added; none may change.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Ready {
-    event: &'static str,
-    ports: ReadyPorts,
-    #[serde(skip_serializing_if = "ReadySerial::is_empty")]
-    serial: ReadySerial,
-    /// URL of the control interface; no key without one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    control: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+/// Prints the ready line to stdout, with these TCP ports, serial lines, control address and seed of the legal variation.
+///
+/// # Errors
+/// Stdout does not take it.
+pub fn print_line(
+    ports: &BTreeMap<Port, u16>,
+    serial: &BTreeMap<Port, SerialEndpoint>,
+    control: Option<SocketAddr>,
     vary: Option<u64>,
+) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "{}", line(ports, serial, control, vary))?;
+    stdout.flush()
 }
 
-/// The serial lines: a path, or an address in the form of pyserial (`rfc2217://`, `socket://`). A port without a line has
-/// no key.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-struct ReadySerial {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    host: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    com1: Option<String>,
+/// The line as JSON. A channel that is no server, a port without a serial line, an interface that is off have no key. A
+/// serial line is a path, or an address in the form of pyserial (`rfc2217://`, `socket://`).
+fn line(
+    ports: &BTreeMap<Port, u16>,
+    serial: &BTreeMap<Port, SerialEndpoint>,
+    control: Option<SocketAddr>,
+    vary: Option<u64>,
+) -> Value {
+    let mut line = json!({ "event": "ready", "ports": by_name(ports, |number| json!(number)) });
+    if !serial.is_empty() {
+        line["serial"] = by_name(serial, |place| json!(place.to_string()));
+    }
+    if let Some(control) = control {
+        line["control"] = json!(url(control));
+    }
+    if let Some(vary) = vary {
+        line["vary"] = json!(vary);
+    }
+    line
 }
 
-impl ReadySerial {
-    fn is_empty(&self) -> bool {
-        self.host.is_none() && self.com1.is_none()
-    }
-}
-
-/// The port each server channel accepts on; a channel that is no server has no key.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-struct ReadyPorts {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ip0: Option<u16>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ip1: Option<u16>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ip2: Option<u16>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ip3: Option<u16>,
-}
-
-impl Ready {
-    /// A ready line with these TCP ports, serial lines and control address.
-    #[must_use]
-    pub fn new(
-        ports: &BTreeMap<Port, u16>,
-        serial: &BTreeMap<Port, SerialEndpoint>,
-        control: Option<SocketAddr>,
-    ) -> Ready {
-        let place = |port| serial.get(&port).map(ToString::to_string);
-        let of = |port| ports.get(&port).copied();
-        let ports = ReadyPorts {
-            ip0: of(Port::Ip0),
-            ip1: of(Port::Ip1),
-            ip2: of(Port::Ip2),
-            ip3: of(Port::Ip3),
-        };
-        Ready {
-            event: "ready",
-            ports,
-            serial: ReadySerial {
-                host: place(Port::Host),
-                com1: place(Port::Com1),
-            },
-            control: control.map(url),
-            vary: None,
-        }
-    }
-
-    /// Adds the seed of the legal variation.
-    #[must_use]
-    pub fn with_variation(self, vary: Option<u64>) -> Ready {
-        Ready { vary, ..self }
-    }
-
-    /// The line as JSON, without a line feed.
-    ///
-    /// # Errors
-    /// None that this value can cause; serde's signature.
-    pub fn to_json(&self) -> serde_json::Result<String> {
-        serde_json::to_string(self)
-    }
+/// An object with a key for each port.
+fn by_name<T>(ports: &BTreeMap<Port, T>, value: fn(&T) -> Value) -> Value {
+    let fields = ports.iter();
+    fields
+        .map(|(port, of)| (port.name().to_ascii_lowercase(), value(of)))
+        .collect()
 }
 
 /// The URL of the control interface.
-#[must_use]
-pub fn url(address: SocketAddr) -> String {
+fn url(address: SocketAddr) -> String {
     format!("http://{address}")
 }
 
@@ -173,21 +131,22 @@ mod tests {
     fn the_line_is_the_documented_one() {
         let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
         assert_eq!(
-            Ready::new(&all, &BTreeMap::new(), None).to_json().unwrap(),
+            line(&all, &BTreeMap::new(), None, None).to_string(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
         );
         assert_eq!(
-            Ready::new(&BTreeMap::new(), &BTreeMap::new(), None)
-                .with_variation(Some(7))
-                .to_json()
-                .unwrap(),
+            line(&BTreeMap::new(), &BTreeMap::new(), None, Some(7)).to_string(),
             r#"{"event":"ready","ports":{},"vary":7}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(
-            Ready::new(&one, &BTreeMap::new(), Some("127.0.0.1:3100".parse().unwrap()))
-                .to_json()
-                .unwrap(),
+            line(
+                &one,
+                &BTreeMap::new(),
+                Some("127.0.0.1:3100".parse().unwrap()),
+                None
+            )
+            .to_string(),
             r#"{"event":"ready","ports":{"ip0":40001},"control":"http://127.0.0.1:3100"}"#
         );
         let serial = BTreeMap::from([
@@ -198,7 +157,7 @@ mod tests {
             ),
         ]);
         assert_eq!(
-            Ready::new(&one, &serial, None).to_json().unwrap(),
+            line(&one, &serial, None, None).to_string(),
             r#"{"event":"ready","ports":{"ip0":40001},"serial":{"host":"/run/robot/host","com1":"rfc2217://127.0.0.1:2217"}}"#
         );
     }

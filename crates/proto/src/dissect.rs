@@ -55,12 +55,8 @@ pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
         Err(_) => found.add("text.data", "data", start..end, quoted(data)),
     }
     if end < wire.len() {
-        found.add(
-            "text.etx",
-            "ETX",
-            end..wire.len(),
-            quoted(wire.get(end..).unwrap_or_default()),
-        );
+        let etx = wire.get(end..).unwrap_or_default();
+        found.add("text.etx", "ETX", end..wire.len(), quoted(etx));
     }
     found.0
 }
@@ -116,10 +112,10 @@ const IO_FORMS: &[(usize, &[u8])] = &[
 struct Dissector(Vec<DissectedField>);
 
 impl Dissector {
-    fn add(&mut self, key: &str, name: &str, range: Range<usize>, value: String) {
+    fn add(&mut self, key: impl Into<String>, name: impl Into<String>, range: Range<usize>, value: String) {
         self.0.push(DissectedField {
-            key: key.to_string(),
-            name: name.to_string(),
+            key: key.into(),
+            name: name.into(),
             range,
             value,
         });
@@ -166,8 +162,9 @@ impl Dissector {
                 break;
             };
             end = range.end;
-            let (key, value) = (format!("sf.{}", field.key), field.kind.describe(bytes));
-            self.add(&key, &field.name, from + range.start..from + range.end, value);
+            let value = field.kind.describe(bytes);
+            let range = from + range.start..from + range.end;
+            self.add(format!("sf.{}", field.key), field.name, range, value);
         }
         self.rest("sf.rest", content, end, from);
     }
@@ -182,11 +179,9 @@ impl Dissector {
                 ("output", index + 1 - half)
             };
             let range = from + end..from + end + 2;
-            let (key, name) = (
-                format!("io.{direction}.{number}"),
-                format!("{direction} word {number}"),
-            );
-            self.add(&key, &name, range, SfFieldKind::Lines("bit ", 0).describe(pair));
+            let key = format!("io.{direction}.{number}");
+            let value = SfFieldKind::Lines("bit ", 0).describe(pair);
+            self.add(key, format!("{direction} word {number}"), range, value);
             end += 2;
         }
         self.rest("io.rest", content, end, from);
@@ -211,12 +206,8 @@ impl Dissector {
             };
             if !(item.is_empty() && end == from + content.len()) {
                 let name = format!("{} {label}", key.to_ascii_uppercase());
-                self.add(
-                    &format!("{key}.{}", label.to_ascii_lowercase()),
-                    &name,
-                    at..end,
-                    quoted(item),
-                );
+                let key = format!("{key}.{}", label.to_ascii_lowercase());
+                self.add(key, name, at..end, quoted(item));
             }
             at = end + 1;
         }
@@ -243,12 +234,10 @@ impl Dissector {
                 "eu" if number > 1 => self.entry(number - 1, line, range),
                 "ac" | "ah" => self.alarm(key, number, whole, range),
                 "eu" => self.add("eu.count", "number of entries", range, quoted(whole)),
-                _ => self.add(
-                    &format!("{key}.{name}"),
-                    &format!("{word} {name}"),
-                    range,
-                    quoted(whole),
-                ),
+                _ => {
+                    let value = quoted(whole);
+                    self.add(format!("{key}.{name}"), format!("{word} {name}"), range, value);
+                }
             }
             at += length;
         }
@@ -273,7 +262,7 @@ impl Dissector {
                 _ => format!("{key}.{number}.{name}"),
             };
             let end = at + item.len();
-            self.add(&part, &format!("alarm {number}, {name}"), at..end, quoted(item));
+            self.add(part, format!("alarm {number}, {name}"), at..end, quoted(item));
             at = end;
         }
     }
@@ -283,29 +272,21 @@ impl Dissector {
         let blank = line.iter().position(|byte| *byte == b' ').unwrap_or(line.len());
         let (alarm, date) = line.split_at(blank);
         let middle = range.start + blank;
-        self.add(
-            &format!("eu.{number}.alarm"),
-            &format!("entry {number}, alarm"),
-            range.start..middle,
-            quoted(alarm),
-        );
-        self.add(
-            &format!("eu.{number}.date"),
-            &format!("entry {number}, date"),
-            middle..range.end,
-            quoted(date.strip_prefix(b" ").unwrap_or(date)),
-        );
+        let date = date.strip_prefix(b" ").unwrap_or(date);
+        for (name, range, bytes) in [
+            ("alarm", range.start..middle, alarm),
+            ("date", middle..range.end, date),
+        ] {
+            let key = format!("eu.{number}.{name}");
+            self.add(key, format!("entry {number}, {name}"), range, quoted(bytes));
+        }
     }
 
     fn rest(&mut self, key: &str, content: &[u8], at: usize, from: usize) {
         if at < content.len() {
             let range = from + at..from + content.len();
-            self.add(
-                key,
-                "the rest",
-                range,
-                quoted(content.get(at..).unwrap_or_default()),
-            );
+            let rest = content.get(at..).unwrap_or_default();
+            self.add(key, "the rest", range, quoted(rest));
         }
     }
 }

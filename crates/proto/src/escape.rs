@@ -140,6 +140,13 @@ pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
     units(text).map(byte).collect()
 }
 
+/// Bytes as pairs of hexadecimal digits with blanks between them.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    let pairs: Vec<String> = bytes.iter().map(|byte| alloc::format!("{byte:02X}")).collect();
+    pairs.join(" ")
+}
+
 /// A byte of one or two hexadecimal digits.
 #[must_use]
 pub fn hex_byte(digits: &str) -> Option<u8> {

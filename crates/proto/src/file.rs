@@ -66,14 +66,6 @@ pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileError> {
     LineCheck::new(rule).push(content)
 }
 
-/// Checks a whole user file (without EOF).
-///
-/// # Errors
-/// As [`check_file`].
-pub fn check_user_file(content: &[u8]) -> Result<(), FileError> {
-    check_file(content, FileRule::User)
-}
-
 /// The check of a file that arrives in blocks: the position so far.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
@@ -268,12 +260,6 @@ impl FlReceiver {
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.content.len() <= self.limit && self.check.column <= self.content.len()
-    }
-
-    /// Whether the first text has been received.
-    #[must_use]
-    pub fn has_begun(&self) -> bool {
-        self.begun
     }
 
     fn take(&mut self, data: &[u8]) -> Result<Received, FileError> {

@@ -70,23 +70,14 @@ impl FileName {
         check_first(text, MAX_FILE_NAME)?;
         let mut extension = None;
         for (at, found) in text.chars().enumerate() {
-            match (found, extension) {
-                ('.', None) => extension = Some(at),
-                (c, _) if c.is_ascii_alphanumeric() => {}
-                (found, None) => {
-                    return Err(NameError::Character {
-                        expected: "a letter, a digit or one dot",
-                        found,
-                        at,
-                    });
-                }
-                (found, Some(_)) => {
-                    return Err(NameError::Character {
-                        expected: "a letter or a digit",
-                        found,
-                        at,
-                    });
-                }
+            if found == '.' && extension.is_none() {
+                extension = Some(at);
+            } else if !found.is_ascii_alphanumeric() {
+                let expected = match extension {
+                    None => "a letter, a digit or one dot",
+                    Some(_) => "a letter or a digit",
+                };
+                return Err(NameError::Character { expected, found, at });
             }
         }
         if extension.is_some_and(|at| at + 1 == text.len()) {
@@ -194,13 +185,15 @@ impl VariableName {
 impl fmt::Display for VariableName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.name)?;
-        for (index, subscript) in self.subscripts.iter().enumerate() {
-            write!(f, "{}{subscript}", if index == 0 { "(" } else { "," })?;
-        }
-        if self.subscripts.is_empty() {
-            Ok(())
-        } else {
-            f.write_str(")")
+        match self.subscripts.split_first() {
+            None => Ok(()),
+            Some((first, further)) => {
+                write!(f, "({first}")?;
+                further
+                    .iter()
+                    .try_for_each(|subscript| write!(f, ",{subscript}"))?;
+                f.write_str(")")
+            }
         }
     }
 }

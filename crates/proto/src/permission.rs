@@ -10,6 +10,7 @@ use crate::command::{COMMANDS, count_permissions, permission_names};
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
 use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 
 /// A port that speaks the simple protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -148,27 +149,33 @@ impl PermissionTable {
     /// A line that is no heading and no row, a cell that is not O, S or X, a row or a table twice
     /// or missing.
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
-        let (mut host, mut ip0) = (None, None);
-        let (mut host_extensions, mut ip0_extensions) = (None, None);
+        let mut table = PermissionTable::printed();
+        let mut missing = Vec::from(HEADINGS);
         let mut lines = Lines::new(text);
         while let Some((number, line)) = lines.next() {
-            match line {
-                HOST => fill_table(&mut host, number, line, &ROWS, &mut lines)?,
-                IP0 => fill_table(&mut ip0, number, line, &ROWS, &mut lines)?,
-                HOST_EXTENSIONS => {
-                    fill_table(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?;
-                }
-                IP0_EXTENSIONS => fill_table(&mut ip0_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
-                _ => return Err(error(number, HEADINGS, line)),
-            }
+            let tables = HEADINGS.into_iter().zip(table.tables_mut());
+            let Some((_, (names, rows))) = tables.into_iter().find(|(heading, _)| *heading == line) else {
+                let expected = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
+                return Err(error(number, expected, line));
+            };
+            let place = missing.iter().position(|heading| *heading == line);
+            missing.remove(place.ok_or_else(|| error(number, "each table once", line))?);
+            parse_table(&mut lines, names, rows)?;
         }
-        let missing = |heading: &str| error(lines.number.max(1), heading, "the end of the file");
-        Ok(PermissionTable {
-            host: host.ok_or_else(|| missing(HOST))?,
-            ip0: ip0.ok_or_else(|| missing(IP0))?,
-            host_extensions: host_extensions.ok_or_else(|| missing(HOST_EXTENSIONS))?,
-            ip0_extensions: ip0_extensions.ok_or_else(|| missing(IP0_EXTENSIONS))?,
-        })
+        match missing.first() {
+            Some(heading) => Err(error(lines.number.max(1), heading, "the end of the file")),
+            None => Ok(table),
+        }
+    }
+
+    /// Names and cells of the rows of each table, in the order of [`HEADINGS`].
+    fn tables_mut(&mut self) -> [(&'static [&'static str], &mut [Row]); 4] {
+        [
+            (&ROWS, &mut self.host),
+            (&ROWS, &mut self.ip0),
+            (&EXTENSION_ROWS, &mut self.host_extensions),
+            (&EXTENSION_ROWS, &mut self.ip0_extensions),
+        ]
     }
 
     /// The cell of a row, in upper or lower case: the letters of a command, `RS,ERR` for the reset of alarms
@@ -188,16 +195,8 @@ impl PermissionTable {
     }
 }
 
-/// Heading of table 5.3.
-const HOST: &str = "[HOST]";
-/// Heading of table 5.4.
-const IP0: &str = "[IP0]";
-/// Heading of the extensions on HOST.
-const HOST_EXTENSIONS: &str = "[HOST extensions]";
-/// Heading of the extensions on IP0.
-const IP0_EXTENSIONS: &str = "[IP0 extensions]";
-/// Expected at the start of a table.
-const HEADINGS: &str = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
+/// What stands above the tables.
+const HEADINGS: [&str; 4] = ["[HOST]", "[IP0]", "[HOST extensions]", "[IP0 extensions]"];
 
 /// Whether a table may lack this row.
 fn is_optional(row: &str) -> bool {
@@ -205,21 +204,6 @@ fn is_optional(row: &str) -> bool {
         .iter()
         .skip(REQUIRED_EXTENSIONS)
         .any(|later| *later == row)
-}
-
-/// Reads the table under a heading, unless it was there before.
-fn fill_table<const N: usize>(
-    target: &mut Option<Rows<N>>,
-    number: usize,
-    heading: &str,
-    names: &[&'static str; N],
-    lines: &mut Lines<'_>,
-) -> Result<(), PermissionError> {
-    if target.is_some() {
-        return Err(error(number, "each table once", heading));
-    }
-    *target = Some(parse_table(lines, names)?);
-    Ok(())
 }
 
 /// Lines with content, blanks around them and comments removed.
@@ -250,10 +234,11 @@ impl<'a> Lines<'a> {
 }
 
 /// The head row and the rows of one table.
-fn parse_table<const N: usize>(
+fn parse_table(
     lines: &mut Lines<'_>,
-    names: &[&'static str; N],
-) -> Result<Rows<N>, PermissionError> {
+    names: &[&'static str],
+    rows: &mut [Row],
+) -> Result<(), PermissionError> {
     let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
     match lines.next() {
         Some((_, line))
@@ -263,34 +248,30 @@ fn parse_table<const N: usize>(
         Some((number, line)) => return Err(error(number, &head(), line)),
         None => return Err(error(lines.number, &head(), "the end of the file")),
     }
-    let mut rows = [[Permission::Valid; CELLS]; N];
+    rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
-    while seen.len() < N {
+    while seen.len() < names.len() {
         let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
         if ends && names.iter().all(|row| is_optional(row) || seen.contains(row)) {
             break;
         }
-        let missing = || {
-            names
-                .iter()
-                .filter(|row| !seen.contains(*row))
-                .copied()
-                .collect::<alloc::vec::Vec<_>>()
+        let expected = || {
+            let missing = names.iter().copied().filter(|row| !seen.contains(row));
+            alloc::format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
-        let expected = || alloc::format!("a row of {}", missing().join(" "));
         let Some((number, line)) = lines.next() else {
             return Err(error(lines.number, &expected(), "the end of the file"));
         };
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
-        let mut named = names.iter().zip(&mut rows);
+        let mut named = names.iter().zip(rows.iter_mut());
         let (name, cells) = named
             .find(|(row, _)| **row == letters && !seen.contains(*row))
             .ok_or_else(|| error(number, &expected(), line))?;
         *cells = parse_row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
         seen.insert(*name);
     }
-    Ok(rows)
+    Ok(())
 }
 
 fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {

@@ -2,7 +2,6 @@
 //!
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
-use crate::parameter::Parity;
 use alloc::borrow::Cow;
 use alloc::string::{String, ToString};
 
@@ -26,18 +25,6 @@ impl Word for bool {
 
     fn word(self) -> &'static str {
         if self { "on" } else { "off" }
-    }
-}
-
-impl Word for Parity {
-    const ALL: &'static [Parity] = &[Parity::None, Parity::Odd, Parity::Even];
-
-    fn word(self) -> &'static str {
-        match self {
-            Parity::None => "none",
-            Parity::Odd => "odd",
-            Parity::Even => "even",
-        }
     }
 }
 

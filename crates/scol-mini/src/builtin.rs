@@ -5,7 +5,7 @@
 
 use crate::conditions::Condition;
 use crate::options::Arm;
-use crate::value::coordinates;
+use crate::value::ValueKind;
 
 /// A function, or a constructor of a vector value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,9 +102,9 @@ impl Builtin {
             Builtin::Numeric(Numeric::Atan2 | Numeric::Mod) | Builtin::Bcdin => (2, 2),
             Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
             Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
-            Builtin::Point => (0, coordinates(arm) + 1),
-            Builtin::Trans => (0, crate::value::Trans::order(arm).len()),
-            Builtin::Payload => (0, crate::value::Payload::width(arm)),
+            Builtin::Point => (0, ValueKind::Position.width(arm) + 1),
+            Builtin::Trans => (0, ValueKind::Coordinate.width(arm)),
+            Builtin::Payload => (0, ValueKind::Load.width(arm)),
             Builtin::Numeric(_) | Builtin::Gain | Builtin::Torque => (1, 1),
         }
     }

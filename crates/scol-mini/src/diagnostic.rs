@@ -47,13 +47,24 @@ pub struct Span {
 }
 
 impl Span {
+    pub(crate) fn new(start: usize, end: usize) -> Span {
+        Span { start, end }
+    }
+
+    /// The place before this byte.
+    pub(crate) fn at(byte: usize) -> Span {
+        Span::new(byte, byte)
+    }
+
+    /// What `source` has there; nothing where it is not within it.
+    pub(crate) fn text(self, source: &str) -> &str {
+        source.get(self.start..self.end).unwrap_or_default()
+    }
+
     /// From the beginning of one to the end of the other.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
-        Span {
-            start: self.start,
-            end: other.end,
-        }
+        Span::new(self.start, other.end)
     }
 }
 
@@ -150,6 +161,11 @@ impl Problem {
             message: message.into(),
             help: None,
         }
+    }
+
+    /// The problem as the result of what fails with it.
+    pub fn fail<T>(code: &'static str, span: Span, message: impl Into<String>) -> Result<T, Problem> {
+        Err(Problem::new(code, span, message))
     }
 
     pub fn help(mut self, help: impl Into<String>) -> Self {

@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 
 use crate::diagnostic::{Problem, Span};
 use crate::lines::Line;
+use crate::tree::Relation;
 
 /// A word, a number, a text or a sign.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,24 +42,19 @@ pub(crate) enum Sign {
     Slash,
     Caret,
     Assign,
-    Equal,
-    NotEqual,
-    Less,
-    LessEqual,
-    Greater,
-    GreaterEqual,
+    Relation(Relation),
 }
 
 /// The spellings of the signs, longer ones first.
 pub(crate) const SIGNS: &[(&str, Sign)] = &[
-    ("==", Sign::Equal),
-    ("<>", Sign::NotEqual),
-    ("><", Sign::NotEqual),
-    ("!=", Sign::NotEqual),
-    ("<=", Sign::LessEqual),
-    ("=<", Sign::LessEqual),
-    (">=", Sign::GreaterEqual),
-    ("=>", Sign::GreaterEqual),
+    ("==", Sign::Relation(Relation::Equal)),
+    ("<>", Sign::Relation(Relation::NotEqual)),
+    ("><", Sign::Relation(Relation::NotEqual)),
+    ("!=", Sign::Relation(Relation::NotEqual)),
+    ("<=", Sign::Relation(Relation::LessEqual)),
+    ("=<", Sign::Relation(Relation::LessEqual)),
+    (">=", Sign::Relation(Relation::GreaterEqual)),
+    ("=>", Sign::Relation(Relation::GreaterEqual)),
     ("(", Sign::Open),
     (")", Sign::Close),
     ("{", Sign::OpenBrace),
@@ -72,8 +68,8 @@ pub(crate) const SIGNS: &[(&str, Sign)] = &[
     ("/", Sign::Slash),
     ("^", Sign::Caret),
     ("=", Sign::Assign),
-    ("<", Sign::Less),
-    (">", Sign::Greater),
+    ("<", Sign::Relation(Relation::Less)),
+    (">", Sign::Relation(Relation::Greater)),
 ];
 
 /// A token and its place in the file.
@@ -83,59 +79,64 @@ pub(crate) struct Lexeme {
     pub span: Span,
 }
 
+impl Sign {
+    /// How it is written.
+    pub fn spelling(self) -> &'static str {
+        SIGNS
+            .iter()
+            .find(|(_, sign)| *sign == self)
+            .map_or("", |(spelling, _)| spelling)
+    }
+}
+
 /// Cuts one line into tokens; a comment is left out.
 pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lexeme>, Problem> {
     check_characters(source, line, longest)?;
     let mut list = Vec::new();
     let mut at = line.span.start;
     while at < line.span.end {
-        let rest = source.get(at..line.span.end).unwrap_or_default();
-        let first = rest.as_bytes().first().copied().unwrap_or(b' ');
-        if first == b' ' {
-            at += 1;
-            continue;
-        }
-        if first == b'\'' {
-            break;
+        let rest = Span::new(at, line.span.end).text(source);
+        match rest.as_bytes().first() {
+            None | Some(b' ') => {
+                at += 1;
+                continue;
+            }
+            Some(b'\'') => break,
+            Some(_) => {}
         }
         let (token, length) = token(rest, at)?;
         if token == Token::Word("REMARK".into()) {
             break;
         }
-        list.push(Lexeme {
-            token,
-            span: Span {
-                start: at,
-                end: at + length,
-            },
-        });
+        let span = Span::new(at, at + length);
+        list.push(Lexeme { token, span });
         at += length;
     }
     Ok(list)
 }
 
 fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
-    let text = source.get(line.span.start..line.span.end).unwrap_or_default();
+    let text = line.span.text(source);
     if text.len() > longest {
         let message = format!("at most {longest} characters expected, {} found", text.len());
-        return Err(Problem::new("E0005", line.span, message));
+        return Problem::fail("E0005", line.span, message);
     }
     for (at, c) in text.char_indices() {
         let start = line.span.start + at;
-        let span = Span {
-            start,
-            end: start + c.len_utf8(),
-        };
+        let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
             return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
         }
         if !c.is_ascii() {
-            let message = format!("expected an ASCII character, found \"{c}\"");
-            return Err(Problem::new("E0004", span, message));
+            return Problem::fail(
+                "E0004",
+                span,
+                format!("expected an ASCII character, found \"{c}\""),
+            );
         }
         if c.is_ascii_control() {
             let message = format!("expected a printable character, found code {:02X}", u32::from(c));
-            return Err(Problem::new("E0002", span, message));
+            return Problem::fail("E0002", span, message);
         }
     }
     Ok(())
@@ -151,51 +152,36 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     if first.is_ascii_digit() || fraction {
         return number(rest, at);
     }
-    if first == '"' {
-        let Some(length) = rest.get(1..).and_then(|tail| tail.find('"')) else {
-            let span = Span {
-                start: at,
-                end: at + rest.len(),
-            };
-            return Err(Problem::new(
-                "E0006",
-                span,
-                "a text ends with a double quote, found the end of the line",
-            ));
+    if let Some(tail) = rest.strip_prefix('"') {
+        let Some((text, _)) = tail.split_once('"') else {
+            let message = "a text ends with a double quote, found the end of the line";
+            return Problem::fail("E0006", Span::new(at, at + rest.len()), message);
         };
-        return Ok((
-            Token::Text(rest.get(1..=length).unwrap_or_default().to_string()),
-            length + 2,
-        ));
+        return Ok((Token::Text(text.to_string()), text.len() + 2));
     }
     if let Some((spelling, sign)) = SIGNS.iter().find(|(spelling, _)| rest.starts_with(spelling)) {
         return Ok((Token::Sign(*sign), spelling.len()));
     }
-    let span = Span {
-        start: at,
-        end: at + 1,
-    };
-    Err(Problem::new(
-        "E0002",
-        span,
-        format!("the character \"{first}\" has no meaning here"),
-    ))
+    let message = format!("the character \"{first}\" has no meaning here");
+    Problem::fail("E0002", Span::new(at, at + 1), message)
+}
+
+/// The word a text begins with, and what follows it.
+pub(crate) fn leading_word(text: &str) -> (&str, &str) {
+    let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    text.split_at_checked(end.unwrap_or(text.len()))
+        .unwrap_or((text, ""))
 }
 
 fn word(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
-    let length = rest
-        .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-        .unwrap_or(rest.len());
-    let text = rest.get(..length).unwrap_or_default().to_ascii_uppercase();
-    if rest.as_bytes().get(length) == Some(&b'$') {
-        let span = Span {
-            start: at,
-            end: at + length + 1,
-        };
-        let problem = Problem::new("E0107", span, format!("{text}$: there are no string variables"));
+    let (text, tail) = leading_word(rest);
+    let word = text.to_ascii_uppercase();
+    if tail.starts_with('$') {
+        let span = Span::new(at, at + text.len() + 1);
+        let problem = Problem::new("E0107", span, format!("{word}$: there are no string variables"));
         return Err(problem.help("a text can only stand between double quotes in a PRINT"));
     }
-    Ok((Token::Word(text), length))
+    Ok((Token::Word(word), text.len()))
 }
 
 fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
@@ -217,18 +203,11 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
         }
     }
     let text = rest.get(..length).unwrap_or_default();
-    let span = Span {
-        start: at,
-        end: at + length,
-    };
+    let span = Span::new(at, at + length);
     if real {
         return match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok((Token::Real(value), length)),
-            _ => Err(Problem::new(
-                "E0007",
-                span,
-                format!("{text} is too large for a real"),
-            )),
+            _ => Problem::fail("E0007", span, format!("{text} is too large for a real")),
         };
     }
     match text.parse::<i64>() {
@@ -239,12 +218,8 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
 
 /// The problem of an integer beyond 32 bits.
 pub(crate) fn too_large(text: &str, span: Span) -> Problem {
-    Problem::new(
-        "E0007",
-        span,
-        format!("{text} is too large for an integer of 32 bits"),
-    )
-    .help("write it with a decimal point to make it a real")
+    let message = format!("{text} is too large for an integer of 32 bits");
+    Problem::new("E0007", span, message).help("write it with a decimal point to make it a real")
 }
 
 #[cfg(test)]
@@ -253,14 +228,7 @@ mod tests {
     use std::vec;
 
     fn tokens_of(text: &str) -> Vec<Token> {
-        let line = Line {
-            number: 1,
-            span: Span {
-                start: 0,
-                end: text.len(),
-            },
-        };
-        tokens(text, line, crate::MAX_LINE)
+        tokens(text, Line::only(text), crate::MAX_LINE)
             .unwrap()
             .into_iter()
             .map(|l| l.token)
@@ -281,7 +249,10 @@ mod tests {
         );
         assert_eq!(
             tokens_of("=< ><"),
-            vec![Token::Sign(Sign::LessEqual), Token::Sign(Sign::NotEqual)]
+            vec![
+                Token::Sign(Sign::Relation(Relation::LessEqual)),
+                Token::Sign(Sign::Relation(Relation::NotEqual))
+            ]
         );
         assert_eq!(tokens_of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
         assert_eq!(tokens_of("A REMARK \" % ~"), vec![Token::Word("A".into())]);

@@ -14,6 +14,18 @@ pub(crate) struct Line {
     pub span: Span,
 }
 
+impl Line {
+    /// A text of one line.
+    pub fn only(text: &str) -> Line {
+        Line::new(1, 0, text.len())
+    }
+
+    fn new(number: u32, start: usize, end: usize) -> Line {
+        let span = Span::new(start, end);
+        Line { number, span }
+    }
+}
+
 /// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
 pub(crate) fn lines(source: &str) -> Vec<Line> {
     let bytes = source.as_bytes();
@@ -23,10 +35,7 @@ pub(crate) fn lines(source: &str) -> Vec<Line> {
     while at < length {
         let byte = bytes.get(at).copied().unwrap_or(b'\n');
         if matches!(byte, b'\r' | b'\n') {
-            lines.push(Line {
-                number,
-                span: Span { start, end: at },
-            });
+            lines.push(Line::new(number, start, at));
             number += 1;
             if byte == b'\r' && at + 1 < length && bytes.get(at + 1) == Some(&b'\n') {
                 at += 1;
@@ -36,10 +45,7 @@ pub(crate) fn lines(source: &str) -> Vec<Line> {
         at += 1;
     }
     if start < length {
-        lines.push(Line {
-            number,
-            span: Span { start, end: length },
-        });
+        lines.push(Line::new(number, start, length));
     }
     lines
 }

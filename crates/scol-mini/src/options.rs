@@ -12,6 +12,16 @@ pub enum Arm {
     Scara,
 }
 
+impl Arm {
+    /// The letters of the coordinates of a position, in their order.
+    pub(crate) fn coordinates(self) -> &'static str {
+        match self {
+            Arm::SixAxis => "XYZABCUV",
+            Arm::Scara => "XYZCT",
+        }
+    }
+}
+
 /// What integer divided by integer gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

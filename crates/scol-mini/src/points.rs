@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 
 use crate::builtin;
 use crate::options::Arm;
-use crate::value::{Configuration, Position, coordinates};
+use crate::value::{Configuration, Position, ValueKind};
 use crate::{MAX_DATA_NAME, MAX_POINTS};
 
 /// A position that every program of a file finds under its name, unless the file has data of that name.
@@ -94,14 +94,8 @@ pub fn parse_points(table: &str, arm: Arm) -> Result<Vec<TaughtPoint>, PointsErr
 
 /// The words of the heading.
 fn columns(arm: Arm) -> Vec<&'static str> {
-    let coordinates: &[&str] = match arm {
-        Arm::SixAxis => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
-        Arm::Scara => &["X", "Y", "Z", "C", "T"],
-    };
-    let mut columns = Vec::from(["NAME"]);
-    columns.extend(coordinates);
-    columns.push("CONFIG");
-    columns
+    let letters = arm.coordinates().split("").filter(|letter| !letter.is_empty());
+    ["NAME"].into_iter().chain(letters).chain(["CONFIG"]).collect()
 }
 
 /// A line, cut at its commas.
@@ -179,7 +173,7 @@ impl<'a> Row<'a> {
             return Err(self.wrong(0, "a name that is no word of the language"));
         }
         let mut position = Position::default();
-        let width = coordinates(arm);
+        let width = ValueKind::Position.width(arm);
         for (at, coordinate) in position.coords.iter_mut().take(width).enumerate() {
             *coordinate = match self.field(at + 1) {
                 "" => 0.0,

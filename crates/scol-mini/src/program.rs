@@ -118,6 +118,16 @@ pub(crate) struct Symbols {
 }
 
 impl Symbols {
+    /// The variable of GLOBAL or DATA of this name, in upper case.
+    pub fn find(&self, name: &str) -> Option<&Slot> {
+        self.slots.get(*self.shared.get(name)?)
+    }
+
+    /// The same, to change.
+    pub fn find_mut(&mut self, name: &str) -> Option<&mut Slot> {
+        self.slots.get_mut(*self.shared.get(name)?)
+    }
+
     /// Adds a variable and gives it its cells.
     pub fn add(&mut self, mut slot: Slot) -> Reference {
         let (number, cell) = (self.slots.len(), self.cells);
@@ -131,12 +141,6 @@ impl Symbols {
     pub fn share(&mut self, slot: Slot) {
         self.shared.insert(slot.name.clone(), self.slots.len());
         self.add(slot);
-    }
-
-    /// What a name of the variable in this slot refers to.
-    pub fn reference(&self, slot: usize) -> Option<Reference> {
-        let cell = self.slots.get(slot)?.base;
-        Some(Reference::Slot { slot, cell })
     }
 }
 
@@ -182,6 +186,13 @@ impl Slot {
         }
     }
 
+    fn info(&self) -> VariableInfo {
+        VariableInfo {
+            kind: self.kind,
+            array: self.bounds.is_some(),
+        }
+    }
+
     /// How many values it holds.
     pub fn length(&self) -> usize {
         self.bounds.as_ref().map_or(1, |bounds| flat_length(bounds))
@@ -197,35 +208,28 @@ impl Slot {
     /// The subscripts of the element of this flat index; none for a plain variable.
     pub fn subscripts(&self, mut index: usize) -> Vec<i32> {
         let bounds = self.bounds.as_deref().unwrap_or_default();
-        let mut subscripts: Vec<i32> = bounds
-            .iter()
-            .rev()
-            .map(|bound| {
-                let length = *bound as usize + 1;
-                let subscript = index % length;
-                index /= length;
-                i32::try_from(subscript).unwrap_or(i32::MAX)
-            })
-            .collect();
+        let backwards = bounds.iter().rev().map(|bound| {
+            let length = *bound as usize + 1;
+            let subscript = index % length;
+            index /= length;
+            i32::try_from(subscript).unwrap_or(i32::MAX)
+        });
+        let mut subscripts: Vec<i32> = backwards.collect();
         subscripts.reverse();
         subscripts
     }
 
     /// The flat index of an element; `None` for a wrong number of subscripts or one out of bounds.
-    pub fn index(&self, subscripts: &[i32]) -> Option<usize> {
+    pub fn index<T: Copy + TryInto<u32>>(&self, subscripts: &[T]) -> Option<usize> {
         let bounds = self.bounds.as_deref().unwrap_or_default();
         if bounds.len() != subscripts.len() {
             return None;
         }
-        bounds
-            .iter()
-            .zip(subscripts)
-            .try_fold(0_usize, |index, (bound, subscript)| {
-                let subscript = u32::try_from(*subscript)
-                    .ok()
-                    .filter(|subscript| subscript <= bound)?;
-                Some(index * (*bound as usize + 1) + subscript as usize)
-            })
+        let mut pairs = bounds.iter().zip(subscripts);
+        pairs.try_fold(0, |index, (bound, subscript)| {
+            let subscript: u32 = (*subscript).try_into().ok()?;
+            (subscript <= *bound).then(|| index * (*bound as usize + 1) + subscript as usize)
+        })
     }
 }
 
@@ -327,23 +331,19 @@ impl Program {
     pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {
         self.symbols.shared.iter().filter_map(|(name, at)| {
             let slot = self.symbols.slots.get(*at)?;
-            let info = VariableInfo {
-                kind: slot.kind,
-                array: slot.bounds.is_some(),
-            };
-            Some((name.as_str(), info, slot.bounds.as_deref().unwrap_or_default()))
+            Some((
+                name.as_str(),
+                slot.info(),
+                slot.bounds.as_deref().unwrap_or_default(),
+            ))
         })
     }
 
     /// File lines on which a statement begins, in ascending order.
     #[must_use]
     pub fn statement_lines(&self) -> Vec<u32> {
-        let mut lines: Vec<u32> = self
-            .steps
-            .iter()
-            .filter(|step| step.head)
-            .map(|step| step.line)
-            .collect();
+        let heads = self.steps.iter().filter(|step| step.head);
+        let mut lines: Vec<u32> = heads.map(|step| step.line).collect();
         lines.sort_unstable();
         lines.dedup();
         lines
@@ -362,14 +362,7 @@ impl Program {
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableInfo> {
-        let slot = self
-            .symbols
-            .slots
-            .get(*self.symbols.shared.get(&name.to_ascii_uppercase())?)?;
-        Some(VariableInfo {
-            kind: slot.kind,
-            array: slot.bounds.is_some(),
-        })
+        self.symbols.find(&name.to_ascii_uppercase()).map(Slot::info)
     }
 }
 
@@ -393,6 +386,6 @@ mod tests {
         assert_eq!(slot.index(&[3, 0]), None);
         assert_eq!(slot.index(&[-1, 0]), None);
         assert_eq!(slot.index(&[1]), None);
-        assert_eq!(Slot::plain("N", Owner::Local).index(&[]), Some(0));
+        assert_eq!(Slot::plain("N", Owner::Local).index::<i32>(&[]), Some(0));
     }
 }

@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use crate::builtin::{Builtin, System};
 use crate::conditions::Condition;
 use crate::diagnostic::Span;
-use crate::request::Channel;
+use crate::request::{Channel, Request};
 use crate::value::{Value, ValueKind};
 
 /// A name as written, in upper case, and where.
@@ -18,6 +18,15 @@ use crate::value::{Value, ValueKind};
 pub(crate) struct Name {
     pub text: String,
     pub span: Span,
+}
+
+impl Name {
+    pub fn new(text: &str, span: Span) -> Name {
+        Name {
+            text: text.into(),
+            span,
+        }
+    }
 }
 
 /// What a name refers to.
@@ -38,6 +47,17 @@ pub(crate) struct Variable {
     pub reference: Reference,
     /// Empty for a plain variable.
     pub subscripts: Vec<Expression>,
+}
+
+impl Variable {
+    /// A variable as the parser finds it.
+    pub fn new(name: Name, subscripts: Vec<Expression>) -> Variable {
+        Variable {
+            name,
+            reference: Reference::Unresolved,
+            subscripts,
+        }
+    }
 }
 
 /// Operators with two operands.
@@ -82,6 +102,17 @@ pub(crate) struct Expression {
     pub span: Span,
 }
 
+impl Expression {
+    pub fn new(node: Node, span: Span) -> Expression {
+        Expression { node, span }
+    }
+
+    /// An integer that stands for what is written there.
+    pub fn integer(value: i32, span: Span) -> Expression {
+        Expression::new(Node::Literal(Value::Integer(value)), span)
+    }
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Node {
     Literal(Value),
@@ -117,15 +148,6 @@ pub(crate) enum PerAxis {
     Torque,
 }
 
-/// What `ENABLE` and `DISABLE` switch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Feature {
-    Pass,
-    Nowait,
-    /// The monitors of the task; the bare words.
-    Monitors,
-}
-
 /// What a statement takes as an operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Takes {
@@ -137,15 +159,21 @@ pub(crate) enum Takes {
     Assigned,
 }
 
+const POSITION: Takes = Takes::Exactly(ValueKind::Position);
+
 /// The shape of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum MotionKind {
     Ptp(Expression),
     Line(Expression),
-    Arc(Expression, Expression),
-    Arch(Expression, Expression),
-    Axis(Expression, Expression),
-    AxisBy(Expression, Expression),
+    /// A point on the way and the end.
+    Arc([Expression; 2]),
+    /// The end and the gate.
+    Arch([Expression; 2]),
+    /// Axis and value.
+    Axis([Expression; 2]),
+    /// Axis and difference.
+    AxisBy([Expression; 2]),
     Ready,
 }
 
@@ -164,8 +192,29 @@ pub(crate) enum Simple {
         component: Option<u8>,
         value: Expression,
     },
+    Change(Change),
+    Ask(Ask),
+    /// `ENABLE` or `DISABLE` alone: whether the monitors of the task are looked at.
+    Monitors(bool),
+    Ignore,
+}
+
+/// A statement that changes the motion conditions.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Change {
     Set(Condition, Expression),
     FreeLoad,
+    /// `GAIN = {...}`: axis 1 first.
+    PerAxis(PerAxis, Vec<Expression>),
+    /// `SETGAIN(axis, value)`.
+    SetGain([Expression; 2]),
+    Pass(bool),
+    Nowait(bool),
+}
+
+/// A statement that asks for something outside.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Ask {
     Move {
         motion: MotionKind,
         with: Vec<(Condition, Expression)>,
@@ -175,42 +224,25 @@ pub(crate) enum Simple {
         items: Vec<Item>,
         cr: bool,
     },
-    Input {
-        channel: Channel,
-        targets: Vec<Variable>,
-    },
+    Input(Channel, Vec<Variable>),
     Delay(Expression),
     Outputs(Vec<Expression>),
-    Stop,
-    Hand {
-        hand: u8,
-        open: bool,
-        at_once: bool,
-    },
     /// Output and seconds.
-    Pulse(Expression, Expression),
+    Pulse([Expression; 2]),
     /// First output, digits, value.
     Bcd([Expression; 3]),
-    Break,
-    Pause,
-    Resume,
     Timer(Expression),
-    /// `GAIN = {...}`: axis 1 first.
-    PerAxis(PerAxis, Vec<Expression>),
-    /// `SETGAIN(axis, value)`.
-    SetGain(Expression, Expression),
-    Switch(Feature, bool),
-    Ignore,
     Task {
         target: Option<Variable>,
         name: Name,
         /// Number of the PROGRAM block, filled in by the compiler.
         block: usize,
     },
-    Yield,
     Kill(Expression),
     /// `RESTORE A, B`; without names all data of the file.
     Restore(Vec<Name>),
+    /// What is asked for is known as it is written.
+    Fixed(Request),
 }
 
 /// A statement as parsed; the compiler turns control flow into steps and jumps.
@@ -260,10 +292,7 @@ impl Statement {
             | Statement::Select(e, _)
             | Statement::If { condition: e, .. }
             | Statement::On { condition: e, .. } => visit(e, Takes::Number),
-            Statement::For { from, to, step, .. } => {
-                let numbers = [from, to].into_iter().chain(step);
-                numbers.for_each(|e| visit(e, Takes::Number));
-            }
+            Statement::For { from, to, step, .. } => numbers([from, to].into_iter().chain(step), visit),
             Statement::Call(_, arguments) => arguments.iter_mut().for_each(|e| visit(e, Takes::Any)),
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
         });
@@ -272,14 +301,16 @@ impl Statement {
     /// Calls `visit` with every variable the statement gives a value to.
     pub fn targets(&mut self, visit: &mut dyn FnMut(&mut Variable)) {
         self.each(&mut |statement| {
-            if let Statement::Simple(Simple::Assign { target, .. })
-            | Statement::For { variable: target, .. }
-            | Statement::Simple(Simple::Task {
-                target: Some(target), ..
-            }) = statement
+            if let Statement::Simple(
+                Simple::Assign { target, .. }
+                | Simple::Ask(Ask::Task {
+                    target: Some(target), ..
+                }),
+            )
+            | Statement::For { variable: target, .. } = statement
             {
                 visit(target);
-            } else if let Statement::Simple(Simple::Input { targets, .. }) = statement {
+            } else if let Statement::Simple(Simple::Ask(Ask::Input(_, targets))) = statement {
                 targets.iter_mut().for_each(&mut *visit);
             }
         });
@@ -288,53 +319,55 @@ impl Statement {
 
 impl Simple {
     fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
-        let position = Takes::Exactly(ValueKind::Position);
         match self {
             Simple::Assign { value, .. } => visit(value, Takes::Assigned),
-            Simple::Set(condition, value) => visit(value, condition.takes()),
-            Simple::Delay(value) | Simple::Timer(value) | Simple::Kill(value) => visit(value, Takes::Number),
-            Simple::Pulse(a, b) | Simple::SetGain(a, b) => {
-                [a, b].into_iter().for_each(|e| visit(e, Takes::Number));
-            }
-            Simple::Bcd(list) => list.iter_mut().for_each(|e| visit(e, Takes::Number)),
-            Simple::PerAxis(_, list) | Simple::Outputs(list) => {
-                list.iter_mut().for_each(|e| visit(e, Takes::Number));
-            }
-            Simple::Move { motion, with } => {
+            Simple::Change(Change::Set(condition, value)) => visit(value, condition.takes()),
+            Simple::Change(Change::PerAxis(_, list)) => numbers(list, visit),
+            Simple::Change(Change::SetGain(list)) => numbers(list, visit),
+            Simple::Ask(ask) => ask.expressions(visit),
+            Simple::Change(Change::FreeLoad | Change::Pass(_) | Change::Nowait(_))
+            | Simple::Monitors(_)
+            | Simple::Ignore => {}
+        }
+    }
+}
+
+impl Ask {
+    fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
+        match self {
+            Ask::Delay(value) | Ask::Timer(value) | Ask::Kill(value) => visit(value, Takes::Number),
+            Ask::Pulse(list) => numbers(list, visit),
+            Ask::Bcd(list) => numbers(list, visit),
+            Ask::Outputs(list) => numbers(list, visit),
+            Ask::Move { motion, with } => {
                 match motion {
-                    MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a, position),
-                    MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
-                        [a, b].into_iter().for_each(|e| visit(e, position));
+                    MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a, POSITION),
+                    MotionKind::Arc(ends) | MotionKind::Arch(ends) => {
+                        ends.iter_mut().for_each(|e| visit(e, POSITION));
                     }
-                    MotionKind::Axis(a, b) | MotionKind::AxisBy(a, b) => {
-                        [a, b].into_iter().for_each(|e| visit(e, Takes::Number));
-                    }
+                    MotionKind::Axis(list) | MotionKind::AxisBy(list) => numbers(list, visit),
                     MotionKind::Ready => {}
                 }
                 with.iter_mut()
                     .for_each(|(condition, value)| visit(value, condition.takes()));
             }
-            Simple::Print { items, .. } => {
+            Ask::Print { items, .. } => {
                 for item in items {
                     if let Item::Value(value) = item {
                         visit(value, Takes::Number);
                     }
                 }
             }
-            Simple::FreeLoad
-            | Simple::Stop
-            | Simple::Input { .. }
-            | Simple::Hand { .. }
-            | Simple::Break
-            | Simple::Pause
-            | Simple::Resume
-            | Simple::Switch(..)
-            | Simple::Ignore
-            | Simple::Task { .. }
-            | Simple::Restore(_)
-            | Simple::Yield => {}
+            Ask::Input(..) | Ask::Task { .. } | Ask::Restore(_) | Ask::Fixed(_) => {}
         }
     }
+}
+
+fn numbers<'a>(
+    list: impl IntoIterator<Item = &'a mut Expression>,
+    visit: &mut dyn FnMut(&mut Expression, Takes),
+) {
+    list.into_iter().for_each(|e| visit(e, Takes::Number));
 }
 
 impl Expression {

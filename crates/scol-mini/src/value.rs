@@ -50,6 +50,17 @@ impl ValueKind {
         }
     }
 
+    /// How many numbers DATA has for it on this arm, without the configuration of a position.
+    pub(crate) fn width(self, arm: Arm) -> usize {
+        match (self, arm) {
+            (ValueKind::Position, _) => arm.coordinates().len(),
+            (ValueKind::Coordinate, _) => Trans::order(arm).len(),
+            (ValueKind::Load, Arm::SixAxis) => 7,
+            (ValueKind::Load, Arm::Scara) => 2,
+            (ValueKind::Integer | ValueKind::Real, _) => 1,
+        }
+    }
+
     /// `true` for integer and real.
     #[must_use]
     pub fn is_number(self) -> bool {
@@ -214,7 +225,12 @@ impl Position {
     /// The numbers of MR, MW and DATA with the configuration last: nine on a six-axis arm, six on a SCARA.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
-        let mut numbers: Vec<f64> = self.coords.iter().copied().take(coordinates(arm)).collect();
+        let mut numbers: Vec<f64> = self
+            .coords
+            .iter()
+            .copied()
+            .take(arm.coordinates().len())
+            .collect();
         // A configuration has at most five digits, exact in a double.
         numbers.push(self.config.number_on(arm) as f64);
         numbers
@@ -224,25 +240,22 @@ impl Position {
     #[must_use]
     pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
         let (config, coords) = numbers.split_last()?;
-        if coords.len() != coordinates(arm) || *config != libm::trunc(*config) {
+        if coords.len() != arm.coordinates().len() || *config != libm::trunc(*config) {
             return None;
         }
-        let mut position = Position {
+        Some(Position {
             config: Configuration::listed(arm, *config as i64)?,
-            ..Self::default()
-        };
-        for (to, from) in position.coords.iter_mut().zip(coords) {
+            ..Self::from_leading(coords)
+        })
+    }
+
+    /// The position of these coordinates, those left out being 0 and surplus ones dropped.
+    pub(crate) fn from_leading(numbers: &[f64]) -> Self {
+        let mut position = Self::default();
+        for (to, from) in position.coords.iter_mut().zip(numbers) {
             *to = *from;
         }
-        Some(position)
-    }
-}
-
-/// How many coordinates a position has on this arm, without the configuration.
-pub(crate) fn coordinates(arm: Arm) -> usize {
-    match arm {
-        Arm::SixAxis => 8,
-        Arm::Scara => 5,
+        position
     }
 }
 
@@ -313,25 +326,17 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// How many numbers load data has on this arm.
-    pub(crate) fn width(arm: Arm) -> usize {
-        match arm {
-            Arm::SixAxis => 7,
-            Arm::Scara => 2,
-        }
-    }
-
     /// The numbers of MR, MW and DATA: mass, gravity X Y Z, size X Y Z; on a SCARA mass and gravity X.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
         let all = core::iter::once(self.mass).chain(self.gravity).chain(self.size);
-        all.take(Self::width(arm)).collect()
+        all.take(ValueKind::Load.width(arm)).collect()
     }
 
     /// The opposite of [`Payload::listed`]; `None` for a wrong count.
     #[must_use]
     pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
-        (numbers.len() == Self::width(arm)).then(|| Self::from_leading(numbers))
+        (numbers.len() == ValueKind::Load.width(arm)).then(|| Self::from_leading(numbers))
     }
 
     /// As [`Payload::from_listed`], missing numbers being 0 and surplus ones dropped.

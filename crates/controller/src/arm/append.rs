@@ -2,7 +2,7 @@
 //!
 //! `Motion::blend` calculates how two motions overlap. When a program may read ahead is decided by the executor.
 
-use super::{ActiveMotion, Arm, Frames, SpeedLimits, destination};
+use super::{Arm, SpeedLimits, destination_work, transform};
 use crate::motion::MotionError;
 use crate::time::Time;
 
@@ -25,22 +25,16 @@ impl Arm {
         let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
             return Ok(false);
         };
-        let (planned, settings) = self.plan_motion(motion, &active.motion.end(), pace)?;
-        let tool = Frames::new(&motion.conditions).tool();
+        let mut planned = self.plan_motion(motion, active.start, &active.motion.end(), pace, false)?;
+        let tool = transform(&motion.conditions.tool);
         let at = now.since(active.start);
-        let Some(blended) = active.motion.blend(&self.model, at, &planned, pass, &tool) else {
+        let Some(blended) = active.motion.blend(&self.model, at, &planned.motion, pass, &tool) else {
             return Ok(false);
         };
-        let start = active.start;
+        planned.motion = blended;
         self.add_wear_until(now);
-        self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
-        self.active = Some(ActiveMotion {
-            motion: blended,
-            start,
-            settings,
-            locked: false,
-            frames: Frames::of_motion(motion),
-        });
+        self.position_work = destination_work(&motion.path);
+        self.active = Some(planned);
         Ok(true)
     }
 }
@@ -87,7 +81,9 @@ mod tests {
             },
         );
         assert!(arm.ends_at().is_some_and(|end| end > at(900)));
-        assert!(arm.finish_due(at(2_000)));
+        assert!(arm.is_moving());
+        arm.finish_due(at(2_000));
+        assert!(!arm.is_moving());
         assert!((arm.joints(at(2_000))[0] - 120.0).abs() < 1e-9);
     }
 

@@ -3,10 +3,11 @@
 //!
 //! Who may jog the arm, and for how long, is decided in `ops`.
 
-use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque};
+use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque, transform};
 use crate::limits::{JOG_BISECTIONS, MAX_JOG_ANGLE, MAX_JOG_DISTANCE};
 use crate::model::Joints;
 use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::port::Port;
 use crate::time::Time;
 use scol_mini::Conditions;
 use thiserror::Error;
@@ -40,6 +41,8 @@ impl JogFrame {
 /// A request to jog the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
+    /// The port whose host asks for it.
+    pub port: Port,
     /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
     pub axis: u8,
     /// +1 or -1.
@@ -113,18 +116,33 @@ impl Arm {
                 }
             }
         }
-        let planned = planned?;
-        self.add_wear_until(start);
-        self.active = Some(ActiveMotion {
-            motion: planned,
+        let jogged = ActiveMotion {
+            motion: planned?,
             start,
             settings,
             locked,
             frames: None,
-        });
-        self.rest = from;
-        self.drop_interrupted();
+        };
+        self.set_off(jogged, from);
+        self.jogging = Some(jog.port);
         Ok(())
+    }
+
+    /// Whether a host guides the arm right now.
+    pub(crate) fn is_jogging(&self) -> bool {
+        self.jogging.is_some() && self.is_moving()
+    }
+
+    /// The port whose host guides the arm, or did and has not ended that.
+    pub(crate) fn jogging(&self) -> Option<Port> {
+        self.jogging
+    }
+
+    /// A guided motion ends: the arm slows and rests.
+    pub(crate) fn stop_jog(&mut self, now: Time) {
+        if self.jogging.is_some() {
+            self.stop(now);
+        }
     }
 
     fn max_travel(&self, jog: &Jog, from: &Joints) -> f64 {
@@ -152,10 +170,10 @@ impl Arm {
                 axis: index,
                 value: present + jog.sign * way,
             };
-            return plan(&self.model, from, &target, &frames.tool(), limits);
+            return plan(&self.model, from, &target, &transform(&frames.tool), limits);
         }
         let (flange, digits) = self.model.forward(from);
-        let here = flange.transform().compose(&frames.tool());
+        let here = flange.transform().compose(&transform(&frames.tool));
         let mut step = [0.0; 6];
         *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
             axis: usize::from(jog.axis),
@@ -164,7 +182,7 @@ impl Arm {
         let step = Transform::from_coords(step);
         let system = match jog.frame {
             JogFrame::Tool => here,
-            JogFrame::Work => frames.base().compose(&frames.work()),
+            JogFrame::Work => frames.origin(&frames.work),
             JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
         };
         // Along the axes of the system, about the tool point.
@@ -182,7 +200,7 @@ impl Arm {
             &self.model,
             from,
             &Target::Line(Pose::from_transform(&there, flange.uv), digits),
-            &frames.tool(),
+            &transform(&frames.tool),
             limits,
         )
     }

@@ -9,11 +9,7 @@ use crate::motion::Limits;
 
 /// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct MotionSettings {
     pub speed: f64,
     pub accel: f64,
@@ -27,18 +23,12 @@ pub(super) struct MotionSettings {
 /// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
 const LOAD_EFFECT: f64 = 0.5;
 
-impl MotionSettings {
-    /// A load slows acceleration and deceleration, in proportion to its part of the heaviest one.
-    pub fn with_load(self, mass: f64, heaviest: f64) -> MotionSettings {
-        let part = 1.0 - LOAD_EFFECT * (mass / heaviest).clamp(0.0, 1.0);
-        MotionSettings {
-            accel: self.accel * part,
-            decel: self.decel * part,
-            load_part: part,
-            ..self
-        }
-    }
+/// The part of acceleration and deceleration that a load leaves, in proportion to its part of the heaviest one.
+pub(super) fn load_part(mass: f64, heaviest: f64) -> f64 {
+    1.0 - LOAD_EFFECT * (mass / heaviest).clamp(0.0, 1.0)
+}
 
+impl MotionSettings {
     #[cfg(feature = "serde")]
     fn no_load() -> f64 {
         crate::motion::NO_LOAD

@@ -14,11 +14,7 @@ const TORQUE_SPAN: Duration = Duration::from_millis(1);
 
 /// What the axes have done: total and since the power came on.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Wear {
     /// Since the controller was made.
     pub total: Effort,

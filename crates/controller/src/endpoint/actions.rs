@@ -4,20 +4,95 @@
 //! The panel is in `panel`, what else an owner does in `ops::actions`.
 
 use super::{Endpoints, fresh_lines};
-use crate::action::{Action, ActionError};
+use crate::action::{Accepted, Action, ActionError, ActionErrorKind};
+use crate::alarm;
 use crate::executor::StopCause;
 use crate::findings::rules;
 use crate::io::signals::{IoKind, Signals};
 use crate::ops::{OperateError, no_line};
-use crate::output::Output;
+use crate::output::{Event, Output};
 use crate::panel::PanelAction;
+use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 
 impl Endpoints {
-    /// What has no effect is a finding.
+    /// Does what one who holds the controller wants. A change of a file that is to be kept outside first is done when
+    /// the answer has come.
+    ///
+    /// # Errors
+    /// Why it had no effect; the event says the same.
+    pub(crate) fn act(&mut self, robot: &mut Robot, action: Action) -> Result<Accepted, ActionError> {
+        let not_persisted = robot.persistence.refusal();
+        let again = robot.persistence.is_enabled().then(|| action.clone());
+        let done = match action {
+            action if !robot.panel.state().powered && action.needs_power() => {
+                Err(ActionError::conflict("power", "on", "off"))
+            }
+            Action::Panel(PanelAction::InputLine { line, .. }) if !Signals::exists(line) => {
+                Err(no_line(IoKind::Input, line))
+            }
+            Action::Panel(panel) => {
+                let place = place_at_panel(&panel);
+                let refused = |reason: OperateError| {
+                    ActionError::conflict(place, "a state that allows it", reason.to_string())
+                };
+                self.do_at_panel(robot, panel).map_err(refused)
+            }
+            Action::FeedHold(on) => {
+                robot.set_feed_hold(on);
+                Ok(())
+            }
+            Action::PowerOff => {
+                self.power_off(robot);
+                robot.push_output(Output::PowerOff);
+                Ok(())
+            }
+            Action::PowerOn => {
+                robot.power_on();
+                Ok(())
+            }
+            Action::RaiseAlarm { number, detail } => robot.raise_by_number(number, detail),
+            Action::Pulse {
+                side,
+                line,
+                on,
+                length,
+            } => robot.pulse_line(side, line, on, length),
+            Action::SetOutput { line, on } => robot.set_user_output(line, on),
+            Action::Force { side, line, on } => robot.force_line(side, line, Some(on)),
+            Action::Release { side, line } => robot.force_line(side, line, None),
+            Action::SetVariable {
+                name,
+                values,
+                restore,
+            } => robot.set_variable(&name, values, restore),
+            Action::Teach { name, restore } => robot.teach(&name, restore),
+            Action::PutFile { name, content } => robot.put_file(&name, &content),
+            Action::EraseFile { name } => robot.erase_file(&name),
+            Action::Select { name } => robot.select_by_name(&name),
+            Action::Fault(order) => self.fault_order(robot, order),
+        };
+        let Err(mut error) = done else {
+            return Ok(Accepted::Done);
+        };
+        if let Some(action) = again.filter(|_| robot.persistence.is_pending()) {
+            robot.persistence.hold(PendingChange::Action(action));
+            return Ok(Accepted::Pending);
+        }
+        if let Some(reason) = not_persisted {
+            error = ActionError {
+                kind: ActionErrorKind::NotPersisted,
+                ..ActionError::conflict(&error.place, "a change that can be kept", reason.to_string())
+            };
+        }
+        robot.event(Event::ActionRefused(error.clone()));
+        Err(error)
+    }
+
+    /// Does something at the panel for which nobody waits: what has no effect is a finding.
     pub(crate) fn panel(&mut self, robot: &mut Robot, panel: PanelAction) {
         let what = if let PanelAction::Servo(_) = panel {
             "servo on"
@@ -34,69 +109,20 @@ impl Endpoints {
 
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn act(&mut self, robot: &mut Robot, action: Action) -> Result<(), ActionError> {
-        if !robot.panel.state().powered && action.needs_power() {
-            return Err(ActionError::conflict("power", "on", "off"));
-        }
-        match action {
-            Action::Panel(panel) => return self.try_panel(robot, panel),
-            Action::FeedHold(on) => robot.set_feed_hold(on),
-            Action::PowerOff => {
-                self.power_off(robot);
-                robot.push_output(Output::PowerOff);
-            }
-            Action::PowerOn => robot.power_on(),
-            Action::RaiseAlarm { number, detail } => return robot.raise_by_number(number, detail),
-            Action::Pulse {
-                side,
-                line,
-                on,
-                length,
-            } => return robot.pulse_line(side, line, on, length),
-            Action::SetOutput { line, on } => return robot.set_user_output(line, on),
-            Action::Force { side, line, on } => return robot.force_line(side, line, Some(on)),
-            Action::Release { side, line } => return robot.force_line(side, line, None),
-            Action::SetVariable {
-                name,
-                values,
-                restore,
-            } => return robot.set_variable(&name, values, restore),
-            Action::Teach { name, restore } => return robot.teach(&name, restore),
-            Action::PutFile { name, content } => return robot.put_file(&name, &content),
-            Action::EraseFile { name } => return robot.erase_file(&name),
-            Action::Select { name } => return robot.select_by_name(&name),
-            Action::Fault(order) => return self.fault_order(robot, order),
-        }
-        Ok(())
-    }
-
-    fn try_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), ActionError> {
-        if let PanelAction::InputLine { line, .. } = panel
-            && !Signals::exists(line)
-        {
-            return Err(no_line(IoKind::Input, line));
-        }
-        let place = if let PanelAction::Servo(_) = panel {
-            "servo"
-        } else if let PanelAction::Key(_) = panel {
-            "key switch"
-        } else if panel == PanelAction::Start {
-            "start"
-        } else {
-            "panel"
-        };
-        self.do_at_panel(robot, panel)
-            .map_err(|reason| ActionError::conflict(place, "a state that allows it", reason.to_string()))
-    }
-
-    /// # Errors
-    /// Why it had no effect.
     fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), OperateError> {
         match panel {
             PanelAction::Key(key) => return robot.turn_key(key),
             PanelAction::ControlRight(right) => robot.panel.set_control_right(right),
-            PanelAction::EmergencyStop(pressed) => robot.emergency_stop(pressed),
-            PanelAction::SafetySwitch(open) => robot.safety_switch(open),
+            PanelAction::EmergencyStop(pressed) => {
+                if robot.panel.set_emergency_stop(pressed) {
+                    robot.raise(alarm::EMERGENCY_STOP, String::new());
+                }
+            }
+            PanelAction::SafetySwitch(open) => {
+                if robot.panel.set_safety_open(open) {
+                    robot.raise(alarm::SAFETY_STOP, String::new());
+                }
+            }
             PanelAction::Servo(true) => return robot.servo_on(),
             PanelAction::Servo(false) => robot.servo_off(StopCause::Other),
             PanelAction::Start => return robot.start(),
@@ -105,8 +131,12 @@ impl Endpoints {
             PanelAction::AlarmReset => robot.reset_alarms(),
             PanelAction::MachineLock(on) => robot.panel.set_machine_lock(on),
             PanelAction::InputLine { line, on } => robot.drive_input(line, on),
-            PanelAction::Battery(low) => robot.battery(low),
-            PanelAction::Keys(figures) => robot.type_keys(&figures),
+            PanelAction::Battery(low) => {
+                if robot.panel.set_battery_low(low) {
+                    robot.raise(alarm::BATTERY, String::new());
+                }
+            }
+            PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
             PanelAction::PowerCycle => {
                 self.power_off(robot);
                 robot.power_on();
@@ -128,5 +158,18 @@ impl Endpoints {
         for session in self.sessions.values_mut() {
             session.reset(robot.config.options.text, None);
         }
+    }
+}
+
+/// Where at the panel an action had no effect.
+fn place_at_panel(panel: &PanelAction) -> &'static str {
+    if let PanelAction::Servo(_) = panel {
+        "servo"
+    } else if let PanelAction::Key(_) = panel {
+        "key switch"
+    } else if *panel == PanelAction::Start {
+        "start"
+    } else {
+        "panel"
     }
 }

@@ -4,7 +4,7 @@
 //! `exchange` calls it with a parsed command. What each command does is in `ops`.
 
 use super::Endpoints;
-use crate::endpoint::session::{Exchange, Session};
+use crate::endpoint::session::Exchange;
 use crate::findings::rules;
 use crate::ops::{CommandContext, Outcome};
 use crate::output::{Event, Verdict};
@@ -44,20 +44,17 @@ impl Endpoints {
             Outcome::File(mut sender) => {
                 self.cut(&mut sender);
                 let Some(text) = sender.next_text() else { return };
-                if let Some(session) = self.sessions.get_mut(&port) {
-                    session.block = 1;
-                    session.set_exchange(Exchange::Sending { sender });
-                }
+                let session = self.session(port);
+                session.block = 1;
+                session.set_exchange(Exchange::Sending { sender });
                 self.send_text(robot, port, &text);
             }
             Outcome::Receive(name, receiver) => {
-                if let Some(session) = self.sessions.get_mut(&port) {
-                    session.set_exchange(Exchange::Receiving {
-                        name,
-                        receiver,
-                        begun: false,
-                    });
-                }
+                self.session(port).set_exchange(Exchange::Receiving {
+                    name,
+                    receiver,
+                    begun: false,
+                });
                 self.send_text(robot, port, &Reply::Ok.encode());
             }
         }
@@ -73,13 +70,12 @@ impl Endpoints {
         }
         let row = command.permission_row();
         let mode = robot.panel.state().master_mode();
-        let refusal = forbidden(robot, port, row);
+        let table = port.protocol();
+        let cell = table.and_then(|table| robot.config.permissions.get(table, row, mode));
+        let refusal = cell.and_then(|cell| forbidden(robot, port, row, cell));
         let valid = refusal.is_none();
         let outcome = refusal.unwrap_or_else(|| self.carry_out(robot, port, command));
-        let table = port
-            .protocol()
-            .and_then(|port| robot.config.permissions.get(port, row, mode));
-        if table.is_some() {
+        if cell.is_some() {
             let verdict = match &outcome {
                 Outcome::Ng(_) if valid => Verdict::Refused,
                 Outcome::Ng(_) => Verdict::NotValid,
@@ -100,20 +96,18 @@ impl Endpoints {
     fn carry_out(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
         let receiving = matches!(&command, Command::Dl(name)
             if self.sessions.values().any(|session| session.receives(name)));
-        let mut unknown = None;
+        let mut last_status = self.session(port).last_status.take();
         let mut context = CommandContext {
             port,
             receiving,
             room: self.faults.drive_free,
             variation: self.variation.as_mut(),
-            last_status: self
-                .sessions
-                .get_mut(&port)
-                .map_or(&mut unknown, |session: &mut Session| &mut session.last_status),
+            last_status: &mut last_status,
         };
         let known = command.clone();
         let outputs = robot.waiting().count();
         let outcome = robot.operate(&mut context, command);
+        self.session(port).last_status = last_status;
         if robot.persistence.is_pending() {
             return Outcome::Held;
         }
@@ -125,9 +119,7 @@ impl Endpoints {
 }
 
 /// Why the permission tables do not have a command valid now.
-fn forbidden(robot: &mut Robot, port: Port, letters: &str) -> Option<Outcome> {
-    let mode = robot.panel.state().master_mode();
-    let cell = robot.config.permissions.get(port.protocol()?, letters, mode)?;
+fn forbidden(robot: &mut Robot, port: Port, letters: &str, cell: Permission) -> Option<Outcome> {
     let stopped = robot.executor.status() != ExecutionStatus::Running;
     let reason = match cell {
         Permission::Valid => return None,
@@ -135,7 +127,10 @@ fn forbidden(robot: &mut Robot, port: Port, letters: &str) -> Option<Outcome> {
         Permission::WhenStopped => {
             format!("{letters} is valid on {port} only while the robot is stopped (5.3.2)")
         }
-        Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.as_str()),
+        Permission::Invalid => {
+            let mode = robot.panel.state().master_mode();
+            format!("{letters} is not valid on {port} in {} (5.3.2)", mode.as_str())
+        }
     };
     robot.report(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
     Some(Outcome::Ng(reason))

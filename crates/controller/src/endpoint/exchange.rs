@@ -35,11 +35,11 @@ impl Endpoints {
             return;
         }
         self.forget_peer(port);
-        let body = robot.status_body();
-        if let Some(session) = self.sessions.get_mut(&port) {
+        if port.protocol().is_some() {
+            let session = self.session(port);
             session.reset(robot.config.options.text, Some(peer));
-            session.last_status = Some(body);
-        } else if let Some(channel) = robot.channels.get_mut(&port) {
+            session.last_status = Some(robot.status_body());
+        } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.connect_peer(peer);
         }
     }
@@ -69,12 +69,12 @@ impl Endpoints {
             };
         }
         self.forget_peer(port);
-        if robot.jogging == Some(port) {
-            robot.stop_jog();
+        if robot.arm.jogging() == Some(port) {
+            robot.arm.stop_jog(robot.now);
         }
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.reset(robot.config.options.text, None);
-        } else if let Some(channel) = robot.channels.get_mut(&port) {
+        if port.protocol().is_some() {
+            self.session(port).reset(robot.config.options.text, None);
+        } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.disconnect_peer();
         }
         let level = port
@@ -99,8 +99,10 @@ impl Endpoints {
         let Some(came) = self.inbound(robot, port, bytes) else {
             return;
         };
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.push(at, &came);
+        if port.protocol().is_some() {
+            let session = self.session(port);
+            session.heard_at = at;
+            session.decoder.push(&came);
             self.read_texts(robot, port, true);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
@@ -118,7 +120,7 @@ impl Endpoints {
         }
         robot.check_data(port, bytes);
         while !rest.is_empty() {
-            let Some(channel) = robot.channels.get_mut(&port) else {
+            let Some(channel) = robot.channels.get_mut(port) else {
                 return;
             };
             let taken = channel.push(rest);
@@ -127,7 +129,7 @@ impl Endpoints {
             self.settle(robot);
             let drained = robot
                 .channels
-                .get(&port)
+                .get(port)
                 .is_some_and(|channel| channel.len() < before);
             if !rest.is_empty() && !drained {
                 let message = format!(
@@ -143,8 +145,7 @@ impl Endpoints {
     /// Serves the texts that are there; `first`: none of their segment was served before.
     pub(crate) fn read_texts(&mut self, robot: &mut Robot, port: Port, mut first: bool) {
         while !robot.persistence.is_pending()
-            && let Some(session) = self.sessions.get_mut(&port)
-            && let Some(decoded) = session.decoder.next()
+            && let Some(decoded) = self.session(port).decoder.next()
         {
             if !core::mem::take(&mut first) {
                 self.release_overdue_sp(robot, port);
@@ -168,38 +169,29 @@ impl Endpoints {
 
     /// Ports on which the host was silent for too long return to waiting for a command (SER-06, SER-08).
     pub(crate) fn expire_sessions(&mut self, robot: &mut Robot) {
-        for port in [Port::Host, Port::Ip0] {
-            let now = robot.now;
-            let Some(session) = self.sessions.get_mut(&port) else {
+        for session in self.sessions.values_mut() {
+            if session.deadline().is_none_or(|deadline| deadline > robot.now) {
                 continue;
-            };
-            if session.deadline().is_some_and(|deadline| deadline <= now) {
-                let download = matches!(session.exchange(), Exchange::Receiving { .. });
-                let begun = session.is_partial();
-                let bytes = session.give_up();
-                session.history.file_refused = download;
-                let (rule, reason) = if begun {
-                    (
-                        &rules::TEXT_UNFINISHED,
-                        "a text was begun and not finished within 10 s",
-                    )
-                } else if download {
-                    (
-                        &rules::DOWNLOAD_ABANDONED,
-                        "the host owed the rest of a file for 10 s; the exchange is given up",
-                    )
-                } else {
-                    (
-                        &rules::ANSWER_MISSING,
-                        "the host owed an answer for 10 s; the exchange is given up",
-                    )
-                };
-                robot.event(Event::Dropped { port, bytes, reason });
-                robot.report(rule, port, &[], reason);
             }
+            let download = matches!(session.exchange(), Exchange::Receiving { .. });
+            let (rule, reason) = if session.is_partial() {
+                let reason = "a text was begun and not finished within 10 s";
+                (&rules::TEXT_UNFINISHED, reason)
+            } else if download {
+                let reason = "the host owed the rest of a file for 10 s; the exchange is given up";
+                (&rules::DOWNLOAD_ABANDONED, reason)
+            } else {
+                let reason = "the host owed an answer for 10 s; the exchange is given up";
+                (&rules::ANSWER_MISSING, reason)
+            };
+            let (port, bytes) = (session.port, session.give_up());
+            session.history.file_refused = download;
+            robot.event(Event::Dropped { port, bytes, reason });
+            robot.report(rule, port, &[], reason);
         }
     }
 
+    /// Serves a text: part of the file of an open download, or of a message.
     fn text(&mut self, robot: &mut Robot, port: Port, text: Text) {
         let Text { framing, data, error } = text;
         robot.event(Event::TextIn {
@@ -207,49 +199,73 @@ impl Endpoints {
             framing,
             data: data.clone(),
         });
-        let now = robot.now;
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
-        session.framing = framing;
-        robot.panel.feed_watchdog(now);
-        let surprised = session.history.unsolicited_sp_sent;
-        // What has not left yet was not heard by anyone.
-        let early = session
-            .sent_at
-            .filter(|sent| *sent <= now)
-            .map(|sent| now.since(sent));
+        self.session(port).framing = framing;
+        robot.panel.feed_watchdog(robot.now);
         if framing == Framing::Bare {
             self.disable_unsolicited_sp(robot, port);
             let message = "a text without STX; it is answered without STX";
             robot.report(&rules::NO_STX, port, &data, message);
         }
-        if let Some(since) = early.filter(|since| *since < HOST_DELAY) {
-            if !surprised {
-                robot.check_reply_pace(port, since, &data);
-            }
-            if robot.config.options.strict_50ms {
-                robot.event(Event::Dropped {
-                    port,
-                    bytes: data.len(),
-                    reason: "strict_50ms",
-                });
+        if self.is_early(robot, port, &data) && robot.config.options.strict_50ms {
+            robot.event(Event::Dropped {
+                port,
+                bytes: data.len(),
+                reason: "strict_50ms",
+            });
+        } else if let Some(error) = error {
+            self.broken_text(robot, port, &data, &error);
+        } else if self.is_block(robot, port, &data) {
+            let block = &mut self.session(port).block;
+            *block = block.saturating_add(1);
+            if !self.admit(robot, port, &data) {
                 return;
             }
+            match self.session(port).receive(&data) {
+                Some((_, Received::More)) => self.send_text(robot, port, &Reply::Ok.encode()),
+                Some((name, Received::Complete(content))) => {
+                    self.end_download(robot, port, name, content.into(), &data);
+                }
+                Some((_, Received::Refused(error))) => {
+                    robot.check_file(port, &error, &data);
+                    self.refuse_block(robot, port, &data, &error.to_string());
+                }
+                // A fault has ended the download.
+                None => {}
+            }
+        } else if self.is_stray_file(port, &data) {
+            self.stray_file(robot, port, &data);
+        } else {
+            self.join(robot, port, &data);
         }
-        let Some(error) = error else {
-            return self.whole_text(robot, port, &data);
+    }
+
+    /// Whether a text came within 50 ms of the robot's last one (TRN-04).
+    fn is_early(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
+        let session = self.session(port);
+        // What has not left yet was not heard by anyone.
+        let sent = session.sent_at.filter(|sent| *sent <= robot.now);
+        let since = sent.map(|sent| robot.now.since(sent));
+        let Some(since) = since.filter(|since| *since < HOST_DELAY) else {
+            return false;
         };
+        if !session.history.unsolicited_sp_sent {
+            robot.check_reply_pace(port, since, data);
+        }
+        true
+    }
+
+    /// NG to a text that breaks the rules of framing.
+    fn broken_text(&mut self, robot: &mut Robot, port: Port, data: &[u8], error: &TextError) {
         self.begin(port, "");
         let reason = match error {
             TextError::OverLong { length } => {
                 let message = format!("at most 253 data bytes expected, {length} found (5.2)");
-                robot.report(&rules::TEXT_OVER_LONG, port, &data, message);
+                robot.report(&rules::TEXT_OVER_LONG, port, data, message);
                 "over-long text".to_string()
             }
             TextError::BadSum { expected, found } => {
                 let reason = format!("checksum {expected:02X} expected, {found:02X} found");
-                robot.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
+                robot.report(&rules::BAD_CHECKSUM, port, data, reason.as_str());
                 reason
             }
             TextError::NoEtx { .. } => "no ETX where the length says it stands".to_string(),
@@ -257,25 +273,9 @@ impl Endpoints {
         self.refuse_text(robot, port, "text", &reason);
     }
 
-    fn whole_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
-        if let Exchange::Receiving { begun, .. } = session.exchange() {
-            let begun = *begun;
-            if self.is_block(robot, port, data, begun) {
-                if !begun {
-                    robot.check_file_begin(port, data);
-                }
-                return self.block(robot, port, data);
-            }
-        }
-        if self.is_stray_file(port, data) {
-            return self.stray_file(robot, port, data);
-        }
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
+    /// Joins a text to the message it is part of, and serves the message if it is complete.
+    fn join(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+        let session = self.session(port);
         session.history.file_refused = false;
         match session.joiner.push(data) {
             Joined::Partial => {}
@@ -298,9 +298,12 @@ impl Endpoints {
         }
     }
 
-    /// Whether a text that comes while a download is open is part of the file. The first text begins with
-    /// `FL,`; of the others one that is a command and nothing else means that the host has given up.
-    fn is_block(&mut self, robot: &mut Robot, port: Port, data: &[u8], begun: bool) -> bool {
+    /// Whether a text is part of the file of an open download. The first text begins with `FL,`; of the others one that
+    /// is a command and nothing else means that the host has given up.
+    fn is_block(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
+        let Exchange::Receiving { begun, .. } = *self.session(port).exchange() else {
+            return false;
+        };
         let command = match data.split_last() {
             Some((&CR, message)) => Some(Command::parse(message)),
             // Where the file has not begun yet, a command may lack its CR.
@@ -309,7 +312,7 @@ impl Endpoints {
             }
             _ => None,
         };
-        match command {
+        let is_block = match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
             Some(Ok(command)) if !robot.config.serves(&command) => true,
@@ -323,28 +326,11 @@ impl Endpoints {
                 false
             }
             Some(Err(_)) => begun || data.starts_with(b"FL,"),
+        };
+        if is_block && !begun {
+            robot.check_file_begin(port, data);
         }
-    }
-
-    fn block(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.block = session.block.saturating_add(1);
-        }
-        if !self.admit(robot, port, data) {
-            return;
-        }
-        let session = self.sessions.get_mut(&port);
-        match session.and_then(|session| session.receive(data)) {
-            Some((_, Received::More)) => self.send_text(robot, port, &Reply::Ok.encode()),
-            Some((name, Received::Complete(content))) => {
-                self.end_download(robot, port, name, content.into(), data);
-            }
-            Some((_, Received::Refused(error))) => {
-                robot.check_file(port, &error, data);
-                self.refuse_block(robot, port, data, &error.to_string());
-            }
-            None => {}
-        }
+        is_block
     }
 
     pub(crate) fn message(&mut self, robot: &mut Robot, port: Port, message: &[u8]) {
@@ -352,9 +338,7 @@ impl Endpoints {
         if let Ok(command) = &command {
             robot.check_form(port, message, command);
         }
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
+        let session = self.session(port);
         let open = session.set_exchange(Exchange::Idle);
         match (command, open) {
             (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
@@ -400,17 +384,15 @@ impl Endpoints {
 
     /// What is answered from now on: a command, or with no letters a text that is none.
     pub(crate) fn begin(&mut self, port: Port, letters: Letters) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            (session.asked, session.block) = (letters, 0);
-        }
+        let session = self.session(port);
+        (session.asked, session.block) = (letters, 0);
     }
 
     /// NG: whatever exchange was open is over.
     pub(crate) fn refuse_text(&mut self, robot: &mut Robot, port: Port, command: &str, reason: &str) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.set_exchange(Exchange::Idle);
-            session.joiner.reset();
-        }
+        let session = self.session(port);
+        session.set_exchange(Exchange::Idle);
+        session.joiner.reset();
         robot.event(Event::Refused {
             port,
             command: command.to_string(),

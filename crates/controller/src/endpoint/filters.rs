@@ -89,9 +89,7 @@ impl Endpoints {
 
     /// Whether a command, or a text of a download, reaches the robot; `data` is the text. It is answered here if not.
     pub(super) fn admit(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
-        let Some(session) = self.sessions.get(&port) else {
-            return false;
-        };
+        let session = self.session(port);
         let (command, block) = (session.asked, session.block);
         if block == 0 {
             self.faults.drive_free = None;

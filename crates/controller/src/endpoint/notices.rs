@@ -71,24 +71,16 @@ impl Endpoints {
     /// A text has come that only hosts send which take an SP for their next answer: under `auto` this one gets none.
     pub(crate) fn disable_unsolicited_sp(&mut self, robot: &Robot, port: Port) {
         let auto = robot.config.options.unsolicited_sp == UnsolicitedSp::Auto;
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.never_told_of_stops = true;
-            session.waiting_sp &= !auto;
-        }
+        let session = self.session(port);
+        session.never_told_of_stops = true;
+        session.waiting_sp &= !auto;
     }
 
     /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
     fn release_sp(&mut self, robot: &mut Robot) {
-        let now = robot.now;
         for port in [Port::Host, Port::Ip0] {
-            let taken = self.line_is_taken(robot, port);
-            let Some(session) = self.sessions.get(&port) else {
-                continue;
-            };
-            if taken {
-                continue;
-            }
-            if session.sp_due().is_some_and(|due| due <= now) {
+            let due = self.session(port).sp_due().filter(|due| *due <= robot.now);
+            if due.is_some() && !self.line_is_taken(robot, port) {
                 self.send_sp(robot, port);
             }
         }
@@ -96,20 +88,13 @@ impl Endpoints {
 
     /// The same between two texts of a host that sends without waiting for answers.
     pub(crate) fn release_overdue_sp(&mut self, robot: &mut Robot, port: Port) {
-        let now = robot.now;
-        if self
-            .sessions
-            .get(&port)
-            .is_some_and(|session| session.sp_overdue(now))
-        {
+        if self.session(port).sp_overdue(robot.now) {
             self.send_sp(robot, port);
         }
     }
 
     fn send_sp(&mut self, robot: &mut Robot, port: Port) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.waiting_sp = false;
-        }
+        self.session(port).waiting_sp = false;
         self.send_text(robot, port, &Reply::Sp.encode());
     }
 

@@ -21,7 +21,7 @@ pub struct Segment {
 
 /// Something that happens at the sending side of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Departure {
     /// These bytes are sent in one write.
     Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes),
@@ -61,11 +61,7 @@ impl Segment {
 
 /// What waits to be sent, by port.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct SendQueue {
     queues: BTreeMap<Port, VecDeque<(Time, Departure)>>,
 }

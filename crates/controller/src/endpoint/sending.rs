@@ -21,9 +21,10 @@ impl Endpoints {
     /// Sends a text in the form of the host's last one: of the command that is being served, or SP, for which nobody
     /// has asked.
     pub(crate) fn send_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
-        let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
+        let session = self.session(port);
+        if session.peer.is_none() {
             return;
-        };
+        }
         let framing = session.framing;
         let bytes = Bytes::from(encode_text(data, framing, robot.config.options.text.checksum));
         debug_assert!(bytes.len() <= MAX_SEND);
@@ -36,12 +37,11 @@ impl Endpoints {
         });
         let segments = self.outbound(robot, port, bytes, &section);
         let sent = self.enqueue(robot, port, segments);
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.sent_at = Some(sent);
-            session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
-            if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
-                session.replied_at = Some(sent);
-            }
+        let session = self.session(port);
+        session.sent_at = Some(sent);
+        session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
+        if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
+            session.replied_at = Some(sent);
         }
     }
 

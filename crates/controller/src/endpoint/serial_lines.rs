@@ -38,7 +38,8 @@ impl Endpoints {
     /// When the lines have something to hand over.
     pub(crate) fn line_deadline(&self, robot: &Robot) -> Option<Time> {
         let due = |(port, line): (&Port, &SerialLine)| line.deadline(robot.serial_line(*port)?);
-        self.lines.iter().filter_map(due).min()
+        let busy = self.lines.iter().filter(|(_, line)| line.is_busy());
+        busy.filter_map(due).min()
     }
 
     /// Whether characters are on the line of this port.
@@ -103,6 +104,9 @@ impl Endpoints {
             let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
+            if !line.outbound.is_busy() {
+                continue;
+            }
             let far = line.host_settings(own).unwrap_or(own);
             let read = line.outbound.take(now, far);
             send_read(robot, port, read.into_iter().map(|arrival| arrival.byte));
@@ -117,6 +121,9 @@ impl Endpoints {
                 continue;
             };
             let Some(leaving) = &mut line.departed_peer else {
+                if !line.inbound.is_busy() {
+                    continue;
+                }
                 let arrivals = line.inbound.take(now, own);
                 self.received_characters(robot, port, arrivals);
                 continue;
@@ -269,7 +276,7 @@ impl Endpoints {
             robot.push_output(Output::Send { port, bytes });
             return now;
         };
-        if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
+        if line.departed_peer.is_some() && port.protocol().is_some() {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }

@@ -17,7 +17,7 @@ pub type Letters = &'static str;
 
 /// The exchange that is open on a port.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Exchange {
     /// None: the port waits for a command.
     Idle,
@@ -39,11 +39,7 @@ pub enum Exchange {
 
 /// State of one protocol port.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Session {
     /// The port.
     pub port: Port,
@@ -222,11 +218,5 @@ impl Session {
             Exchange::Receiving { receiver, .. } => receiver.is_valid(),
         };
         exchange && self.joiner.is_valid() && self.decoder.is_valid(options)
-    }
-
-    /// Takes in bytes, the last of which came at `at`.
-    pub fn push(&mut self, at: Time, bytes: &[u8]) {
-        self.heard_at = at;
-        self.decoder.push(bytes);
     }
 }

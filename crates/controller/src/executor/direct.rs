@@ -14,11 +14,7 @@ use ts3100_proto::status::sm::MAX_ENDED;
 
 /// The statement of a DO command.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Direct {
     /// Its text.
     pub(super) statement: String,

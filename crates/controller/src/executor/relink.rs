@@ -38,77 +38,48 @@ impl Executor {
 
     fn validate(&self) -> Result<(), SnapshotError> {
         let word = |is: bool| if is { "one" } else { "none" };
-        let selected = self.selected.is_some();
-        check(
-            self.main.is_some() == selected,
-            "execution.main",
-            "a main program exactly while a file is selected",
-            word(self.main.is_some()),
-        )?;
+        let (selected, runs) = (self.selected.is_some(), self.program_runs());
+        let (place, there) = ("execution.main", self.main.is_some());
+        let expected = "a main program exactly while a file is selected";
+        check(there == selected, place, expected, word(there))?;
         let main = self.main.as_ref().map_or(MAIN_TASK, Task::id);
-        check(
-            main == MAIN_TASK,
-            "execution.main",
-            "task 1",
-            format!("task {main}"),
-        )?;
-        let count = self.tasks.len();
+        check(main == MAIN_TASK, place, "task 1", format!("task {main}"))?;
+        let (place, count) = ("execution.tasks", self.tasks.len());
+        let expected = format!("fewer than {MAX_TASKS} tasks of a selected file");
         check(
             count < MAX_TASKS && (count == 0 || selected),
-            "execution.tasks",
-            &format!("fewer than {MAX_TASKS} tasks of a selected file"),
+            place,
+            &expected,
             count,
         )?;
         let last = self.tasks.keys().next_back().copied().unwrap_or_default();
-        let next = self.next_task;
-        check(
-            next >= last,
-            "execution.next_task",
-            &format!("more than {last}"),
-            next,
-        )?;
-        check(next > MAIN_TASK, "execution.next_task", "2 or more", next)?;
-        let runs = self.program_runs();
+        let (place, next) = ("execution.next_task", self.next_task);
+        check(next >= last, place, &format!("more than {last}"), next)?;
+        check(next > MAIN_TASK, place, "2 or more", next)?;
+        let (expected, state) = ("no operation without a file", self.operation.state());
         check(
             selected || !runs,
             "execution.course",
-            "no operation without a file",
-            format!("{:?}", self.operation.state()),
+            expected,
+            format!("{state:?}"),
         )?;
-        check(
-            self.direct.is_none() || !runs,
-            "execution.direct",
-            "none while a program runs",
-            "one",
-        )?;
-        let ended = self.direct_ended;
-        check(
-            ended <= MAX_ENDED,
-            "execution.direct_ended",
-            &format!("at most {MAX_ENDED}"),
-            ended,
-        )?;
+        let (place, expected) = ("execution.direct", "none while a program runs");
+        check(self.direct.is_none() || !runs, place, expected, "one")?;
+        let (place, ended) = ("execution.direct_ended", self.direct_ended);
+        check(ended <= MAX_ENDED, place, &format!("at most {MAX_ENDED}"), ended)?;
         let percent = (0.0..=100.0).contains(&self.pass);
         check(percent, "execution.pass", "0 to 100 percent", self.pass)?;
-        let seconds = self.timer.seconds;
-        check(
-            seconds.is_finite(),
-            "execution.timer.seconds",
-            "a number",
-            seconds,
-        )
+        let (place, seconds) = ("execution.timer.seconds", self.timer.seconds);
+        check(seconds.is_finite(), place, "a number", seconds)
     }
 }
 
 impl Selected {
     fn relink(&mut self, config: &Config) -> Result<(), SnapshotError> {
         let name = FileName::parse(&self.name).ok();
-        check(
-            name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter()),
-            "execution.selected.name",
-            "the name of a user file, in upper case",
-            &self.name,
-        )?;
+        let fits = name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter());
+        let expected = "the name of a user file, in upper case";
+        check(fits, "execution.selected.name", expected, &self.name)?;
         let compilation = config.compile(&self.source);
         self.program = compilation.program.ok_or_else(|| {
             let found = first_of(&compilation.diagnostics, &self.source, &self.name);
@@ -130,12 +101,8 @@ impl Direct {
         })?;
         self.task.relink(place, &program)?;
         let (id, alone) = (self.task.id(), self.task.parts().count() == 1);
-        check(
-            id == 0 && alone,
-            place,
-            "task 0 without a handler",
-            format!("task {id}"),
-        )
+        let expected = "task 0 without a handler";
+        check(id == 0 && alone, place, expected, format!("task {id}"))
     }
 }
 

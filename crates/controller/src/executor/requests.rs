@@ -10,7 +10,7 @@ use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
 use crate::io::signals::Signals;
-use crate::limits::{COARSE_LEAD, LONGEST_DELAY, PENDANT_TEXT, TEACHING_SPEED};
+use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
@@ -30,7 +30,7 @@ impl Robot {
             Request::Move(motion) => self.start_motion(task, &motion),
             Request::Print { channel, data, cut } => self.print(endpoints, task, channel, &data, cut),
             Request::BufferReset { channel } => {
-                if let Some(buffer) = self.channel_mut(channel) {
+                if let Some(buffer) = self.channels.input(channel) {
                     buffer.clear();
                 }
                 self.executor.done(task)
@@ -68,16 +68,15 @@ impl Robot {
 
     /// How fast the arm may move now.
     pub(crate) fn pace(&self) -> SpeedLimits {
+        let state = self.panel.state();
+        let most = if self.is_slow() {
+            self.config.options.low_speed
+        } else {
+            u8::MAX
+        };
         SpeedLimits {
-            override_percent: if self.is_slow() {
-                self.panel
-                    .state()
-                    .override_percent
-                    .min(self.config.options.low_speed)
-            } else {
-                self.panel.state().override_percent
-            },
-            tool_speed_cap: (self.panel.state().key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
+            override_percent: state.override_percent.min(most),
+            tool_speed_cap: (state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }
 
@@ -230,7 +229,8 @@ impl Robot {
         let mut values = got.clone();
         while values.len() < wanted {
             let datum = self
-                .channel_mut(channel)
+                .channels
+                .input(channel)
                 .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
             match datum {
                 Datum::Value(value) => values.push(value),
@@ -267,12 +267,8 @@ impl Robot {
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
         let message = format!("INPUT: a number expected, {token:?} found");
-        self.report(
-            &rules::INPUT_NOT_A_NUMBER,
-            Port::from_channel(channel),
-            token.as_bytes(),
-            message,
-        );
+        let port = Port::from_channel(channel);
+        self.report(&rules::INPUT_NOT_A_NUMBER, port, token.as_bytes(), message);
     }
 
     /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
@@ -283,11 +279,9 @@ impl Robot {
     }
 
     fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        if let Some((output, _)) = switches
-            .iter()
-            .find(|(output, _)| !Signals::is_user_output(*output))
-        {
-            return task.give_up(alarm::OUT_OF_RANGE, no_output(*output));
+        let mut outputs = switches.iter().map(|(output, _)| *output);
+        if let Some(other) = outputs.find(|output| !Signals::is_user_output(*output)) {
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(other));
         }
         for &(output, on) in switches {
             self.signals.set_output(output, on);
@@ -297,29 +291,14 @@ impl Robot {
 
     fn show_on_pendant(&mut self, data: &[u8]) {
         let text = String::from_utf8_lossy(data).into_owned();
-        self.pendant.push_str(&text);
-        let surplus = self.pendant.len().saturating_sub(PENDANT_TEXT);
-        let cut = (surplus..=self.pendant.len())
-            .find(|&at| self.pendant.is_char_boundary(at))
-            .unwrap_or(0);
-        self.pendant.drain(..cut);
+        self.channels.show(&text);
         self.push_output(Output::Pendant(text));
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.
     fn missing_peer(&self, port: Port) -> bool {
-        port.ethernet_index().is_some()
-            && self
-                .channels
-                .get(&port)
-                .is_none_or(|buffer| buffer.peer().is_none())
-    }
-
-    fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::io::channel::Channel> {
-        match Port::from_channel(channel) {
-            Some(port) => self.channels.get_mut(&port),
-            None => Some(&mut self.keys),
-        }
+        let buffer = self.channels.get(port);
+        port.ethernet_index().is_some() && buffer.is_none_or(|buffer| buffer.peer().is_none())
     }
 }
 

@@ -48,14 +48,13 @@ impl Robot {
     /// The program is to stop when the present step has ended.
     /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
-        self.stop_jog();
+        self.arm.stop_jog(self.now);
         self.executor.operation.request_stop(by);
     }
 
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: StopCause) {
-        self.jogging = None;
         self.executor.run_shown_until = None;
         if !self.executor.program_runs() {
             self.arm.stop(self.now);
@@ -71,8 +70,7 @@ impl Robot {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: StopCause) {
         self.interrupt(by);
-        let event = self.panel.servo_off();
-        self.outputs.extend(event.map(Output::Event));
+        self.outputs.extend(self.panel.servo_off().map(Output::Event));
     }
 
     /// Raises an alarm and lets its level act (D6).
@@ -85,10 +83,12 @@ impl Robot {
         });
         self.alarms.raise(alarm);
         match code.level {
-            AlarmLevel::L8 => self.servo_off(StopCause::Other),
-            AlarmLevel::L4 => self.interrupt(StopCause::Other),
+            AlarmLevel::L8 | AlarmLevel::L4 => self.interrupt(StopCause::Other),
             AlarmLevel::L2 => self.stop_after_step(StopCause::Other),
             AlarmLevel::L1 => {}
+        }
+        if code.level == AlarmLevel::L8 {
+            self.outputs.extend(self.panel.servo_off().map(Output::Event));
         }
     }
 

@@ -12,7 +12,7 @@
 
 /// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum StopCause {
     /// A command of the host.
     Host,
@@ -22,7 +22,7 @@ pub enum StopCause {
 
 /// Automatic operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum RunState {
     /// At step 1.
     Reset,
@@ -39,11 +39,7 @@ pub enum RunState {
 
 /// Automatic operation: the state, and the only ways to change it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(transparent)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(transparent))]
 pub struct Operation {
     state: RunState,
 }

@@ -9,7 +9,6 @@ use crate::executor::step::Step;
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
 use crate::robot::Robot;
-use core::time::Duration;
 use scol_mini::Pause;
 use ts3100_proto::command::RunMode;
 
@@ -139,38 +138,32 @@ impl Robot {
         task.end_step(self.executor.memory_mut(), self.config.options.wait_after_stop)
     }
 
+    /// Goes on with what the machine is doing, which may be to execute what comes next.
     fn carry(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
-        match task.state() {
-            TaskState::Ready | TaskState::Watching { .. } => self.execute(endpoints, task, single),
-            TaskState::Pausing { until } if *until > self.now => Step::Blocked,
-            TaskState::Pausing { .. } => self.execute(endpoints, task, single),
-            TaskState::Holding if self.is_held() => Step::Blocked,
-            TaskState::Resting if self.arm.is_moving() => Step::Blocked,
-            TaskState::Holding | TaskState::Resting => {
-                task.enter(TaskState::Ready);
-                self.execute(endpoints, task, single)
+        let now = self.now;
+        let waits = match *task.state() {
+            TaskState::Ready | TaskState::Watching { .. } | TaskState::Reading { .. } => false,
+            TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
+            TaskState::Holding => self.is_held(),
+            TaskState::Resting => self.arm.is_moving(),
+            TaskState::Queued { .. } => self.arm.last_begins_at().is_some_and(|begin| begin > now),
+            // Before its end it counts as over by so much; while it is held it has no end.
+            TaskState::Moving { lead } => {
+                let end = self.arm.ends_at();
+                end.map_or(self.arm.is_moving(), |end| end - lead > now)
             }
-            TaskState::Queued { .. } if self.arm.last_begins_at().is_some_and(|begin| begin > self.now) => {
-                Step::Blocked
-            }
-            TaskState::Queued { lead, passing } => {
-                let (lead, passing) = (*lead, *passing);
-                self.begun(task, lead, passing)
-            }
-            TaskState::Moving { lead } if !self.has_arrived(*lead) => Step::Blocked,
-            TaskState::Moving { .. } => self.executor.moved(task),
-            TaskState::Delaying { until } if *until > self.now => Step::Blocked,
-            TaskState::Delaying { .. } => self.executor.done(task),
-            TaskState::Reading { .. } => self.read_values(task),
+        };
+        if waits {
+            return Step::Blocked;
         }
-    }
-
-    /// Whether the motion under way is over, or as good as over.
-    fn has_arrived(&self, lead: Duration) -> bool {
-        !self.arm.is_moving() || self.arm.ends_at().is_some_and(|end| end - lead <= self.now)
-    }
-
-    fn execute(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
+        match *task.state() {
+            TaskState::Ready | TaskState::Watching { .. } | TaskState::Pausing { .. } => {}
+            TaskState::Holding | TaskState::Resting => task.enter(TaskState::Ready),
+            TaskState::Queued { lead, passing } => return self.begun(task, lead, passing),
+            TaskState::Moving { .. } => return self.executor.moved(task),
+            TaskState::Delaying { .. } => return self.executor.done(task),
+            TaskState::Reading { .. } => return self.read_values(task),
+        }
         if !task.has_budget(self.now) {
             return Step::Blocked;
         }

@@ -46,11 +46,7 @@ impl From<NameError> for SelectError {
 
 /// The selected file.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Selected {
     /// Its name.
     pub(super) name: String,

@@ -45,7 +45,7 @@ pub struct TaskView {
 /// A stop lets a motion, a DELAY and their waits end, and ends the others; BREAK ends all but a motion that can be
 /// taken up again.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TaskState {
     /// Nothing: the next statement may run.
     Ready,
@@ -112,6 +112,14 @@ impl TaskState {
         None
     }
 
+    /// How long before the end of its motion the statement is over.
+    pub(super) fn lead(&self) -> Option<Duration> {
+        if let TaskState::Moving { lead } = self {
+            return Some(*lead);
+        }
+        None
+    }
+
     /// The channel from which an INPUT waits for values.
     pub(super) fn channel(&self) -> Option<Channel> {
         if let TaskState::Reading { channel, .. } = self {
@@ -128,11 +136,7 @@ impl TaskState {
 
 /// A machine and what it is doing.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Task {
     /// The interpreter.
     machine: Machine,
@@ -454,31 +458,19 @@ impl Task {
             .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;
         if let Some(handler) = &mut self.handler {
             let place = format!("{place}.handler");
-            let nested = handler.handler.is_some();
-            check(
-                !nested,
-                &format!("{place}.handler"),
-                "none: a handler has none",
-                "one",
-            )?;
+            let (nested, expected) = (handler.handler.is_some(), "none: a handler has none");
+            check(!nested, &format!("{place}.handler"), expected, "one")?;
             handler.relink(&place, program)?;
         }
-        check(
-            self.budget <= STATEMENTS_PER_SCAN,
-            &format!("{place}.budget"),
-            &format!("at most {STATEMENTS_PER_SCAN}"),
-            self.budget,
-        )?;
+        let (budget, expected) = (self.budget, format!("at most {STATEMENTS_PER_SCAN}"));
+        let fits = budget <= STATEMENTS_PER_SCAN;
+        check(fits, &format!("{place}.budget"), &expected, budget)?;
         let place = format!("{place}.doing");
         if let TaskState::Reading { wanted, got, .. } = &self.doing {
             let expected = format!("at most {wanted} values");
             check(got.len() <= *wanted, &place, &expected, got.len())?;
         }
-        check(
-            !self.doing.needs_answer() || self.machine.pending().is_some(),
-            &place,
-            "a statement that waits for its answer",
-            "none",
-        )
+        let asked = !self.doing.needs_answer() || self.machine.pending().is_some();
+        check(asked, &place, "a statement that waits for its answer", "none")
     }
 }

@@ -175,7 +175,7 @@ pub enum Effect {
 
 /// An action of a fault on the machine, at once or later. Panel and alarms take it like any other.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ScheduledAction {
     /// An operation at the panel.
     Panel(PanelAction),

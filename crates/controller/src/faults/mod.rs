@@ -83,11 +83,7 @@ pub enum FaultAction {
 
 /// A fault and what has happened since it was armed.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct FaultReport {
     /// The fault as it was armed, with its number.
     pub fault: Fault,
@@ -126,11 +122,7 @@ impl FaultReport {
 
 /// The faults of a controller, and the state they leave behind.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Faults {
     reports: Vec<FaultReport>,
     #[cfg_attr(feature = "serde", serde(rename = "dice"))]
@@ -153,7 +145,7 @@ pub(crate) type Fired = (Effect, Vec<ScheduledAction>, Event);
 
 /// What happens to the rest of a record that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(crate) enum RecordState {
     /// It reaches the program.
     #[cfg_attr(feature = "serde", serde(rename = "Taken"))]

@@ -15,7 +15,7 @@ use ts3100_proto::command::{Answer, COMMANDS, Number};
 use ts3100_proto::name::MAX_FILE_NAME;
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::ac::{AlarmRecord, MAX_MESSAGE, encode_alarms};
-use ts3100_proto::status::ca::{DirectoryEntry, encode_directory_with};
+use ts3100_proto::status::ca::{DirectoryEntry, encode_directory};
 use ts3100_proto::status::eu::{ErrorEntry, encode_history};
 use ts3100_proto::status::mn::Maintenance;
 use ts3100_proto::status::mr::encode_values;
@@ -87,7 +87,7 @@ fn max_texts(command: &str) -> u32 {
                 attribute: None,
             };
             let blanks = " ".repeat(usize::try_from(MAX_VARIED_BLANKS).unwrap_or(1));
-            texts(encode_directory_with(&alloc::vec![entry; MAX_FILES], &blanks).len())
+            texts(encode_directory(&alloc::vec![entry; MAX_FILES], &blanks).len())
         }
         "EU" => {
             let (level, code) = (AlarmLevel::L8, 999);

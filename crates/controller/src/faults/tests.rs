@@ -423,7 +423,7 @@ fn records_are_lost_whole_however_they_come() {
         let port = Port::Ip1;
         robot.feed(robot.now(), Input::received(port, bytes));
     }
-    let channel = robot.robot.channels.get(&Port::Ip1).unwrap();
+    let channel = robot.robot.channels.get(Port::Ip1).unwrap();
     assert_eq!(channel.len(), b"1,2\r\n6\r".len());
 }
 

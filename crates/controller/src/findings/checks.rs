@@ -211,23 +211,17 @@ impl Robot {
 impl Endpoints {
     /// Whether a text belongs to a file although no download is open. Such a text ends without CR (FL-01), so it must
     /// not be reported as one that lacks it.
-    pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
-        let Some(session) = self
-            .sessions
-            .get(&port)
-            .filter(|session| !session.joiner.is_partial())
-        else {
-            return false;
-        };
+    pub(crate) fn is_stray_file(&mut self, port: Port, data: &[u8]) -> bool {
+        let session = self.session(port);
         let message = data.strip_suffix(&[CR]).unwrap_or(data);
-        begins_file(data) || session.history.file_refused && Command::parse(message).is_err()
+        !session.joiner.is_partial()
+            && (begins_file(data) || session.history.file_refused && Command::parse(message).is_err())
     }
 
     /// Remembers that a text of a file was refused, unless it was the last.
     pub(crate) fn check_refused_file(&mut self, port: Port, data: &[u8]) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.history.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
-        }
+        let ended = data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]);
+        self.session(port).history.file_refused = !ended;
     }
 
     /// Checks a command against the present state and the previous commands.
@@ -243,19 +237,11 @@ impl Endpoints {
             let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
             robot.report(&rules::EXTENSION_COMMAND, port, message, text);
         }
-        let now = robot.now;
-        let Some(session) = self
-            .sessions
-            .get_mut(&port)
-            .filter(|_| command.row().answer == Answer::Status)
-        else {
+        if command.row().answer != Answer::Status {
             return;
-        };
-        let since = session
-            .history
-            .note_poll(message, now)
-            .filter(|since| *since < MIN_POLL_INTERVAL);
-        if let Some(since) = since {
+        }
+        let since = self.session(port).history.note_poll(message, robot.now);
+        if let Some(since) = since.filter(|since| *since < MIN_POLL_INTERVAL) {
             let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
             robot.report(&rules::POLL_FAST, port, message, text);
         }
@@ -263,25 +249,22 @@ impl Endpoints {
 
     /// Counts refusals of the same message in a row.
     pub(crate) fn check_repeat(&mut self, robot: &mut Robot, port: Port, message: &[u8], refused: bool) {
-        let Some(session) = self.sessions.get_mut(&port) else {
+        let last_refused = &mut self.session(port).history.last_refused;
+        let before = last_refused.take().filter(|(text, _)| text == message);
+        if !refused {
             return;
-        };
-        let before = session.history.last_refused.take().filter(|_| refused);
-        let before = before
-            .filter(|(text, _)| text == message)
-            .map_or(0, |(_, times)| times);
-        if refused {
-            session.history.last_refused = Some((message.to_vec(), before.saturating_add(1)));
         }
-        if before + 1 >= REPEATED_REFUSALS && refused {
-            let text = format!("the same command was refused {} times in a row", before + 1);
+        let times = before.map_or(0, |(_, times)| times).saturating_add(1);
+        *last_refused = Some((message.to_vec(), times));
+        if times >= REPEATED_REFUSALS {
+            let text = format!("the same command was refused {times} times in a row");
             robot.report(&rules::REPEATED_REFUSAL, port, message, text);
         }
     }
 
     /// Checks in what state the peer of a port disconnected.
     pub(crate) fn check_disconnect(&mut self, robot: &mut Robot, port: Port) {
-        if robot.jogging == Some(port) && robot.is_jogging() {
+        if robot.arm.jogging() == Some(port) && robot.arm.is_jogging() {
             let text = "the connection ended while JG guided the arm; it stops";
             robot.report(&rules::LEFT_JOGGING, port, &[], text);
         }
@@ -300,7 +283,7 @@ impl Endpoints {
             );
         } else if let Some(channel) = robot
             .channels
-            .get(&port)
+            .get(port)
             .filter(|channel| channel.peer().is_some())
         {
             let half = channel.partial_value();

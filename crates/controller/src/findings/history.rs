@@ -6,11 +6,7 @@ use core::time::Duration;
 
 /// What the checks remember of a host between texts.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct HostHistory {
     /// The last request for each status (by its letters) and when it was received.
     polls: Vec<(Vec<u8>, Time)>,

@@ -29,11 +29,7 @@ pub enum Datum {
 
 /// The receive side of a channel.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Channel {
     /// Address of the peer, while one is connected.
     peer: Option<String>,

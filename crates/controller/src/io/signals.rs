@@ -26,7 +26,7 @@ const RESET_OUTPUTS: (u16, u16) = (1, 24);
 
 /// Which way a line leads, seen from the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum IoKind {
     /// Din.
     Input,
@@ -47,11 +47,7 @@ impl Word for IoKind {
 
 /// State of all digital lines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Signals {
     inputs: BTreeSet<u16>,
     outputs: BTreeSet<u16>,

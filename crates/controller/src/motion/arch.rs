@@ -3,7 +3,7 @@
 //!
 //! The place is a function of time, so an arch is executed at a rate of time (see `run`). `plan` checks reach and limits.
 
-use super::profile::{Profile, Rates};
+use super::profile::{PathState, Profile, Rates};
 use libm::hypot;
 
 /// Heights of an arch in mm (assumed: no manual describes MOVEJ).
@@ -28,12 +28,8 @@ pub(super) struct Stretch {
 
 impl Stretch {
     fn profile(&self) -> Profile {
-        let start = super::profile::PathState {
-            place: 0.0,
-            speed: 0.0,
-        };
-        self.rates
-            .map_or(Profile::resting(1.0), |rates| Profile::to_end(start, 1.0, &rates))
+        let course = |rates| Profile::to_end(PathState::at_rest(0.0), 1.0, &rates);
+        self.rates.map_or(Profile::resting(1.0), course)
     }
 
     fn speed(&self) -> f64 {
@@ -43,11 +39,7 @@ impl Stretch {
 
 /// The way of the tool point, as a part of the whole time.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct Arch {
     from: [f64; 3],
     to: [f64; 3],

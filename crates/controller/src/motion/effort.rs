@@ -4,6 +4,7 @@
 //! so the available acceleration stands for it. `crate::arm` adds up the efforts of all motions.
 
 use super::path::Path;
+use super::pose::{minus, pairwise, plus};
 use super::profile::Profile;
 use crate::model::{ArmModel, Joints};
 
@@ -17,11 +18,7 @@ const SHORTEST_STEP: f64 = 1e-6;
 
 /// What the axes have done: each value belongs to one axis, degrees, or mm of one that slides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Effort {
     /// Distance travelled in both directions.
     pub way: Joints,
@@ -38,19 +35,13 @@ pub struct Effort {
 impl Effort {
     /// Adds the effort of a following motion.
     pub fn add(&mut self, other: &Effort) {
-        for (sum, values) in [
-            (&mut self.way, &other.way),
-            (&mut self.torque, &other.torque),
-            (&mut self.square, &other.square),
-        ] {
-            for (sum, value) in sum.iter_mut().zip(values) {
-                *sum += value;
-            }
-        }
-        for (peak, value) in self.peak.iter_mut().zip(other.peak) {
-            *peak = peak.max(value);
-        }
-        self.seconds += other.seconds;
+        *self = Effort {
+            way: plus(self.way, other.way),
+            torque: plus(self.torque, other.torque),
+            square: plus(self.square, other.square),
+            peak: pairwise(self.peak, other.peak, f64::max),
+            seconds: self.seconds + other.seconds,
+        };
     }
 
     /// All its numbers, to validate a snapshot.
@@ -78,12 +69,13 @@ pub(super) fn between(
     for (begin, end) in profile.stretches(from, to) {
         let step = (end - begin) / f64::from(steps);
         let at = |index: u16| path.joints_at(profile.state_at(begin + step * f64::from(index)).place);
+        let way = |from: &Joints, to: &Joints| minus(*to, *from).map(f64::abs);
         let mut trail = [at(0), at(0), at(1)];
         effort.seconds += end - begin;
-        add_way(&mut effort.way, &trail[1], &trail[2]);
+        effort.way = plus(effort.way, way(&trail[1], &trail[2]));
         for index in 2..=steps {
             trail = [trail[1], trail[2], at(index)];
-            add_way(&mut effort.way, &trail[1], &trail[2]);
+            effort.way = plus(effort.way, way(&trail[1], &trail[2]));
             if step > SHORTEST_STEP {
                 // Each inner moment stands for an equal part of the stretch.
                 let seconds = (end - begin) / f64::from(steps - 1);
@@ -92,12 +84,6 @@ pub(super) fn between(
         }
     }
     effort
-}
-
-fn add_way(way: &mut Joints, from: &Joints, to: &Joints) {
-    for ((way, from), to) in way.iter_mut().zip(from).zip(to) {
-        *way += (to - from).abs();
-    }
 }
 
 /// The torque that three postures a step apart tell of, for so many seconds.

@@ -23,6 +23,7 @@ pub use arch::Gate;
 pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
+pub(crate) use pose::pairwise;
 pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
 
@@ -37,11 +38,7 @@ pub const MIN_TOOL_SPEED: f64 = 0.1;
 
 /// How fast a motion may be. Values out of range are taken as the nearest in range, no number as the smallest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Limits {
     /// Part of full speed that is asked for: SPEED. With the override, [`MIN_FRACTION`] to 1.
     pub speed: f64,

@@ -7,7 +7,9 @@ mod chain;
 
 use super::arch::Arch;
 use super::kinematics::{follow, place};
-use super::pose::{Transform, cross, degrees, dot, minus, norm, plus_times, product, sin_cos, transposed};
+use super::pose::{
+    Transform, cross, degrees, dot, minus, norm, pairwise, plus, plus_times, product, sin_cos, transposed,
+};
 use crate::model::{ArmKind, Joints};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -22,7 +24,7 @@ const MIN_TURN_SINE: f64 = 1e-6;
 
 /// The curve of the tool point.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Shape {
     Line {
         from: [f64; 3],
@@ -56,8 +58,8 @@ impl Shape {
         // Circumcentre, seen from `from`.
         let lean = cross(normal, to_via).map(|part| part * dot(to_end, to_end));
         let reach = cross(to_end, normal).map(|part| part * dot(to_via, to_via));
-        let to_centre = plus_times(lean, reach, 1.0).map(|part| part / (2.0 * area * area));
-        let (centre, radius) = (plus_times(from, to_centre, 1.0), norm(to_centre));
+        let to_centre = plus(lean, reach).map(|part| part / (2.0 * area * area));
+        let (centre, radius) = (plus(from, to_centre), norm(to_centre));
         let first = to_centre.map(|part| -part / radius);
         let second = cross(normal.map(|part| part / area), first);
         let last = minus(to, centre);
@@ -111,11 +113,7 @@ impl Shape {
 
 /// A turn about a fixed axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct AxisAngle {
     axis: [f64; 3],
     /// Degrees, 0 to 180.
@@ -128,47 +126,23 @@ impl AxisAngle {
         let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
         let (sin, cos) = (norm(skew) / 2.0, (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0);
         let angle = degrees(atan2(sin, cos));
-        if sin > MIN_TURN_SINE {
-            return AxisAngle {
-                axis: skew.map(|part| part / (2.0 * sin)),
-                angle,
-            };
-        }
-        if cos > 0.0 {
-            return AxisAngle {
-                axis: skew.map(|part| if sin > 0.0 { part / (2.0 * sin) } else { 0.0 }),
-                angle,
-            };
+        if sin > MIN_TURN_SINE || cos > 0.0 {
+            let axis = skew.map(|part| if sin > 0.0 { part / (2.0 * sin) } else { 0.0 });
+            return AxisAngle { axis, angle };
         }
         // Half a turn: (R + 1) / 2 is axis times axis; its longest column gives the axis.
-        let columns = transposed(&[
-            [
-                (r[0][0] + 1.0) / 2.0,
-                r[0][1] / 2.0 + r[1][0] / 2.0,
-                r[0][2] / 2.0 + r[2][0] / 2.0,
-            ],
-            [
-                r[0][1] / 2.0 + r[1][0] / 2.0,
-                (r[1][1] + 1.0) / 2.0,
-                r[1][2] / 2.0 + r[2][1] / 2.0,
-            ],
-            [
-                r[0][2] / 2.0 + r[2][0] / 2.0,
-                r[1][2] / 2.0 + r[2][1] / 2.0,
-                (r[2][2] + 1.0) / 2.0,
-            ],
-        ]);
-        let longest =
-            columns.into_iter().fold(
-                [0.0; 3],
-                |best, column| if norm(column) > norm(best) { column } else { best },
-            );
+        let mut columns = pairwise(*r, transposed(r), |row, column| {
+            pairwise(row, column, |cell, mirrored| cell / 2.0 + mirrored / 2.0)
+        });
+        for (index, column) in columns.iter_mut().enumerate() {
+            column[index] = (r[index][index] + 1.0) / 2.0;
+        }
+        let longer = |best, column| if norm(column) > norm(best) { column } else { best };
+        let longest = columns.into_iter().fold([0.0; 3], longer);
         let axis = longest.map(|part| part / norm(longest));
         let sign = if dot(axis, skew) < 0.0 { -1.0 } else { 1.0 };
-        AxisAngle {
-            axis: axis.map(|part| sign * part),
-            angle,
-        }
+        let axis = axis.map(|part| sign * part);
+        AxisAngle { axis, angle }
     }
 
     fn partial_rotation(&self, part: f64) -> [[f64; 3]; 3] {
@@ -185,11 +159,7 @@ impl AxisAngle {
 
 /// The path of the tool: the curve of its point and the turn of its orientation.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(super) struct ToolPath {
     pub(super) kind: ArmKind,
     pub(super) shape: Shape,
@@ -211,10 +181,7 @@ impl ToolPath {
     pub(super) fn flange_at(&self, part: f64) -> (Transform, [f64; 2]) {
         let (origin, part) = self.shape.at(part);
         let [from, to] = self.uv;
-        let uv = [
-            from[0] + (to[0] - from[0]) * part,
-            from[1] + (to[1] - from[1]) * part,
-        ];
+        let uv = plus_times(from, minus(to, from), part);
         let tool = Transform {
             rotation: product(&self.rotation, &self.turn.partial_rotation(part)),
             origin,
@@ -245,7 +212,7 @@ impl ToolPath {
 
 /// The path of a motion.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Path {
     /// All joints together.
     Joint { from: Joints, to: Joints },
@@ -293,13 +260,11 @@ impl Path {
 
 /// Linear interpolation between two postures; exact at 0 and 1.
 fn interpolate(from: &Joints, to: &Joints, part: f64) -> Joints {
-    let mut joints = *to;
     if part < 1.0 {
-        for (joint, from) in joints.iter_mut().zip(from) {
-            *joint = from + (*joint - from) * part;
-        }
+        plus_times(*from, minus(*to, *from), part)
+    } else {
+        *to
     }
-    joints
 }
 
 /// Most the tool point moves, in mm per whole path, anywhere on a joint path.

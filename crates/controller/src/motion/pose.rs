@@ -6,6 +6,7 @@
 
 use core::f64::consts::PI;
 use libm::{atan2, cos, fmod, sin, sqrt};
+use scol_mini::Arm;
 
 /// Below this cosine of B, A and C turn about the same axis and A is given as 0.
 const GIMBAL: f64 = 1e-12;
@@ -22,6 +23,27 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// The pose with these coordinates, in the order in which positions of this kind of arm have them.
+    #[must_use]
+    pub fn from_coords(kind: Arm, [x, y, z, fourth, fifth, sixth, u, v]: [f64; 8]) -> Pose {
+        let (abc, uv) = match kind {
+            Arm::SixAxis => ([fourth, fifth, sixth], [u, v]),
+            Arm::Scara => ([0.0, 0.0, fourth], [fifth, 0.0]),
+        };
+        let xyz = [x, y, z];
+        Pose { xyz, abc, uv }
+    }
+
+    /// Its coordinates in that order: X Y Z A B C U V; of a SCARA X Y Z C T, and zeros.
+    #[must_use]
+    pub fn coords(&self, kind: Arm) -> [f64; 8] {
+        let ([x, y, z], [a, b, c], [u, v]) = (self.xyz, self.abc, self.uv);
+        match kind {
+            Arm::SixAxis => [x, y, z, a, b, c, u, v],
+            Arm::Scara => [x, y, z, c, u, 0.0, 0.0, 0.0],
+        }
+    }
+
     /// The same place and orientation as a transform, U and V aside.
     #[must_use]
     pub fn transform(&self) -> Transform {
@@ -43,11 +65,7 @@ impl Pose {
 
 /// A coordinate system in another: rotation matrix (rows) and origin in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Transform {
     pub(crate) rotation: [[f64; 3]; 3],
     pub(crate) origin: [f64; 3],
@@ -69,9 +87,8 @@ impl Transform {
     /// From X, Y, Z in mm and A, B, C in degrees.
     #[must_use]
     pub fn from_coords([x, y, z, a, b, c]: [f64; 6]) -> Transform {
-        let turned = product(&about_z(c), &product(&about_y(b), &about_x(a)));
         Transform {
-            rotation: turned,
+            rotation: product(&about_z(c), &product(&about_y(b), &about_x(a))),
             origin: [x, y, z],
         }
     }
@@ -87,52 +104,35 @@ impl Transform {
         } else {
             (atan2(r[2][1], r[2][2]), atan2(r[1][0], r[0][0]))
         };
-        [
-            x,
-            y,
-            z,
-            normalised(degrees(a)),
-            normalised(degrees(b)),
-            normalised(degrees(c)),
-        ]
+        let [a, b, c] = [a, b, c].map(|angle| normalised(degrees(angle)));
+        [x, y, z, a, b, c]
     }
 
     /// `inner`, given in this coordinate system, in the one this is given in.
     #[must_use]
     pub fn compose(&self, inner: &Transform) -> Transform {
-        let moved = turned(&self.rotation, inner.origin);
         Transform {
             rotation: product(&self.rotation, &inner.rotation),
-            origin: [
-                self.origin[0] + moved[0],
-                self.origin[1] + moved[1],
-                self.origin[2] + moved[2],
-            ],
+            origin: plus(self.origin, turned(&self.rotation, inner.origin)),
         }
     }
 
     /// The transform that undoes this one.
     #[must_use]
     pub fn inverse(&self) -> Transform {
-        let back = transposed(&self.rotation);
-        let [x, y, z] = turned(&back, self.origin);
-        Transform {
-            rotation: back,
-            origin: [-x, -y, -z],
-        }
+        let rotation = transposed(&self.rotation);
+        let origin = turned(&rotation, self.origin).map(|part| -part);
+        Transform { rotation, origin }
     }
 }
 
 /// Degrees brought into (-180, 180].
 #[must_use]
 pub fn normalised(angle: f64) -> f64 {
-    let rest = fmod(angle, 360.0);
-    let rest = if rest > 180.0 {
-        rest - 360.0
-    } else if rest <= -180.0 {
-        rest + 360.0
-    } else {
-        rest
+    let rest = match fmod(angle, 360.0) {
+        rest if rest > 180.0 => rest - 360.0,
+        rest if rest <= -180.0 => rest + 360.0,
+        rest => rest,
     };
     // Never a negative zero: it would be printed as one.
     rest + 0.0
@@ -193,12 +193,25 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+/// What a function makes of two arrays, place by place.
+pub(crate) fn pairwise<A: Copy, B: Copy, C, const N: usize>(
+    a: [A; N],
+    b: [B; N],
+    of: impl Fn(A, B) -> C,
+) -> [C; N] {
+    core::array::from_fn(|place| of(a[place], b[place]))
 }
 
-pub(crate) fn plus_times(a: [f64; 3], b: [f64; 3], factor: f64) -> [f64; 3] {
-    [a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]
+pub(crate) fn plus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    pairwise(a, b, |a, b| a + b)
+}
+
+pub(crate) fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+    pairwise(a, b, |a, b| a - b)
+}
+
+pub(crate) fn plus_times<const N: usize>(a: [f64; N], b: [f64; N], factor: f64) -> [f64; N] {
+    pairwise(a, b, |a, b| a + b * factor)
 }
 
 pub(crate) fn norm(vector: [f64; 3]) -> f64 {

@@ -11,11 +11,7 @@ const MAX_RATE: f64 = 1e6;
 
 /// How fast a path may be run through, in parts of the path: 1/s and 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Rates {
     /// Cruising speed.
     pub speed: f64,
@@ -27,11 +23,7 @@ pub struct Rates {
 
 /// What the arm can do on a path, in parts of the path: 1/s and 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Ability {
     /// Speed at 100 %, of which SPEED and the override are parts.
     pub speed: f64,
@@ -101,13 +93,17 @@ pub struct PathState {
     pub speed: f64,
 }
 
+impl PathState {
+    /// At rest at a place.
+    #[must_use]
+    pub const fn at_rest(place: f64) -> PathState {
+        PathState { place, speed: 0.0 }
+    }
+}
+
 /// A stretch of constant acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct ProfilePhase {
     duration: f64,
     speed: f64,
@@ -125,6 +121,20 @@ impl ProfilePhase {
         }
     }
 
+    /// At one speed along a way.
+    fn steady(way: f64, speed: f64) -> ProfilePhase {
+        let (duration, accel) = (way / speed, 0.0);
+        ProfilePhase {
+            duration,
+            speed,
+            accel,
+        }
+    }
+
+    fn whole_way(&self) -> f64 {
+        self.way(self.duration)
+    }
+
     /// Way gone after `time` in this phase.
     fn way(&self, time: f64) -> f64 {
         self.speed * time + 0.5 * self.accel * time * time
@@ -133,11 +143,7 @@ impl ProfilePhase {
 
 /// The course in time from a state to rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Profile {
     start: f64,
     end: f64,
@@ -148,11 +154,7 @@ impl Profile {
     /// At rest at a place.
     #[must_use]
     pub fn resting(place: f64) -> Profile {
-        Profile {
-            start: place,
-            end: place,
-            phases: [ProfilePhase::default(); PHASES],
-        }
+        Profile::new(PathState::at_rest(place), place, &[])
     }
 
     /// The quickest way from a state to rest at `length`. A state faster than the cruising speed is slowed to it
@@ -170,31 +172,17 @@ impl Profile {
         } = *rates;
         let v = from.speed;
         if v * v >= 2.0 * decel * way {
-            return Profile::new(
-                from,
-                length,
-                [
-                    ProfilePhase::change(v, 0.0, v * v / (2.0 * way)),
-                    ProfilePhase::default(),
-                    ProfilePhase::default(),
-                ],
-            );
+            let brake = ProfilePhase::change(v, 0.0, v * v / (2.0 * way));
+            return Profile::new(from, length, &[brake]);
         }
         // Speed at which accelerating and braking alone would fill the way.
         let peak = sqrt((way + v * v / (2.0 * accel)) * 2.0 * accel * decel / (accel + decel));
         let top = peak.min(cruise);
         let rate = if top < v { decel } else { accel };
-        let (first, last) = (
-            ProfilePhase::change(v, top, rate),
-            ProfilePhase::change(top, 0.0, decel),
-        );
-        let rest = (way - first.way(first.duration) - last.way(last.duration)).max(0.0);
-        let middle = ProfilePhase {
-            duration: rest / top,
-            speed: top,
-            accel: 0.0,
-        };
-        Profile::new(from, length, [first, middle, last])
+        let first = ProfilePhase::change(v, top, rate);
+        let last = ProfilePhase::change(top, 0.0, decel);
+        let rest = (way - first.whole_way() - last.whole_way()).max(0.0);
+        Profile::new(from, length, &[first, ProfilePhase::steady(rest, top), last])
     }
 
     /// From a state at the cruising speed through `length`: for a path that comes to rest there by itself.
@@ -207,23 +195,14 @@ impl Profile {
         let v = from.speed;
         let rate = if rates.speed < v { rates.decel } else { rates.accel };
         let change = ProfilePhase::change(v, rates.speed, rate);
-        let rest = way - change.way(change.duration);
+        let rest = way - change.whole_way();
         if rest >= 0.0 {
-            let cruise = ProfilePhase {
-                duration: rest / rates.speed,
-                speed: rates.speed,
-                accel: 0.0,
-            };
-            return Profile::new(from, length, [change, cruise, ProfilePhase::default()]);
+            let cruise = ProfilePhase::steady(rest, rates.speed);
+            return Profile::new(from, length, &[change, cruise]);
         }
         // The end comes before the cruising speed does.
         let last = sqrt((v * v + 2.0 * change.accel * way).max(0.0));
-        let change = ProfilePhase::change(v, last, rate);
-        Profile::new(
-            from,
-            length,
-            [change, ProfilePhase::default(), ProfilePhase::default()],
-        )
+        Profile::new(from, length, &[ProfilePhase::change(v, last, rate)])
     }
 
     /// Slowing from a state to rest at this deceleration, at `length` at the latest.
@@ -231,30 +210,21 @@ impl Profile {
     pub fn to_rest(from: PathState, length: f64, decel: f64) -> Profile {
         let way = from.speed * from.speed / (2.0 * decel);
         if from.place + way >= length {
-            return Profile::to_end(
-                from,
-                length,
-                &Rates {
-                    speed: from.speed,
-                    accel: decel,
-                    decel,
-                },
-            );
+            let (speed, accel) = (from.speed, decel);
+            return Profile::to_end(from, length, &Rates { speed, accel, decel });
         }
         let brake = ProfilePhase::change(from.speed, 0.0, decel);
-        Profile::new(
-            from,
-            from.place + way,
-            [brake, ProfilePhase::default(), ProfilePhase::default()],
-        )
+        Profile::new(from, from.place + way, &[brake])
     }
 
-    fn new(from: PathState, end: f64, phases: [ProfilePhase; PHASES]) -> Profile {
-        Profile {
-            start: from.place,
-            end,
-            phases,
+    /// The phases that are not given take no time.
+    fn new(from: PathState, end: f64, given: &[ProfilePhase]) -> Profile {
+        let mut phases = [ProfilePhase::default(); PHASES];
+        for (phase, given) in phases.iter_mut().zip(given) {
+            *phase = *given;
         }
+        let start = from.place;
+        Profile { start, end, phases }
     }
 
     /// Seconds until rest.
@@ -288,7 +258,7 @@ impl Profile {
             return 0.0;
         }
         for phase in &self.phases {
-            let way = phase.way(phase.duration);
+            let way = phase.whole_way();
             if left < way {
                 // The root that stays exact for small accelerations.
                 let speed = sqrt((phase.speed * phase.speed + 2.0 * phase.accel * left).max(0.0));
@@ -303,20 +273,11 @@ impl Profile {
     /// Seconds of changing speed at the beginning, and of braking at the end.
     #[must_use]
     pub fn ramps(&self) -> (f64, f64) {
-        let begins = self
-            .phases
-            .iter()
-            .find(|phase| phase.duration > 0.0)
-            .filter(|phase| phase.accel > 0.0);
-        let ends = self
-            .phases
-            .iter()
-            .rfind(|phase| phase.duration > 0.0)
-            .filter(|phase| phase.accel < 0.0);
-        (
-            begins.map_or(0.0, |phase| phase.duration),
-            ends.map_or(0.0, |phase| phase.duration),
-        )
+        let mut phases = self.phases.iter().filter(|phase| phase.duration > 0.0);
+        let begins = phases.clone().next().filter(|phase| phase.accel > 0.0);
+        let ends = phases.next_back().filter(|phase| phase.accel < 0.0);
+        let seconds = |phase: Option<&ProfilePhase>| phase.map_or(0.0, |phase| phase.duration);
+        (seconds(begins), seconds(ends))
     }
 
     /// The state `time` seconds after the start.
@@ -331,13 +292,10 @@ impl Profile {
                     speed: (phase.speed + phase.accel * left).max(0.0),
                 };
             }
-            place += phase.way(phase.duration);
+            place += phase.whole_way();
             left -= phase.duration;
         }
-        PathState {
-            place: self.end,
-            speed: 0.0,
-        }
+        PathState::at_rest(self.end)
     }
 }
 

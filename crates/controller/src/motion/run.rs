@@ -25,7 +25,7 @@ const MAX_TIME_RATE: f64 = 1e6;
 ///   +-----stop------+--> Stopped --continue_from--> Moving
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum MotionPhase {
     /// On the way to the end.
     Moving,
@@ -38,11 +38,7 @@ enum MotionPhase {
 /// A motion under way: a value, asked with the time since its start. It keeps the course since the last change
 /// (hold, resume, stop, new limits) only: an earlier time is answered as the time of that change.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Motion {
     path: Path,
     /// What the arm can do on this path.
@@ -63,10 +59,7 @@ pub struct Motion {
 impl Motion {
     pub(super) fn new(path: Path, full: Ability, tool_way: f64, limits: &Limits) -> Motion {
         let still = path.joints_at(0.0) == path.joints_at(1.0) && tool_way <= 0.0;
-        let start = PathState {
-            place: if still { 1.0 } else { 0.0 },
-            speed: 0.0,
-        };
+        let start = PathState::at_rest(if still { 1.0 } else { 0.0 });
         Motion::starting_at(path, full, tool_way, limits, start)
     }
 
@@ -80,24 +73,18 @@ impl Motion {
         tool_way: f64,
         limits: &Limits,
     ) -> Motion {
-        let ramp = model
-            .axes
-            .iter()
-            .map(|axis| axis.max_speed / axis.max_accel)
-            .fold(model.max_tool_speed / model.max_tool_accel, f64::max);
+        let ramps = model.axes.iter().map(|axis| axis.max_speed / axis.max_accel);
+        let ramp = ramps.fold(model.max_tool_speed / model.max_tool_accel, f64::max);
         let speed = (1.0 / duration).min(MAX_TIME_RATE);
         let full = Ability {
             speed,
             accel: speed / ramp,
             ..Ability::FREE
         };
-        let mut start = PathState {
-            place: 0.0,
+        let start = PathState {
+            place: if duration <= 0.0 { 1.0 } else { 0.0 },
             speed: rates(&path, &full, tool_way, limits).speed,
         };
-        if duration <= 0.0 {
-            start.place = 1.0;
-        }
         Motion::starting_at(path, full, tool_way, limits, start)
     }
 
@@ -148,10 +135,7 @@ impl Motion {
             ..next.limits
         };
         let asked = nominal_rates(&next.full, &next.limits);
-        let start = PathState {
-            place: 0.0,
-            speed: 0.0,
-        };
+        let start = PathState::at_rest(0.0);
         let chained = ChainedMotion::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
         let state = self.state_at(at);
         let (chain, now, rate) = match &self.path {
@@ -165,11 +149,9 @@ impl Motion {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
                 let own = nominal_rates(&self.full, &self.limits);
                 let fastest = chained.top_speed().max(self.tool_way * own.speed) * SAMPLED_SPEED_MARGIN;
-                let rate = time_rate(fastest, &limits);
-                let state = PathState {
-                    speed: state.speed / rate,
-                    ..state
-                };
+                let rate = capped_speed(clamp_fraction(limits.override_part), fastest, &limits);
+                let speed = state.speed / rate;
+                let state = PathState { speed, ..state };
                 let first = ChainedMotion::new(path.clone(), state, &own, self.tool_way, 0.0);
                 (Chain::new(first), 0.0, rate)
             }
@@ -227,8 +209,8 @@ impl Motion {
     /// leaves them.
     #[must_use]
     pub fn effort(&self, model: &ArmModel, load: f64, from: Duration, to: Duration) -> Effort {
-        let second = |t: Duration| t.saturating_sub(self.since).as_secs_f64();
-        between(model, &self.path, &self.profile, load, (second(from), second(to)))
+        let (from, to) = (self.course_seconds(from), self.course_seconds(to));
+        between(model, &self.path, &self.profile, load, (from, to))
     }
 
     /// When, after its start, the motion rests: at its end, or where feed hold or stop lets it rest. Rounded up to
@@ -254,10 +236,7 @@ impl Motion {
     /// held, stopped, or over.
     pub fn hold(&mut self, at: Duration) {
         if self.phase == MotionPhase::Moving && at < self.duration() {
-            let decel = self.rates().decel;
-            self.change(MotionPhase::Held, at, |_, state| {
-                Profile::to_rest(state, 1.0, decel)
-            });
+            self.change(MotionPhase::Held, at);
         }
     }
 
@@ -276,8 +255,7 @@ impl Motion {
     /// Feed hold released: the motion goes on from where it is, to its end. Nothing happens to one not held.
     pub fn resume(&mut self, at: Duration) {
         if self.phase == MotionPhase::Held {
-            let rates = self.rates();
-            self.change(MotionPhase::Moving, at, |path, state| to_end(path, state, &rates));
+            self.change(MotionPhase::Moving, at);
         }
     }
 
@@ -287,8 +265,7 @@ impl Motion {
         match self.phase {
             MotionPhase::Moving if at < self.duration() => {
                 self.limits = *limits;
-                let rates = self.rates();
-                self.change(MotionPhase::Moving, at, |path, state| to_end(path, state, &rates));
+                self.change(MotionPhase::Moving, at);
             }
             MotionPhase::Held => self.limits = *limits,
             MotionPhase::Moving | MotionPhase::Stopped => {}
@@ -299,10 +276,7 @@ impl Motion {
     /// rests already ends at once.
     pub fn stop(&mut self, at: Duration) {
         if self.phase == MotionPhase::Held || (self.phase == MotionPhase::Moving && at < self.duration()) {
-            let decel = self.full.rates(1.0, 1.0, 1.0).decel;
-            self.change(MotionPhase::Stopped, at, |_, state| {
-                Profile::to_rest(state, 1.0, decel)
-            });
+            self.change(MotionPhase::Stopped, at);
         }
     }
 
@@ -352,22 +326,27 @@ impl Motion {
         rates(&self.path, &self.full, self.tool_way, &self.limits)
     }
 
-    fn state_at(&self, t: Duration) -> PathState {
-        let time = if t >= self.duration() {
-            f64::INFINITY
-        } else {
-            t.saturating_sub(self.since).as_secs_f64()
-        };
-        self.profile.state_at(time)
+    /// Seconds of the present course at `t` after the start.
+    fn course_seconds(&self, t: Duration) -> f64 {
+        t.saturating_sub(self.since).as_secs_f64()
     }
 
-    fn change(
-        &mut self,
-        phase: MotionPhase,
-        at: Duration,
-        profile: impl FnOnce(&Path, PathState) -> Profile,
-    ) {
-        self.profile = profile(&self.path, self.state_at(at));
+    fn state_at(&self, t: Duration) -> PathState {
+        if t < self.duration() {
+            self.profile.state_at(self.course_seconds(t))
+        } else {
+            PathState::at_rest(self.profile.end())
+        }
+    }
+
+    /// The course from `at` on is that of this phase.
+    fn change(&mut self, phase: MotionPhase, at: Duration) {
+        let state = self.state_at(at);
+        self.profile = match phase {
+            MotionPhase::Moving => to_end(&self.path, state, &self.rates()),
+            MotionPhase::Held => Profile::to_rest(state, 1.0, self.rates().decel),
+            MotionPhase::Stopped => Profile::to_rest(state, 1.0, self.full.rates(1.0, 1.0, 1.0).decel),
+        };
         self.since = self.since.max(at);
         self.phase = phase;
         if self.joined > self.since {
@@ -408,21 +387,9 @@ fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {
 /// The speed, in parts of a path, at which the tool point keeps to the cap.
 fn capped_speed(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
     match limits.tool_speed_cap {
-        Some(cap) if tool_way > 0.0 => {
-            let cap = if cap >= MIN_TOOL_SPEED {
-                cap
-            } else {
-                MIN_TOOL_SPEED
-            };
-            speed.min(cap / tool_way)
-        }
+        Some(cap) if tool_way > 0.0 => speed.min(cap.max(MIN_TOOL_SPEED) / tool_way),
         _ => speed,
     }
-}
-
-/// Rate of time at which a path is run through whose tool is so fast at override 100, mm/s.
-fn time_rate(fastest: f64, limits: &Limits) -> f64 {
-    capped_speed(clamp_fraction(limits.override_part), fastest, limits)
 }
 
 /// A part of full speed or acceleration, brought into range.

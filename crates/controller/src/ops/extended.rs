@@ -4,8 +4,10 @@
 use super::Outcome;
 use super::variables::in_range;
 use crate::alarm::Alarm;
+use crate::arm::ArmPose;
 use crate::io::signals::Signals;
 use crate::io::system_signals::din;
+use crate::motion::Pose;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
 use alloc::format;
@@ -88,22 +90,13 @@ impl Robot {
         let (values, config) = match query {
             PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (pose.joints.to_vec(), None),
             PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
-                (self.coordinates(&pose.world), Some(config))
+                (coordinates(&pose, &pose.world), Some(config))
             }
             PositionQuery::CommandWork | PositionQuery::FeedbackWork => {
-                (self.coordinates(&pose.work), Some(config))
+                (coordinates(&pose, &pose.work), Some(config))
             }
         };
         Outcome::file(encode_position(&quiet(values), config))
-    }
-
-    /// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
-    fn coordinates(&self, pose: &crate::motion::Pose) -> Vec<f64> {
-        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
-        match self.arm.kind() {
-            Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
-            Arm::Scara => Vec::from([x, y, z, c, u, 0.0]),
-        }
     }
 
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
@@ -115,7 +108,10 @@ impl Robot {
         let (before, after) = if which == 0 {
             (before.joints.to_vec(), after.joints.to_vec())
         } else {
-            (self.coordinates(&before.world), self.coordinates(&after.world))
+            (
+                coordinates(&before, &before.world),
+                coordinates(&after, &after.world),
+            )
         };
         let speed = |(before, after): (&f64, &f64)| (after - before) / seconds;
         let values: Vec<f64> = before.iter().zip(&after).map(speed).collect();
@@ -141,6 +137,15 @@ impl Robot {
         }
         Outcome::Ok
     }
+}
+
+/// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
+fn coordinates(arm: &ArmPose, pose: &Pose) -> Vec<f64> {
+    let count = match arm.kind {
+        Arm::SixAxis => 8,
+        Arm::Scara => 6,
+    };
+    pose.coords(arm.kind).into_iter().take(count).collect()
 }
 
 fn lines(first: u16, count: u8) -> impl Iterator<Item = u16> + Clone {

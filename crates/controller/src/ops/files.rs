@@ -9,7 +9,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
-use ts3100_proto::status::ca::encode_directory_with;
+use ts3100_proto::status::ca::encode_directory;
 
 impl Robot {
     /// UL (CMD-UL-01 to CMD-UL-04).
@@ -66,7 +66,7 @@ impl Robot {
         if let Some(variation) = &mut context.variation {
             variation.order(&mut entries);
         }
-        Outcome::file(encode_directory_with(&entries, &blanks))
+        Outcome::file(encode_directory(&entries, &blanks))
     }
 }
 

@@ -5,7 +5,6 @@ use crate::arm::{Jog, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::string::ToString;
 use ts3100_proto::command::JogDirection;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -27,7 +26,7 @@ impl Robot {
             JogDirection::Plus => 1.0,
             JogDirection::Minus => -1.0,
             JogDirection::Stop => {
-                self.stop_jog();
+                self.arm.stop_jog(self.now);
                 return Outcome::Ok;
             }
         };
@@ -40,11 +39,12 @@ impl Robot {
             "feed hold is on"
         } else if guide.mode == FREE {
             "the guide mode is FREE"
-        } else if self.jogging.is_some() && self.arm.is_moving() {
+        } else if self.arm.is_jogging() {
             "the arm is being guided; JG ! ends that"
         } else {
             let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
             let jog = Jog {
+                port,
                 axis,
                 sign,
                 step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
@@ -52,27 +52,10 @@ impl Robot {
                 frame: JogFrame::from_number(guide.coordinate),
             };
             let conditions = self.executor.memory().conditions().clone();
-            return match self.arm.jog(
-                self.now,
-                &jog,
-                &conditions,
-                self.pace(),
-                self.panel.state().machine_lock,
-            ) {
-                Ok(()) => {
-                    self.jogging = Some(port);
-                    Outcome::Ok
-                }
-                Err(error) => Outcome::Ng(error.to_string()),
-            };
+            let locked = self.panel.state().machine_lock;
+            let (now, pace) = (self.now, self.pace());
+            return Outcome::of(self.arm.jog(now, &jog, &conditions, pace, locked));
         };
         Outcome::ng(reason)
-    }
-
-    /// The jog ends: the arm slows and rests.
-    pub(crate) fn stop_jog(&mut self) {
-        if self.jogging.take().is_some() {
-            self.arm.stop(self.now);
-        }
     }
 }

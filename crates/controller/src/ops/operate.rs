@@ -51,7 +51,7 @@ impl Robot {
         if self.executor.program_runs() {
             return Outcome::ng("a program is running");
         }
-        if self.is_jogging() {
+        if self.arm.is_jogging() {
             return Outcome::ng("the arm is being guided by JG");
         }
         if self.executor.has_direct() {

@@ -7,14 +7,12 @@ use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
-use crate::io::channel::Channel;
+use crate::io::channels::Channels;
 use crate::output::Output;
 use crate::panel::KeySwitch;
-use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::String;
-use alloc::vec::Vec;
 use thiserror::Error;
 use ts3100_proto::name::FileName;
 
@@ -48,32 +46,6 @@ pub(crate) enum OperateError {
 }
 
 impl Robot {
-    /// The battery of the RAM drive is low or good again.
-    pub(crate) fn battery(&mut self, low: bool) {
-        if self.panel.set_battery_low(low) {
-            self.raise(alarm::BATTERY, String::new());
-        }
-    }
-
-    /// The emergency stop button.
-    pub(crate) fn emergency_stop(&mut self, pressed: bool) {
-        if self.panel.set_emergency_stop(pressed) {
-            self.raise(alarm::EMERGENCY_STOP, String::new());
-        }
-    }
-
-    /// The safety switch.
-    pub(crate) fn safety_switch(&mut self, open: bool) {
-        if self.panel.set_safety_open(open) {
-            self.raise(alarm::SAFETY_STOP, String::new());
-        }
-    }
-
-    /// Figures are typed at the teach pendant.
-    pub(crate) fn type_keys(&mut self, figures: &str) {
-        self.keys.push(figures.as_bytes());
-    }
-
     /// Turning the key while a program runs stops it behind the present step.
     pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
         let controller = self.config.controller;
@@ -129,23 +101,13 @@ impl Robot {
 
     /// What waits for an INPUT is gone (D10).
     fn clear_channels(&mut self) {
-        let held: Vec<(Port, Vec<u8>)> = self
-            .channels
-            .iter_mut()
-            .map(|(port, buffer)| {
-                let held = buffer.bytes();
-                buffer.clear();
-                (*port, held)
-            })
-            .collect();
-        for (port, bytes) in held.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+        for (port, bytes) in self.channels.clear() {
             let message = format!(
                 "{} bytes that waited on {port} are lost by the start",
                 bytes.len()
             );
             self.report(&rules::DATA_CLEARED, port, &bytes, message);
         }
-        self.keys.clear();
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
@@ -153,7 +115,7 @@ impl Robot {
             OperateError::NoFile
         } else if self.executor.has_direct() {
             OperateError::Direct
-        } else if self.is_jogging() {
+        } else if self.arm.is_jogging() {
             OperateError::Jogging
         } else if self.panel.state().emergency_stop {
             OperateError::EmergencyStop
@@ -195,16 +157,11 @@ impl Robot {
             return;
         }
         self.interrupt(StopCause::Host);
-        self.jogging = None;
         self.panel.power_off(self.now);
         self.arm.power_off(self.now);
         self.signals.clear_outputs();
         self.alarms.reset(|_| false);
-        self.pendant.clear();
-        self.keys = Channel::default();
-        for buffer in self.channels.values_mut() {
-            *buffer = Channel::default();
-        }
+        self.channels = Channels::default();
         self.executor.power_off(self.now);
     }
 
@@ -223,14 +180,14 @@ impl Robot {
             self.report(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
-        if self.panel.state().emergency_stop {
-            self.raise(alarm::EMERGENCY_STOP, String::new());
-        }
-        if self.panel.state().safety_open {
-            self.raise(alarm::SAFETY_STOP, String::new());
-        }
-        if self.panel.state().battery_low {
-            self.raise(alarm::BATTERY, String::new());
+        let state = self.panel.state();
+        let causes = [
+            (state.emergency_stop, alarm::EMERGENCY_STOP),
+            (state.safety_open, alarm::SAFETY_STOP),
+            (state.battery_low, alarm::BATTERY),
+        ];
+        for (_, alarm) in causes.into_iter().filter(|(there, _)| *there) {
+            self.raise(alarm, String::new());
         }
         self.push_output(Output::PowerCycled);
     }

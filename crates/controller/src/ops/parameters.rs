@@ -34,9 +34,7 @@ impl Robot {
         if let Some(problem) = problems.into_iter().find(|problem| !before.contains(problem)) {
             return Err(ParameterError::Value(problem));
         }
-        self.drive.check(&name, &changed)?;
-        self.put_in_place(&name, &changed.into());
-        Ok(())
+        Ok(self.store_inside(&name, &changed.into())?)
     }
 
     /// What is wrong with the content of a parameter file.

@@ -105,21 +105,13 @@ impl Robot {
             inputs: sf_words(lines.inputs),
             outputs: sf_words(lines.outputs),
             joint: single(pose.joints),
-            world: self.listed(&pose.world),
-            work: self.listed(&pose.work),
-            work_name: self.arm.work_name(&frames).to_string(),
+            // SCARA: X Y Z C T (hosts.md SF).
+            world: single(pose.world.coords(pose.kind)),
+            work: single(pose.work.coords(pose.kind)),
+            work_name: self.arm.work_name(&frames),
             tool_name: frames.tool.name.unwrap_or_default(),
             base_name: frames.base.name.unwrap_or_default(),
         }
-    }
-
-    /// Six-axis: X Y Z A B C and the two further axes; SCARA: X Y Z C T (hosts.md SF).
-    fn listed(&self, pose: &crate::motion::Pose) -> [f32; 8] {
-        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
-        single(match self.arm.kind() {
-            scol_mini::Arm::SixAxis => [x, y, z, a, b, c, u, v],
-            scol_mini::Arm::Scara => [x, y, z, c, u, 0.0, 0.0, 0.0],
-        })
     }
 
     /// EU (EU-01 to EU-07).

@@ -3,7 +3,6 @@
 //! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
 use super::{SnapshotError, check};
-use crate::Controller;
 use crate::alarm::Alarms;
 use crate::drive::Drive;
 use crate::endpoint::{Endpoints, fresh_lines};
@@ -93,8 +92,7 @@ fn check_points(config: &Config) -> CheckResult {
     Ok(())
 }
 
-pub(super) fn check_controller(controller: &Controller) -> CheckResult {
-    let Controller { robot, endpoints } = controller;
+pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckResult {
     check_state(robot)?;
     check_drive(robot)?;
     check_alarms(&robot.alarms)?;
@@ -103,12 +101,12 @@ pub(super) fn check_controller(controller: &Controller) -> CheckResult {
     check_endpoints(endpoints, &robot.config)?;
     let arm = robot.arm.validate(robot.now);
     arm.map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
-    if let Some(port) = robot.jogging {
+    if let Some(port) = robot.arm.jogging() {
         check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
     check_faults(endpoints, &robot.config)?;
-    check_at_most("pendant", robot.pendant.len(), PENDANT_TEXT)?;
-    let due = controller.poll_deadline().unwrap_or(robot.now);
+    check_at_most("pendant", robot.channels.pendant().len(), PENDANT_TEXT)?;
+    let due = endpoints.deadline(robot).unwrap_or(robot.now);
     let expected = format!("nothing that was due before {}", robot.now);
     check(due >= robot.now, "now", &expected, due)
 }
@@ -175,11 +173,12 @@ fn check_signals(signals: &Signals) -> CheckResult {
 
 fn check_channels(robot: &Robot) -> CheckResult {
     let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
-    check_ports("channels", robot.channels.keys(), scol.into_iter())?;
-    for (port, channel) in &robot.channels {
+    let (ports, keys, _) = robot.channels.saved();
+    check_ports("channels", ports.keys(), scol.into_iter())?;
+    for (port, channel) in ports {
         check_at_most(&format!("channels.{port}.ring"), channel.len(), RING_BUFFER)?;
     }
-    check_at_most("keys.ring", robot.keys.len(), RING_BUFFER)
+    check_at_most("keys.ring", keys.len(), RING_BUFFER)
 }
 
 fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {

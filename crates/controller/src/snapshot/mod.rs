@@ -25,6 +25,7 @@ use crate::endpoint::session::Session;
 use crate::executor::Executor;
 use crate::faults::Faults;
 use crate::io::channel::Channel;
+use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
@@ -62,13 +63,8 @@ impl SnapshotHeader {
     pub fn validate(&self) -> Result<(), SnapshotError> {
         let known = self.format == SNAPSHOT_FORMAT;
         check(known, "format", SNAPSHOT_FORMAT, &self.format)?;
-        let expected = SNAPSHOT_VERSION.to_string();
-        check(
-            self.version == SNAPSHOT_VERSION,
-            "version",
-            &expected,
-            self.version,
-        )
+        let (known, expected) = (self.version == SNAPSHOT_VERSION, SNAPSHOT_VERSION.to_string());
+        check(known, "version", &expected, self.version)
     }
 }
 
@@ -119,6 +115,7 @@ impl Controller {
     /// A snapshot of this controller.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
+        let (channels, keys, pendant) = self.robot.channels.saved();
         Snapshot {
             format: SNAPSHOT_FORMAT.to_string(),
             version: SNAPSHOT_VERSION,
@@ -129,13 +126,13 @@ impl Controller {
             alarms: self.robot.alarms.clone(),
             signals: self.robot.signals.clone(),
             sessions: self.endpoints.sessions.clone(),
-            channels: self.robot.channels.clone(),
+            channels: channels.clone(),
             lines: self.endpoints.lines.clone(),
-            keys: self.robot.keys.clone(),
-            pendant: self.robot.pendant.clone(),
+            keys: keys.clone(),
+            pendant: pendant.clone(),
             executor: self.robot.executor.clone(),
             arm: self.robot.arm.clone(),
-            jogging: self.robot.jogging,
+            jogging: self.robot.arm.jogging(),
             ethernet: self.robot.parameters.ethernet().clone(),
             user: *self.robot.parameters.user(),
             network: *self.robot.parameters.network(),
@@ -160,36 +157,33 @@ impl Controller {
         let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
         executor.relink(&config)?;
-        let controller = Controller {
-            robot: Robot {
-                now: snapshot.now,
-                panel: snapshot.panel,
-                drive: snapshot.drive,
-                alarms: snapshot.alarms,
-                signals: snapshot.signals,
-                channels: snapshot.channels,
-                keys: snapshot.keys,
-                pendant: snapshot.pendant,
-                executor,
-                arm: snapshot.arm.with_model(config.model.clone()),
-                jogging: snapshot.jogging,
-                parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
-                traced: snapshot.traced,
-                maintenance: snapshot.upkeep,
-                persistence: Persistence::default(),
-                notices: alloc::vec::Vec::new(),
-                outputs: VecDeque::new(),
-                config,
-            },
-            endpoints: Endpoints {
-                sessions: snapshot.sessions,
-                lines: snapshot.lines,
-                faults: snapshot.faults,
-                variation: snapshot.variation,
-                send_queue: snapshot.send_queue,
-            },
+        let robot = Robot {
+            now: snapshot.now,
+            panel: snapshot.panel,
+            drive: snapshot.drive,
+            alarms: snapshot.alarms,
+            signals: snapshot.signals,
+            channels: Channels::restored(snapshot.channels, snapshot.keys, snapshot.pendant),
+            executor,
+            arm: snapshot.arm.with_model(config.model.clone(), snapshot.jogging),
+            parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
+            traced: snapshot.traced,
+            maintenance: snapshot.upkeep,
+            persistence: Persistence::default(),
+            notices: alloc::vec::Vec::new(),
+            outputs: VecDeque::new(),
+            config,
         };
-        bounds::check_controller(&controller)?;
-        Ok(controller)
+        let mut endpoints = Endpoints {
+            sessions: snapshot.sessions,
+            lines: snapshot.lines,
+            faults: snapshot.faults,
+            variation: snapshot.variation,
+            send_queue: snapshot.send_queue,
+            due: None,
+        };
+        bounds::check_controller(&robot, &endpoints)?;
+        endpoints.find_due(&robot);
+        Ok(Controller { robot, endpoints })
     }
 }

@@ -34,6 +34,8 @@ impl Driver {
             Request::LinkAction(action, reply) => {
                 self.edge.clock.note_activity();
                 let result = self.act_on_link(action);
+                // What is due in the new time mode, before the state is read.
+                self.feed(Input::Tick);
                 reply(result, &self.view());
             }
             Request::Snapshot(task, reply) => {

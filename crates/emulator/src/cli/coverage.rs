@@ -7,12 +7,7 @@ use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::process::ExitCode;
-use ts3100_control::printable::printable;
-use ts3100_recording::reports::{CoverageReport, coverage_text, write_report};
-
-/// Exit code when the coverage is below the least that was asked for.
-const BELOW: u8 = ts3100_recording::reports::BELOW_COVERAGE;
+use ts3100_recording::reports::{BELOW_COVERAGE, CoverageReport, coverage_text, write_report};
 
 /// Works on the reports that `serve --coverage FILE.json` writes.
 #[derive(Debug, Args)]
@@ -42,19 +37,9 @@ struct MergeArgs {
     min_coverage: Option<f64>,
 }
 
-/// Does it and says the exit code.
-pub(super) fn run(args: &CoverageArgs) -> ExitCode {
+/// Merges the reports; the exit code.
+pub(super) fn run(args: &CoverageArgs) -> anyhow::Result<u8> {
     let CoverageCommand::Merge(args) = &args.action;
-    match merge(args) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
-            ExitCode::from(2)
-        }
-    }
-}
-
-fn merge(args: &MergeArgs) -> anyhow::Result<u8> {
     let reports: Result<Vec<CoverageReport>, _> = args
         .reports
         .iter()
@@ -71,12 +56,12 @@ fn merge(args: &MergeArgs) -> anyhow::Result<u8> {
         merged.percent, merged.reached, merged.reachable
     )
     .context("cannot write to stdout")?;
-    let below = args.min_coverage.is_some_and(|least| merged.percent < least);
-    if let (true, Some(least)) = (below, args.min_coverage) {
-        eprintln!(
-            "ts3100: coverage {:.1} %, at least {least} % expected",
-            merged.percent
-        );
+    if let Some(least) = args.min_coverage.filter(|least| merged.percent < *least) {
+        let percent = merged.percent;
+        super::print_error(format_args!(
+            "coverage {percent:.1} %, at least {least} % expected"
+        ));
+        return Ok(BELOW_COVERAGE);
     }
-    Ok(if below { BELOW } else { 0 })
+    Ok(0)
 }

@@ -6,7 +6,7 @@
 
 use super::guard::Guard;
 use super::junit_stub;
-use super::serve::{RunOutputs, check_outputs};
+use super::serve::{RunOutputs, check_outputs, fail};
 use crate::config::args::PortSource;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
@@ -20,7 +20,6 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
-use ts3100_control::printable::printable;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::Driver;
 use ts3100_driver::driver::self_check::connectable;
@@ -52,56 +51,47 @@ pub(super) struct ExecArgs {
     command: Vec<OsString>,
 }
 
-/// Why the command was not run.
-enum ExecError {
-    Emulator(anyhow::Error),
-    Command(OsString, io::Error),
-}
-
-impl From<anyhow::Error> for ExecError {
-    fn from(error: anyhow::Error) -> ExecError {
-        ExecError::Emulator(error)
-    }
+/// The command cannot be executed.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot run {}: {reason}", command.to_string_lossy())]
+struct CommandError {
+    command: OsString,
+    reason: io::Error,
 }
 
 /// Runs to the end of the command.
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 pub(super) fn run(args: ExecArgs) -> ExitCode {
-    let mut junit = args
-        .serve
-        .junit
-        .clone()
-        .or_else(junit_stub::path_from_environment);
-    let (code, words) = match exec(args, &mut junit) {
-        Ok(code) => return ExitCode::from(code),
-        Err(ExecError::Emulator(error)) => (EMULATOR_FAILED, format!("{error:#}")),
-        Err(ExecError::Command(command, error)) => {
-            let code = match error.kind() {
-                io::ErrorKind::NotFound => NOT_FOUND,
-                _ => NOT_EXECUTABLE,
+    let junit = args.serve.junit.clone();
+    let mut junit = junit.or_else(junit_stub::path_from_environment);
+    match exec(args, &mut junit) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            let code = match error
+                .downcast_ref::<CommandError>()
+                .map(|error| error.reason.kind())
+            {
+                None => EMULATOR_FAILED,
+                Some(io::ErrorKind::NotFound) => NOT_FOUND,
+                Some(_) => NOT_EXECUTABLE,
             };
-            (code, format!("cannot run {}: {error}", command.to_string_lossy()))
+            fail(&error, junit.as_deref(), code)
         }
-    };
-    let words = printable(words);
-    log::print_line(&words);
-    junit_stub::write(junit.as_deref(), &words);
-    ExitCode::from(code)
+    }
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
-fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, ExecError> {
+fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     let ExecArgs {
         serve: flags,
         command,
     } = args;
-    let (mut args, _) = config::read(flags, &std::env::vars_os().collect()).map_err(anyhow::Error::from)?;
+    let (mut args, _) = config::read(flags, &std::env::vars_os().collect())?;
     junit.clone_from(&args.junit);
     if args.ports.is_none() && args.port_offset.is_none() {
         args.ports = Some(PortSource::Auto);
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
-    let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
+    let settings = Settings::from_args(&args)?;
     if let Some(Seed::Drawn(seed)) = args.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
         log::print_line(&format!(
@@ -109,18 +99,20 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, ExecError> {
         ));
     }
     check_outputs(&args, &settings)?;
-    let runtime = single_threaded().map_err(anyhow::Error::from)?;
+    let runtime = single_threaded()?;
     runtime.block_on(async {
-        let mut launched = Launched::open(&settings).map_err(anyhow::Error::from)?;
-        let checked = launched.driver.self_check(settings.listen).await;
-        checked.map_err(anyhow::Error::from)?;
-        let control = launched.open_control(&settings).map_err(anyhow::Error::from)?;
+        let mut launched = Launched::open(&settings)?;
+        launched.driver.self_check(settings.listen).await?;
+        let control = launched.open_control(&settings)?;
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("expected a command behind --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = build_command(program, rest, &settings, &launched.driver, control)
             .spawn()
-            .map_err(|error| ExecError::Command(program.clone(), error))?;
+            .map_err(|reason| CommandError {
+                command: program.clone(),
+                reason,
+            })?;
         let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
         watched.context("the guard of the command has ended")?;
         let mut status = None;

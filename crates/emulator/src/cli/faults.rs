@@ -3,11 +3,11 @@
 //! The kinds and their parameters are in the controller's `faults` module; reading fault files is
 //! [`ts3100_recording::faults`].
 
+use super::print_error;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use ts3100_control::printable::printable;
 use ts3100_controller::faults::Fault;
 use ts3100_recording::faults;
 
@@ -60,7 +60,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match faults::read(path) {
             Ok(faults) => found.extend(faults),
             Err(error) => {
-                eprintln!("ts3100: {}", printable(error));
+                print_error(error);
                 wrong = true;
             }
         }
@@ -69,7 +69,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match spec.parse() {
             Ok(fault) => found.push(fault),
             Err(error) => {
-                eprintln!("ts3100: {}", printable(format_args!("{spec}: {error}")));
+                print_error(format_args!("{spec}: {error}"));
                 wrong = true;
             }
         }

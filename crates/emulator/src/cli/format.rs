@@ -7,7 +7,6 @@ use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use ts3100_control::printable::printable;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 
@@ -37,10 +36,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
     let mut worst = FormatOutcome::Done;
     for path in &args.files {
         let outcome = format_file(path, args.check).unwrap_or_else(|error| {
-            eprintln!(
-                "ts3100: {}",
-                printable(format_args!("{}: {error}", path.display()))
-            );
+            super::print_error(format_args!("{}: {error}", path.display()));
             FormatOutcome::Failed
         });
         worst = worst.max(outcome);

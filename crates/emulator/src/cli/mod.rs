@@ -4,7 +4,6 @@
 //! depend on the command line belongs in the library modules, not here. `serve` is the best place to start.
 
 mod check;
-mod check_report;
 mod coverage;
 mod ctl;
 mod diff;
@@ -22,8 +21,13 @@ use crate::config::ServeArgs;
 use crate::log;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use std::fmt::Display;
 use std::io::Write as _;
 use std::process::ExitCode;
+use ts3100_control::printable::printable;
+
+/// Exit code of wrong usage, and of files that cannot be read or written.
+const UNUSABLE: u8 = 2;
 
 /// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
 #[derive(Debug, Parser)]
@@ -74,12 +78,12 @@ fn run(command: Command) -> ExitCode {
         Command::Serve(args) => serve::run(*args),
         Command::Exec(args) => exec::run(*args),
         Command::Host(args) => host::run(&args),
-        Command::Check(args) => check::run(&args),
+        Command::Check(args) => exit_code(check::run(&args)),
         Command::Fmt(args) => format::run(&args),
-        Command::Run(args) => run::run(&args),
+        Command::Run(args) => exit_code(run::run(&args)),
         Command::Faults(args) => faults::run(&args),
-        Command::Tap(args) => tap::run(&args),
-        Command::Diff(args) => diff::run(&args),
+        Command::Tap(args) => exit_code(tap::run(&args)),
+        Command::Diff(args) => exit_code(diff::run(&args)),
         Command::Ctl(args) => ctl::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -88,8 +92,21 @@ fn run(command: Command) -> ExitCode {
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
-        Command::Coverage(args) => coverage::run(&args),
+        Command::Coverage(args) => exit_code(coverage::run(&args)),
     }
+}
+
+/// The exit code of a subcommand; an error is printed.
+fn exit_code(result: anyhow::Result<u8>) -> ExitCode {
+    ExitCode::from(result.unwrap_or_else(|error| {
+        print_error(format_args!("{error:#}"));
+        UNUSABLE
+    }))
+}
+
+/// Prints an error for people to stderr.
+fn print_error(error: impl Display) {
+    eprintln!("ts3100: {}", printable(error));
 }
 
 /// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.

@@ -9,10 +9,10 @@ use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
 use crate::launch::Launched;
 use crate::log;
-use crate::ready::{Ready, banner};
+use crate::ready;
 use anyhow::Context as _;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tracing::{error, info, warn};
 use ts3100_control::printable::printable;
@@ -33,13 +33,16 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
     let mut junit = args.junit.clone().or_else(junit_stub::path_from_environment);
     match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            let words = printable(format_args!("{error:#}"));
-            log::print_line(&words);
-            junit_stub::write(junit.as_deref(), &words);
-            ExitCode::from(COULD_NOT_START)
-        }
+        Err(error) => fail(&error, junit.as_deref(), COULD_NOT_START),
     }
+}
+
+/// Ends with this exit code after saying why, in the JUnit report too if one was asked for.
+pub(super) fn fail(error: &anyhow::Error, junit: Option<&Path>, code: u8) -> ExitCode {
+    let words = printable(format_args!("{error:#}"));
+    log::print_line(&words);
+    junit_stub::write(junit, &words);
+    ExitCode::from(code)
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
@@ -68,26 +71,13 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let stop = stop_signal().context("cannot listen for signals")?;
         let mut launched = Launched::open(&settings)?;
         let control = launched.open_control(&settings)?;
-        let driver = &launched.driver;
+        let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(driver.ports(), &driver.serial_endpoints(), control)
-                .with_variation(settings.controller.vary)
-                .to_json()?;
-            let mut stdout = std::io::stdout().lock();
-            writeln!(stdout, "{line}")
-                .and_then(|()| stdout.flush())
-                .context("cannot write to stdout")?;
+            let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
+            printed.context("cannot write to stdout")?;
         } else {
-            eprint!(
-                "{}",
-                banner(
-                    &settings,
-                    driver.ports(),
-                    &driver.serial_endpoints(),
-                    control,
-                    launched.has_demo
-                )
-            );
+            let demo = launched.has_demo;
+            eprint!("{}", ready::banner(&settings, ports, &serial, control, demo));
         }
         let served = RunOutputs::begin(&settings, &mut launched);
         let controller = launched.run(stop).await;

@@ -6,24 +6,19 @@ use super::serve::stop_signal;
 use crate::config::args::{LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
-use crate::ready::Ready;
+use crate::ready;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
-use std::process::ExitCode;
 use std::str::FromStr;
 use std::time::Duration;
 use tracing::info;
-use ts3100_control::printable::printable;
 use ts3100_controller::Port;
 use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::tap::{Route, Tap, TapSettings};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// Exit code when the tap could not start.
-const COULD_NOT_START: u8 = 2;
 /// Port of IP0 of a controller as delivered; the other channels follow (ETH-05).
 const FIRST_PORT: u16 = 1_000;
 /// Longest wait for a connection that can be asked for, in seconds.
@@ -109,17 +104,6 @@ impl FromStr for ChannelArg {
     }
 }
 
-/// Runs until a signal.
-pub(super) fn run(args: &TapArgs) -> ExitCode {
-    match tap(args) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
-            ExitCode::from(COULD_NOT_START)
-        }
-    }
-}
-
 /// Address of the real controller and port of its IP0.
 fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
     let has_port = text.contains(':') && text.parse::<IpAddr>().is_err();
@@ -181,7 +165,8 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
     })
 }
 
-fn tap(args: &TapArgs) -> anyhow::Result<()> {
+/// Runs until a signal.
+pub(super) fn run(args: &TapArgs) -> anyhow::Result<u8> {
     log::start(args.verbose, args.log_format);
     let settings = settings(args)?;
     single_threaded()?.block_on(async {
@@ -198,15 +183,11 @@ fn tap(args: &TapArgs) -> anyhow::Result<()> {
             );
         }
         if args.ready_json {
-            let line = Ready::new(tap.ports(), &BTreeMap::new(), None).to_json()?;
-            let mut stdout = std::io::stdout().lock();
-            writeln!(stdout, "{line}")
-                .and_then(|()| stdout.flush())
-                .context("cannot write to stdout")?;
+            ready::print_line(tap.ports(), &BTreeMap::new(), None, None).context("cannot write to stdout")?;
         }
         tap.run(stop).await;
         info!("ended");
-        Ok(())
+        Ok(0)
     })
 }
 

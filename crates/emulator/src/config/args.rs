@@ -5,37 +5,19 @@
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::model::ModelChoice;
-use super::report_args::ReportArgs;
+use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
-use super::serial::ListenAt;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
+use std::str::FromStr;
 use ts3100_control::ControlChoice;
-use ts3100_controller::options;
+use ts3100_controller::options::{ControllerType, Dialect};
 use ts3100_controller::{ControlRight, KeySwitch};
-use ts3100_driver::clock::{self, TimeMode};
-use ts3100_proto::words::Word;
+use ts3100_driver::clock::{TimeGap, TimeMode};
+use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::transcript::TranscriptFile;
-
-/// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum TimeGap {
-    /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
-    CatchUp,
-    /// Virtual time goes on from where it stood.
-    Skip,
-}
-
-impl From<TimeGap> for clock::TimeGap {
-    fn from(word: TimeGap) -> clock::TimeGap {
-        match word {
-            TimeGap::CatchUp => clock::TimeGap::CatchUp,
-            TimeGap::Skip => clock::TimeGap::Skip,
-        }
-    }
-}
 
 /// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
 ///
@@ -123,7 +105,7 @@ pub struct ServeArgs {
     #[arg(long, value_name = "WHO", value_parser = word::<ControlRight>())]
     pub control_right: Option<ControlRight>,
     /// Preset of the named options [default: field]
-    #[arg(long, value_name = "DIALECT")]
+    #[arg(long, value_name = "DIALECT", value_parser = described(DIALECTS))]
     pub dialect: Option<Dialect>,
     /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or a model of your own, a .toml file [default: ts3100-tv800]
     #[arg(long, value_name = "MODEL")]
@@ -132,13 +114,13 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE")]
     pub points: Option<PathBuf>,
     /// Controller type [default: ts3100]
-    #[arg(long, value_name = "TYPE")]
-    pub controller: Option<Controller>,
+    #[arg(long, value_name = "TYPE", value_parser = described(CONTROLLERS))]
+    pub controller: Option<ControllerType>,
     /// How time passes: real, xN, stepped, auto [default: real]
     #[arg(long, value_name = "MODE")]
     pub time: Option<TimeMode>,
     /// Wall-clock time in which the emulator was stopped (SIGSTOP): skip it, or catch up with it [default: catch-up]
-    #[arg(long, value_name = "WORD")]
+    #[arg(long, value_name = "WORD", value_parser = described(TIME_GAPS))]
     pub time_gap: Option<TimeGap>,
     /// Overrides one named option, for example text.stx=required
     #[arg(long, value_name = "KEY=VALUE")]
@@ -190,11 +172,7 @@ impl ServeArgs {
             control: self.control.or(below.control),
             control_token: self.control_token.or(below.control_token),
             control_token_file: self.control_token_file.or(below.control_token_file),
-            control_host: if self.control_host.is_empty() {
-                below.control_host
-            } else {
-                self.control_host
-            },
+            control_host: first_non_empty(self.control_host, below.control_host),
             serial_dir: self.serial_dir.or(below.serial_dir),
             host: self.host.or(below.host),
             host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
@@ -204,11 +182,7 @@ impl ServeArgs {
             com1_tcp: self.com1_tcp.or(below.com1_tcp),
             ready_json: self.ready_json.or(below.ready_json),
             drive: self.drive.or(below.drive),
-            load: if self.load.is_empty() {
-                below.load
-            } else {
-                self.load
-            },
+            load: first_non_empty(self.load, below.load),
             select: self.select.or(below.select),
             restore: self.restore.or(below.restore),
             snapshot_on_exit: self.snapshot_on_exit.or(below.snapshot_on_exit),
@@ -228,26 +202,38 @@ impl ServeArgs {
             faults: self.faults.or(below.faults),
             fault_seed: self.fault_seed.or(below.fault_seed),
             vary: self.vary.or(below.vary),
-            report: if self.report.is_empty() {
-                below.report
-            } else {
-                self.report
-            },
+            report: first_non_empty(self.report, below.report),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
-            transcript: if self.transcript.is_empty() {
-                below.transcript
-            } else {
-                self.transcript
-            },
-            verbose: if self.verbose > 0 {
-                self.verbose
-            } else {
-                below.verbose
-            },
+            transcript: first_non_empty(self.transcript, below.transcript),
+            verbose: Some(self.verbose)
+                .filter(|count| *count > 0)
+                .unwrap_or(below.verbose),
             log_format: self.log_format.or(below.log_format),
             reports: self.reports.with_fallback(below.reports),
         }
+    }
+}
+
+/// `ADDRESS:PORT`, or a port alone on the address of `--listen`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ListenAt {
+    /// Address and port.
+    Address(SocketAddr),
+    /// The port on the address of `--listen`; 0 for a free one.
+    Port(u16),
+}
+
+impl FromStr for ListenAt {
+    type Err = UnexpectedWord;
+
+    fn from_str(word: &str) -> Result<ListenAt, UnexpectedWord> {
+        const EXPECTED: &str =
+            "ADDRESS:PORT (for example 0.0.0.0:2217) or a port (2217, :2217; 0 for a free one)";
+        let port = word.strip_prefix(':').unwrap_or(word);
+        let address = word.parse().map(ListenAt::Address);
+        let at = port.parse().map(ListenAt::Port).or(address);
+        at.map_err(|_| UnexpectedWord::new(EXPECTED, word))
     }
 }
 
@@ -266,43 +252,59 @@ pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {
     words.try_map(|word| T::from_word(&word).ok_or("a word of the list expected"))
 }
 
-/// Preset of the named options.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Dialect {
-    /// The manual, and what real host programs need besides.
-    Field,
-    /// The letter of the manual.
-    Manual,
-}
+/// A word, its meaning, and its line in the help.
+pub type DescribedWord<T> = (&'static str, T, &'static str);
 
-impl From<Dialect> for options::Dialect {
-    fn from(dialect: Dialect) -> options::Dialect {
-        match dialect {
-            Dialect::Field => options::Dialect::Field,
-            Dialect::Manual => options::Dialect::Manual,
-        }
-    }
-}
+/// The presets of the named options.
+pub const DIALECTS: &[DescribedWord<Dialect>] = &[
+    (
+        "field",
+        Dialect::Field,
+        "The manual, and what real host programs need besides",
+    ),
+    ("manual", Dialect::Manual, "The letter of the manual"),
+];
+/// The controller types.
+pub const CONTROLLERS: &[DescribedWord<ControllerType>] = &[
+    (
+        "ts3100",
+        ControllerType::Ts3100,
+        "Key switch TEACHING, INTERNAL, EXT",
+    ),
+    (
+        "tsl3100",
+        ControllerType::Tsl3100,
+        "Key switch TEACHING, EXT (GEN-05)",
+    ),
+    (
+        "tsl3000e",
+        ControllerType::Tsl3000e,
+        "As tsl3100, and every third servo-on comes 7 s late (servo.interval)",
+    ),
+];
+/// What becomes of wall-clock time in which the emulator was stopped.
+const TIME_GAPS: &[DescribedWord<TimeGap>] = &[
+    (
+        "catch-up",
+        TimeGap::CatchUp,
+        "Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes",
+    ),
+    ("skip", TimeGap::Skip, "Virtual time goes on from where it stood"),
+];
 
-/// Controller type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Controller {
-    /// Key switch TEACHING, INTERNAL, EXT.
-    Ts3100,
-    /// Key switch TEACHING, EXT (GEN-05).
-    Tsl3100,
-    /// As tsl3100, and every third servo-on comes 7 s late (servo.interval).
-    Tsl3000e,
-}
-
-impl From<Controller> for options::ControllerType {
-    fn from(controller: Controller) -> options::ControllerType {
-        match controller {
-            Controller::Ts3100 => options::ControllerType::Ts3100,
-            Controller::Tsl3100 => options::ControllerType::Tsl3100,
-            Controller::Tsl3000e => options::ControllerType::Tsl3000e,
-        }
-    }
+/// Reads one of these words, and describes them in the help.
+pub fn described<T: Copy + Send + Sync>(
+    words: &'static [DescribedWord<T>],
+) -> impl TypedValueParser<Value = T> {
+    let shown = words
+        .iter()
+        .map(|(word, _, help)| PossibleValue::new(*word).help(*help));
+    PossibleValuesParser::new(shown).try_map(|word| {
+        let found = words.iter().find(|(known, _, _)| *known == word);
+        found
+            .map(|(_, meaning, _)| *meaning)
+            .ok_or("a word of the list expected")
+    })
 }
 
 /// Form of the log.

@@ -5,6 +5,7 @@
 //! settings without a command line.
 
 pub mod args;
+mod error;
 mod layers;
 pub mod model;
 mod options;
@@ -12,12 +13,12 @@ mod report_args;
 mod seed;
 mod serial;
 
-pub use args::ServeArgs;
-pub use layers::{ConfigError, Environment, read, read_points};
+pub use args::{ListenAt, ServeArgs};
+pub use error::ConfigError;
+pub use layers::{Environment, read, read_points};
 pub use options::{OptionError, option_keys, set_option};
 pub use report_args::{ReportArgs, parse_percent};
 pub use seed::Seed;
-pub use serial::ListenAt;
 pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 
 use std::collections::BTreeMap;
@@ -118,8 +119,8 @@ impl Settings {
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file, the points,
     /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
-        let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into))
-            .with_controller(args.controller.map_or_else(Default::default, Into::into));
+        let mut controller = Config::new(args.dialect.unwrap_or_default())
+            .with_controller(args.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
         for pair in &args.set {
             let (key, value) = pair
@@ -139,12 +140,9 @@ impl Settings {
             return Err(ConfigError::NoInternal(controller.controller.name()));
         }
         if let Some(path) = &args.permissions {
-            let text = layers::read_text(path)?;
+            let text = error::read_text(path)?;
             controller.permissions =
-                PermissionTable::parse(&text).map_err(|error| ConfigError::Permissions {
-                    path: path.clone(),
-                    reason: error.to_string(),
-                })?;
+                PermissionTable::parse(&text).map_err(|error| ConfigError::invalid(path.display(), error))?;
         }
         controller.fault_seed = args.fault_seed.unwrap_or(0);
         controller.vary = args.vary.and_then(Seed::number);
@@ -173,7 +171,7 @@ impl Settings {
             serial: serial::serial_ends(args, listen)?,
             links,
             time,
-            time_gap: args.time_gap.map(TimeGap::from).unwrap_or_default(),
+            time_gap: args.time_gap.unwrap_or_default(),
             drive: args.drive.clone(),
             load: args.load.clone(),
             select: args.select.clone(),
@@ -199,7 +197,7 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
         None => Vec::new(),
     };
     for spec in &args.fault {
-        faults.push(spec.parse()?);
+        faults.push(spec.parse().map_err(ConfigError::Fault)?);
     }
     // While it runs a fault of the same number is replaced intentionally; here one would be lost silently.
     for (index, fault) in faults.iter().enumerate() {
@@ -267,7 +265,7 @@ fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSett
     let token = match (&args.control_token, &args.control_token_file) {
         (Some(token), _) => Some(token.clone()),
         (None, Some(path)) => {
-            let text = layers::read_text(path)?;
+            let text = error::read_text(path)?;
             Some(text.lines().next().unwrap_or_default().trim().to_owned())
         }
         (None, None) => None,
@@ -282,14 +280,16 @@ fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSett
 
 /// The flags that configure the controller, as `key=value`.
 fn controller_flags(args: &ServeArgs) -> Vec<String> {
-    fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
-        Some(value?.to_possible_value()?.get_name().to_owned())
+    fn word<T: Copy + PartialEq>(words: &[args::DescribedWord<T>], value: Option<T>) -> Option<String> {
+        let value = value?;
+        let found = words.iter().find(|(_, meaning, _)| *meaning == value);
+        found.map(|(word, _, _)| (*word).to_owned())
     }
     let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let flags = [
-        ("dialect", word(args.dialect)),
+        ("dialect", word(args::DIALECTS, args.dialect)),
         ("model", args.model.as_ref().map(ToString::to_string)),
-        ("controller", word(args.controller)),
+        ("controller", word(args::CONTROLLERS, args.controller)),
         ("key", args.key.map(|key| key.word().to_owned())),
         (
             "control-right",

@@ -4,7 +4,7 @@
 //! Each table has a `source` that says where its numbers come from. A file without one is refused, because a model
 //! with unfounded numbers would look like measured ones.
 
-use super::layers::{self, ConfigError};
+use super::error::{ConfigError, read_text};
 use serde::Deserialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -78,30 +78,23 @@ impl ModelChoice {
         let (path, text) = match self {
             ModelChoice::Shipped(shipped) => {
                 let found = SHIPPED.iter().find(|(name, _)| name == shipped);
-                (
-                    PathBuf::from(format!("{shipped}.toml")),
-                    found.map_or("", |(_, text)| text).to_owned(),
-                )
+                let text = found.map_or("", |(_, text)| text).to_owned();
+                (&PathBuf::from(format!("{shipped}.toml")), text)
             }
-            ModelChoice::File(path) => (path.clone(), layers::read_text(path)?),
+            ModelChoice::File(path) => (path, read_text(path)?),
         };
-        parse(&path, &text)
+        parse(path, &text)
     }
 }
 
 /// Parses the text of a model file.
 fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
-    let wrong = |reason: String| ConfigError::Model {
-        path: path.to_path_buf(),
-        reason,
-    };
-    let file: ModelFile = toml::from_str(text).map_err(|error| ConfigError::Toml {
-        path: path.to_path_buf(),
-        reason: error.to_string(),
-    })?;
-    file.check_sources().map_err(|error| wrong(error.to_string()))?;
-    let model = file.into_model().map_err(|error| wrong(error.to_string()))?;
-    model.validate().map_err(|error| wrong(error.to_string()))?;
+    let file: ModelFile =
+        toml::from_str(text).map_err(|error| ConfigError::invalid(path.display(), error))?;
+    let model = file.into_model();
+    let model = model.map_err(|error| ConfigError::invalid(path.display(), error))?;
+    let valid = model.validate();
+    valid.map_err(|error| ConfigError::invalid(path.display(), error))?;
     Ok(model)
 }
 
@@ -190,16 +183,12 @@ fn check_source(table: &str, source: &str) -> Result<(), ModelFileError> {
 }
 
 impl ModelFile {
-    fn check_sources(&self) -> Result<(), ModelFileError> {
+    fn into_model(self) -> Result<ArmModel, ModelFileError> {
         check_source("tool", &self.tool.source)?;
         check_source("ready", &self.ready.source)?;
-        self.axis
-            .iter()
-            .enumerate()
-            .try_for_each(|(index, axis)| check_source(&format!("axis {}", index + 1), &axis.source))
-    }
-
-    fn into_model(self) -> Result<ArmModel, ModelFileError> {
+        for (number, axis) in (1..).zip(&self.axis) {
+            check_source(&format!("axis {number}"), &axis.source)?;
+        }
         let kind = match self.kind {
             ModelKind::SixAxis => {
                 let arm: SixAxisTable = geometry(self.geometry)?;

@@ -66,7 +66,8 @@ impl ReportArgs {
     }
 }
 
-fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
+/// The values of the upper layer, if it has any.
+pub(super) fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
     if above.is_empty() { below } else { above }
 }
 

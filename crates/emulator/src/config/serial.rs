@@ -4,52 +4,16 @@
 //! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`ts3100_driver::serial`].
 
 use super::ConfigError;
-use super::args::ServeArgs;
+use super::args::{ListenAt, ServeArgs};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::str::FromStr;
 use ts3100_controller::Port;
 use ts3100_driver::serial::SerialEndpoint;
 
-/// Names of the symbolic links in the directory of `--serial-dir`.
-const LINKS: [(Port, &str); 2] = [(Port::Host, "host"), (Port::Com1, "com1")];
-
-/// `ADDRESS:PORT`, or a port alone on the address of `--listen`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ListenAt {
-    /// Address and port.
-    Address(SocketAddr),
-    /// The port on the address of `--listen`; 0 for a free one.
-    Port(u16),
-}
-
-/// The text is neither ADDRESS:PORT nor a port.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "expected ADDRESS:PORT (for example 0.0.0.0:2217) or a port (2217, :2217; 0 for a free one), found `{0}`"
-)]
-pub struct ListenAtError(String);
-
-impl FromStr for ListenAt {
-    type Err = ListenAtError;
-
-    fn from_str(word: &str) -> Result<ListenAt, ListenAtError> {
-        let port = word.strip_prefix(':').unwrap_or(word);
-        if let Ok(port) = port.parse() {
-            return Ok(ListenAt::Port(port));
-        }
-        word.parse()
-            .map(ListenAt::Address)
-            .map_err(|_| ListenAtError(word.to_owned()))
-    }
-}
-
-impl ListenAt {
-    fn with_default_address(self, listen: IpAddr) -> SocketAddr {
-        match self {
-            ListenAt::Address(address) => address,
-            ListenAt::Port(port) => SocketAddr::new(listen, port),
-        }
+fn address(at: ListenAt, listen: IpAddr) -> SocketAddr {
+    match at {
+        ListenAt::Address(address) => address,
+        ListenAt::Port(port) => SocketAddr::new(listen, port),
     }
 }
 
@@ -58,16 +22,13 @@ pub(super) fn serial_ends(
     args: &ServeArgs,
     listen: IpAddr,
 ) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
-    let flags = |port: Port| {
-        if port == Port::Com1 {
-            (&args.com1, args.com1_rfc2217, args.com1_tcp)
-        } else {
-            (&args.host, args.host_rfc2217, args.host_tcp)
-        }
-    };
+    // The name is that of the flags, and of the link in the directory of `--serial-dir`.
+    let ports = [
+        (Port::Host, "host", &args.host, args.host_rfc2217, args.host_tcp),
+        (Port::Com1, "com1", &args.com1, args.com1_rfc2217, args.com1_tcp),
+    ];
     let mut ends = BTreeMap::new();
-    for (port, link) in LINKS {
-        let (device, rfc2217, tcp) = flags(port);
+    for (port, link, device, rfc2217, tcp) in ports {
         let directory = args.serial_dir.as_ref();
         let candidates = [
             (
@@ -77,11 +38,11 @@ pub(super) fn serial_ends(
             (format!("--{link}"), device.clone().map(SerialEndpoint::Device)),
             (
                 format!("--{link}-rfc2217"),
-                rfc2217.map(|at| SerialEndpoint::Rfc2217(at.with_default_address(listen))),
+                rfc2217.map(|at| SerialEndpoint::Rfc2217(address(at, listen))),
             ),
             (
                 format!("--{link}-tcp"),
-                tcp.map(|at| SerialEndpoint::Tcp(at.with_default_address(listen))),
+                tcp.map(|at| SerialEndpoint::Tcp(address(at, listen))),
             ),
         ];
         let mut candidates = candidates
@@ -110,7 +71,7 @@ mod tests {
     fn addresses_are_read_with_and_without_their_host() {
         let address = |word: &str| {
             word.parse::<ListenAt>()
-                .map(|at| at.with_default_address("10.0.0.1".parse().unwrap()))
+                .map(|at| address(at, "10.0.0.1".parse().unwrap()))
         };
         for (word, expected) in [
             ("2217", "10.0.0.1:2217"),

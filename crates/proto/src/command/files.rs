@@ -2,35 +2,14 @@
 //!
 //! Whether the file exists is the controller's to check. The spelling of names is in [`crate::name`].
 
+use crate::command::CommandError;
 use crate::command::operand::Operands;
-use crate::command::{Command, CommandError};
 use crate::name::FileName;
 
 const NAME: &str =
     "a file name (a letter, then letters and digits, perhaps a dot and an extension, at most 12 in all)";
 
-pub(super) fn sl(operands: Operands<'_>) -> Result<Command, CommandError> {
-    name(operands).map(Command::Sl)
-}
-
-pub(super) fn ul(operands: Operands<'_>) -> Result<Command, CommandError> {
-    name(operands).map(Command::Ul)
-}
-
-pub(super) fn dl(operands: Operands<'_>) -> Result<Command, CommandError> {
-    name(operands).map(Command::Dl)
-}
-
-pub(super) fn er(operands: Operands<'_>) -> Result<Command, CommandError> {
-    name(operands).map(Command::Er)
-}
-
-/// Everything after the comma, blanks and control codes included (FL-01).
-pub(super) fn fl(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.raw().map(|content| Command::Fl(content.to_vec()))
-}
-
-fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
+pub(super) fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
     let text = operands.text(NAME)?;
     let start = operands.len() - text.len();
     FileName::parse(text.trim_end_matches(' '))
@@ -40,6 +19,7 @@ fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::Command;
     use alloc::format;
 
     const WITH_NAME: [&str; 4] = ["SL", "UL", "DL", "ER"];

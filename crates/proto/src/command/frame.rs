@@ -23,7 +23,7 @@ const SIX_AXIS_VALUES: usize = 6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ZsFrame {
     /// 1: the work coordinate system.
-    Work,
+    Work = 1,
     /// 2: the tool coordinate system.
     Tool,
 }
@@ -35,10 +35,7 @@ impl ZsFrame {
     /// The number on the wire, 1 or 2.
     #[must_use]
     pub const fn code(self) -> u8 {
-        match self {
-            ZsFrame::Work => 1,
-            ZsFrame::Tool => 2,
-        }
+        self as u8
     }
 
     /// The coordinate system of this number.

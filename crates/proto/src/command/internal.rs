@@ -3,13 +3,13 @@
 //! The page of the manual is lost; the forms are those of public clients (CMD-EC-01 to CMD-EC-04, hosts 2). The
 //! controller gives them their effect.
 
-use crate::command::operand::{GrammarError, Operands, ParseResult};
+use crate::command::operand::{GrammarError, Operands, ParseResult, whole};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
 use nom::Parser;
-use nom::character::complete::{alpha1, digit1, space1};
-use nom::combinator::{map_opt, success};
+use nom::character::complete::{alpha1, space1};
+use nom::combinator::map_opt;
 use nom::error::context;
 use nom::sequence::preceded;
 
@@ -98,22 +98,17 @@ fn internal(input: &str) -> ParseResult<'_, InternalCommand> {
     let (rest, word) = alpha1(input)?;
     match word.to_ascii_uppercase().as_str() {
         "MODE" => {
-            let mode = context(
-                "STEP, CONTINUOUS, CYCLE or SEGMENT",
-                map_opt(alpha1, RunMode::from_word),
-            );
+            let word = map_opt(alpha1, RunMode::from_word);
+            let mode = context("STEP, CONTINUOUS, CYCLE or SEGMENT", word);
             preceded(blank, mode).map(InternalCommand::Mode).parse(rest)
         }
         "OVRD" => {
-            let percent = |digits: &str| digits.parse().ok().filter(|percent| (1..=FULL).contains(percent));
-            preceded(
-                blank,
-                context("a percentage from 1 to 100", map_opt(digit1, percent)),
-            )
-            .map(InternalCommand::Override)
-            .parse(rest)
+            let percent = whole("a percentage from 1 to 100", 1..=FULL);
+            preceded(blank, percent)
+                .map(InternalCommand::Override)
+                .parse(rest)
         }
-        "BREAK" => success(InternalCommand::Break).parse(rest),
+        "BREAK" => Ok((rest, InternalCommand::Break)),
         _ => Err(nom::Err::Error(GrammarError {
             rest: input,
             expected: "MODE, OVRD or BREAK",

@@ -4,8 +4,6 @@
 
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
 use core::ops::RangeInclusive;
 use nom::character::complete::anychar;
 use nom::combinator::map_opt;
@@ -55,14 +53,10 @@ pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
         .map(|(axis, (), motion)| Command::Jg { axis, motion })
 }
 
-/// The operands in canonical form.
-pub(super) fn encode(axis: u8, motion: JogDirection) -> String {
-    format!("{axis} {}", motion.sign())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::format;
 
     #[test]
     fn every_axis_and_sign() {

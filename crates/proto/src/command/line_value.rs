@@ -4,8 +4,6 @@
 
 use crate::command::operand::{GrammarError, Operands, separator, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
 use nom::Parser;
 use nom::combinator::verify;
 use nom::error::context;
@@ -39,17 +37,7 @@ pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
         .map(|(first, count, value)| Command::Ho { first, count, value })
 }
 
-/// The operands of HI in canonical form.
-pub(super) fn encode_read(first: u16, count: u8) -> String {
-    format!("{first} {count}")
-}
-
-/// The operands of HO in canonical form.
-pub(super) fn encode_write(first: u16, count: u8, value: u32) -> String {
-    format!("{first} {count} {value}")
-}
-
-/// `first count`; the last line is a number that a line may have.
+/// A first line and a count, which stay within the numbers of lines.
 fn lines<'a>(
     most: u8,
     expected: &'static str,
@@ -63,6 +51,7 @@ fn lines<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::format;
 
     #[test]
     fn lines_of_the_vendors_client() {

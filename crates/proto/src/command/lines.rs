@@ -2,14 +2,13 @@
 //!
 //! The controller knows which numbers are lines (CMD-IW-04). HI and HO are in `line_value.rs`.
 
-use crate::command::operand::{Operands, ParseResult, list, separator};
+use crate::command::operand::{Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use nom::Parser;
-use nom::character::complete::{digit1, one_of};
-use nom::combinator::map_res;
+use nom::character::complete::one_of;
 use nom::error::context;
 
 /// Lines an IW may force (CMD-IW-02).
@@ -44,7 +43,7 @@ pub(super) fn encode(lines: &[LineWrite]) -> String {
 }
 
 fn pair(input: &str) -> ParseResult<'_, LineWrite> {
-    let line = context("a line number", map_res(digit1, str::parse::<u16>));
+    let line = whole("a line number", 0..=u16::MAX);
     let state = context("0 or 1", one_of("01"));
     (line, separator, state)
         .map(|(line, (), state)| LineWrite {

@@ -16,7 +16,6 @@ mod operand;
 mod request;
 mod reset;
 mod row;
-mod statement;
 mod table;
 mod variable;
 mod watchdog;

@@ -12,8 +12,13 @@ use nom::error::context;
 /// Decimals a real is written with at least, as the vendor's client library does (hosts 2).
 const DECIMALS: usize = 3;
 
-/// A number of a command or of variable data.
+/// A number of a command or of variable data; in JSON too one is whole without a decimal point, real with one.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(untagged)
+)]
 pub enum Number {
     /// Written without a decimal point or exponent, and within 32 bits.
     Integer(i32),

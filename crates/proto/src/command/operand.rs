@@ -12,7 +12,7 @@ use nom::branch::alt;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, digit1, space0, space1};
 use nom::combinator::{cut, eof, map_opt, not};
-use nom::error::{ContextError, ErrorKind, FromExternalError, ParseError, context};
+use nom::error::{ContextError, ErrorKind, ParseError, context};
 use nom::multi::separated_list1;
 use nom::sequence::preceded;
 use nom::{IResult, Parser};
@@ -47,12 +47,6 @@ impl<'a> ContextError<&'a str> for GrammarError<'a> {
         } else {
             other
         }
-    }
-}
-
-impl<'a, E> FromExternalError<&'a str, E> for GrammarError<'a> {
-    fn from_external_error(rest: &'a str, _: ErrorKind, _: E) -> GrammarError<'a> {
-        GrammarError { rest, expected: "" }
     }
 }
 
@@ -154,6 +148,15 @@ impl<'a> Operands<'a> {
             }
             Err(nom::Err::Incomplete(_)) => Err(self.malformed(expected, self.message.len())),
         }
+    }
+
+    /// One number of this range.
+    pub(super) fn number(
+        self,
+        expected: &'static str,
+        range: RangeInclusive<u8>,
+    ) -> Result<u8, CommandError> {
+        self.parse(expected, whole(expected, range))
     }
 
     /// The error that `expected` is missing at byte `at` of the message.

@@ -4,17 +4,13 @@
 
 use crate::command::operand::{Operands, whole};
 use crate::command::{Command, CommandError};
-use core::ops::RangeInclusive;
 use nom::combinator::map_opt;
-
-/// The one number that hosts send with SM and IO; what others would ask for is not known.
-const ONLY: RangeInclusive<u8> = 1..=1;
 
 /// Which position PR asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PositionQuery {
     /// 0: the joints as commanded.
-    CommandJoint,
+    CommandJoint = 0,
     /// 1: world coordinates as commanded.
     CommandWorld,
     /// 2: work coordinates as commanded.
@@ -41,14 +37,7 @@ impl PositionQuery {
     /// The number on the wire, 0 to 5.
     #[must_use]
     pub const fn code(self) -> u8 {
-        match self {
-            PositionQuery::CommandJoint => 0,
-            PositionQuery::CommandWorld => 1,
-            PositionQuery::CommandWork => 2,
-            PositionQuery::FeedbackJoint => 3,
-            PositionQuery::FeedbackWorld => 4,
-            PositionQuery::FeedbackWork => 5,
-        }
+        self as u8
     }
 
     /// The query with this number.
@@ -58,44 +47,17 @@ impl PositionQuery {
     }
 }
 
-pub(super) fn sm(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.parse("1", whole("1", ONLY)).map(Command::Sm)
-}
-
-pub(super) fn io(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.parse("1", whole("1", ONLY)).map(Command::Io)
-}
-
 pub(super) fn pr(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a number from 0 to 5";
     let query = map_opt(whole(EXPECTED, 0..=u8::MAX), PositionQuery::from_code);
     operands.parse(EXPECTED, query).map(Command::Pr)
 }
 
-pub(super) fn vl(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const EXPECTED: &str = "0 (joint) or 1 (world)";
-    operands.parse(EXPECTED, whole(EXPECTED, 0..=1)).map(Command::Vl)
-}
-
-pub(super) fn md(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const EXPECTED: &str = "a guide mode from 0 to 2";
-    operands.parse(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Md)
-}
-
-pub(super) fn rt(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const EXPECTED: &str = "a guide rate from 0 to 2";
-    operands.parse(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Rt)
-}
-
-pub(super) fn sc(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const EXPECTED: &str = "a guide coordinate system from 0 to 3";
-    operands.parse(EXPECTED, whole(EXPECTED, 0..=3)).map(Command::Sc)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use alloc::format;
+    use core::ops::RangeInclusive;
 
     type Make = fn(u8) -> Command;
 

@@ -10,10 +10,11 @@ use super::row::valid;
 use super::{
     Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset, Sender,
     Source, VariableRead, VariableWrite, ZsFrame, decimal, files, frame, internal, jog, line_value, lines,
-    request, reset, statement, text, variable, watchdog,
+    request, reset, text, variable, watchdog,
 };
 use crate::name::{FileName, VariableName};
 use crate::status::AlarmLevel;
+use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -63,7 +64,7 @@ commands! {
         letters: "SL", form: "SL,<file name>", example: "SL,TEST",
         help: "Select a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(5, "XXXOX", "XXXXO"),
-        parse: files::sl, encode: text(name.as_str()),
+        parse: |operands| files::name(operands).map(Command::Sl), encode: text(name.as_str()),
     }
 
     /// Upload a file from the RAM drive (CMD-UL-01).
@@ -71,7 +72,7 @@ commands! {
         letters: "UL", form: "UL,<file name>", example: "UL,ETHERNET.PAR",
         help: "Upload: the file goes to stdout or --output",
         source: Manual, sender: Host, answer: File, permission: valid(6, "SSSSS", "SSSSS"),
-        parse: files::ul, encode: text(name.as_str()),
+        parse: |operands| files::name(operands).map(Command::Ul), encode: text(name.as_str()),
     }
 
     /// Download a file to the RAM drive (CMD-DL-01).
@@ -79,7 +80,7 @@ commands! {
         letters: "DL", form: "DL,<file name>", example: "DL,TEST",
         help: "Download a file; pick.scol becomes PICK unless a name is given",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(7, "SSSSS", "SSSSS"),
-        parse: files::dl, encode: text(name.as_str()),
+        parse: |operands| files::name(operands).map(Command::Dl), encode: text(name.as_str()),
     }
 
     /// Directory of the RAM drive (CMD-CA-01).
@@ -111,7 +112,7 @@ commands! {
         letters: "ER", form: "ER,<file name>", example: "ER,TEST",
         help: "Erase a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(10, "SSSSS", "SSSSS"),
-        parse: files::er, encode: text(name.as_str()),
+        parse: |operands| files::name(operands).map(Command::Er), encode: text(name.as_str()),
     }
 
     /// A file or a part of one: everything after `FL,` (FL-01).
@@ -119,7 +120,7 @@ commands! {
         letters: "FL", form: "FL,<contents><EOF>", example: "FL,END",
         help: "Content of a file",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
-        parse: files::fl, encode: Encoding::Content(content),
+        parse: |operands| operands.raw().map(|content| Command::Fl(content.to_vec())), encode: Encoding::Content(content),
     }
 
     /// Affirmative answer (CMD-OK-01).
@@ -175,7 +176,7 @@ commands! {
         letters: "MR", form: "MR,<name> <type>", example: "MR,TBL(1,3) 5",
         help: "Read a global variable, for example COUNT, TABLE(2) or PLACED integer",
         source: Manual, sender: Host, answer: Status, permission: valid(16, "OOOOO", "OOOOO"),
-        parse: variable::mr, encode: text(variable::encode_read(read)),
+        parse: variable::mr, encode: text(format!("{} {}", read.variable, read.kind.code())),
     }
 
     /// Force I/O lines (CMD-IW-01).
@@ -199,7 +200,7 @@ commands! {
         letters: "DO", form: "DO,<statement>", example: "DO,MOVE A1",
         help: "Execute one statement, for example: do \"MOVE POINT(400,0,200) WITH SPEED=50\"",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(19, "XXXOX", "XXXXO"),
-        parse: statement::statement, encode: text(statement.as_str()),
+        parse: |operands| operands.text("a statement").map(|text| Command::Do(text.into())), encode: text(statement.as_str()),
     }
 
     /// Extension: quick status; 1 is the only number known and read (hosts SM).
@@ -207,7 +208,7 @@ commands! {
         letters: "SM", form: "SM,1", example: "SM,1",
         help: "quick status",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(0, "OOOOO", "OOOOO"),
-        parse: request::sm, encode: decimal(*number),
+        parse: |operands| operands.number("1", 1..=1).map(Command::Sm), encode: decimal(*number),
     }
 
     /// Extension: the host's watchdog. It is not running after a time of 0 (hosts 2).
@@ -220,7 +221,7 @@ commands! {
         letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
-        parse: watchdog::wd, encode: text(watchdog::encode(*timeout_ms, *level)),
+        parse: watchdog::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
     }
 
     /// Extension: current alarms (hosts 7.2).
@@ -244,7 +245,7 @@ commands! {
         letters: "IO", form: "IO,1", example: "IO,1",
         help: "input and output lines that are on",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(3, "OOOOO", "OOOOO"),
-        parse: request::io, encode: decimal(*number),
+        parse: |operands| operands.number("1", 1..=1).map(Command::Io), encode: decimal(*number),
     }
 
     /// Extension: read successive input lines as one number, the first line in bit 0 (hosts 2).
@@ -257,7 +258,7 @@ commands! {
         letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
         help: "successive input lines as one number",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
-        parse: line_value::hi, encode: text(line_value::encode_read(*first, *count)),
+        parse: line_value::hi, encode: text(format!("{first} {count}")),
     }
 
     /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
@@ -272,7 +273,7 @@ commands! {
         letters: "HO", form: "HO,<first line> <count> <value>", example: "HO,1 8 165",
         help: "set successive output lines from one number",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
-        parse: line_value::ho, encode: text(line_value::encode_write(*first, *count, *value)),
+        parse: line_value::ho, encode: text(format!("{first} {count} {value}")),
     }
 
     /// Extension: a present position (hosts 2).
@@ -288,7 +289,7 @@ commands! {
         letters: "VL", form: "VL,<0|1>", example: "VL,1",
         help: "speed: 0 of the joints, 1 in world coordinates",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(5, "OOOOO", "OOOOO"),
-        parse: request::vl, encode: decimal(*number),
+        parse: |operands| operands.number("0 (joint) or 1 (world)", 0..=1).map(Command::Vl), encode: decimal(*number),
     }
 
     /// Extension: set a coordinate system (hosts 2).
@@ -311,7 +312,7 @@ commands! {
         letters: "MD", form: "MD,<0-2>", example: "MD,2",
         help: "guide mode: jog, inching, free (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
-        parse: request::md, encode: decimal(*number),
+        parse: |operands| operands.number("a guide mode from 0 to 2", 0..=2).map(Command::Md), encode: decimal(*number),
     }
 
     /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
@@ -319,7 +320,7 @@ commands! {
         letters: "RT", form: "RT,<0-2>", example: "RT,2",
         help: "guide rate: slow, mid, fast (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
-        parse: request::rt, encode: decimal(*number),
+        parse: |operands| operands.number("a guide rate from 0 to 2", 0..=2).map(Command::Rt), encode: decimal(*number),
     }
 
     /// Extension: guide coordinate system, 0 joint, 1 tool, 2 work, 3 world (hosts 2).
@@ -327,7 +328,7 @@ commands! {
         letters: "SC", form: "SC,<0-3>", example: "SC,3",
         help: "guide coordinate system: joint, tool, work, world (0 to 3)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
-        parse: request::sc, encode: decimal(*number),
+        parse: |operands| operands.number("a guide coordinate system from 0 to 3", 0..=3).map(Command::Sc), encode: decimal(*number),
     }
 
     /// Extension: guide an axis (hosts 2).
@@ -340,7 +341,7 @@ commands! {
         letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",
         help: "guide an axis up (+), down (-), or stop it (!)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
-        parse: jog::jg, encode: text(jog::encode(*axis, *motion)),
+        parse: jog::jg, encode: text(format!("{axis} {}", motion.sign())),
     }
 
     /// Extension: maintenance information (S29).

@@ -14,7 +14,7 @@ use core::fmt::Write;
 use nom::Parser;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, one_of};
-use nom::combinator::{map_opt, map_res, opt, recognize};
+use nom::combinator::{map_opt, opt, recognize};
 use nom::error::context;
 
 /// Values an MW may carry. The manual's longest, a position, has nine.
@@ -46,7 +46,7 @@ pub struct VariableWrite {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VariableKind {
     /// -1: the controller finds the type itself (CMD-MR-05).
-    Unclarified,
+    Unclarified = -1,
     /// 0: a 32-bit integer.
     Integer,
     /// 1: a real number.
@@ -88,19 +88,7 @@ impl VariableKind {
     /// The code on the wire, -1 to 9.
     #[must_use]
     pub fn code(self) -> i32 {
-        match self {
-            VariableKind::Unclarified => -1,
-            VariableKind::Integer => 0,
-            VariableKind::Real => 1,
-            VariableKind::Load => 2,
-            VariableKind::Coordinate => 3,
-            VariableKind::Position => 4,
-            VariableKind::IntegerArray => 5,
-            VariableKind::RealArray => 6,
-            VariableKind::LoadArray => 7,
-            VariableKind::CoordinateArray => 8,
-            VariableKind::PositionArray => 9,
-        }
+        self as i32
     }
 
     /// The type with this code.
@@ -146,11 +134,6 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
     }))
 }
 
-/// The operands of MR in canonical form.
-pub(super) fn encode_read(read: &VariableRead) -> String {
-    format!("{} {}", read.variable, read.kind.code())
-}
-
 /// The operands of MW in canonical form.
 pub(super) fn encode_write(write: &VariableWrite) -> String {
     let mut text = format!(
@@ -173,11 +156,8 @@ const FLAG: &str = "0 or 1 (the restore flag)";
 pub(super) fn variable(input: &str) -> ParseResult<'_, VariableName> {
     let name = take_while1(|c| !matches!(c, ' ' | ',' | '('));
     let subscripts = (char('('), take_while1(|c| c != ')'), char(')'));
-    context(
-        NAME,
-        map_res(recognize((name, opt(subscripts))), VariableName::parse),
-    )
-    .parse(input)
+    let spelled = |text: &str| VariableName::parse(text).ok();
+    context(NAME, map_opt(recognize((name, opt(subscripts))), spelled)).parse(input)
 }
 
 fn kind(input: &str) -> ParseResult<'_, VariableKind> {

@@ -5,8 +5,6 @@
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
 use crate::status::AlarmLevel;
-use alloc::format;
-use alloc::string::String;
 use nom::combinator::map_opt;
 use nom::error::context;
 
@@ -32,14 +30,10 @@ pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
         .map(|(timeout_ms, (), level)| Command::Wd { timeout_ms, level })
 }
 
-/// The operands in canonical form.
-pub(super) fn encode(timeout_ms: u32, level: Option<AlarmLevel>) -> String {
-    format!("{timeout_ms} {}", level.map_or(NONE, AlarmLevel::number))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::format;
 
     #[test]
     fn watchdogs_of_the_vendors_client() {

@@ -117,7 +117,7 @@ fn only_a_cr_may_stand_after_eof() {
 fn a_file_beyond_the_room_is_refused_at_that_block() {
     let mut receiver = FlReceiver::new(5, FileRule::User);
     assert_eq!(receiver.push(b"FL,ABC"), Received::More);
-    assert!(receiver.has_begun());
+    assert!(receiver.begun);
     assert_eq!(receiver.push(b"DE"), Received::More);
     assert_eq!(
         receiver.push(b"F"),
@@ -135,9 +135,12 @@ fn a_file_beyond_the_room_is_refused_at_that_block() {
 fn lines_have_at_most_252_characters_whatever_the_line_end() {
     for end in [b"\r".as_slice(), b"\n", b"\r\n"] {
         let longest = [b"END", end, &[b'A'; MAX_LINE], end, b"END", end].concat();
-        assert_eq!(check_user_file(&longest), Ok(()));
+        assert_eq!(check_file(&longest, FileRule::User), Ok(()));
         let longer = [b"END", end, &[b'A'; MAX_LINE + 1], end].concat();
-        assert_eq!(check_user_file(&longer), Err(FileError::LongLine { line: 2 }));
+        assert_eq!(
+            check_file(&longer, FileRule::User),
+            Err(FileError::LongLine { line: 2 })
+        );
         assert_eq!(check_file(&longer, FileRule::Parameter), Ok(()));
     }
     let mut receiver = receiver();
@@ -169,9 +172,9 @@ fn user_files_hold_printable_ascii_only() {
         let parameter = check_file(&content, FileRule::Parameter);
         assert_eq!(parameter.is_ok(), byte != EOF);
     }
-    assert_eq!(check_user_file(b"START: A_1 = \"x\";\r"), Ok(()));
+    assert_eq!(check_file(b"START: A_1 = \"x\";\r", FileRule::User), Ok(()));
     assert_eq!(
-        check_user_file(b"A\n\nB\r\rC\r\n\x09"),
+        check_file(b"A\n\nB\r\rC\r\n\x09", FileRule::User),
         Err(FileError::Character {
             line: 6,
             column: 1,

@@ -4,13 +4,11 @@
 //! emulator. The syntax of the file is in `reader.rs`.
 
 use super::{
-    LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
-    split_words,
+    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, number, split_words, with_line_end,
 };
 use crate::status::AlarmLevel;
 use alloc::format;
 use alloc::string::{String, ToString};
-use alloc::vec;
 use alloc::vec::Vec;
 
 /// How a channel is opened (\[E00\]).
@@ -18,7 +16,7 @@ use alloc::vec::Vec;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OpenMode {
     /// 0: the channel is closed.
-    NotUsed,
+    NotUsed = 0,
     /// 1: the controller is the TCP server.
     Server,
     /// 2: the controller is the TCP client.
@@ -29,11 +27,7 @@ impl OpenMode {
     /// The number in the file.
     #[must_use]
     pub const fn number(self) -> u8 {
-        match self {
-            OpenMode::NotUsed => 0,
-            OpenMode::Server => 1,
-            OpenMode::Client => 2,
-        }
+        self as u8
     }
 }
 
@@ -111,51 +105,43 @@ impl EthernetParameters {
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
     pub fn encode(&self, line_end: LineEnd) -> Vec<u8> {
-        let quad = |[a, b, c, d]: [u8; 4]| format!("= {a}.{b}.{c}.{d}");
-        let four = |[a, b, c, d]: [u8; 4]| format!("= {a} {b} {c} {d}");
-        let line = |text: &str| text.to_string();
-        let mut lines = vec![
-            line("[E00] Open mode of IP0 IP1 IP2 IP3"),
-            line("{0: not used, 1: controller is TCP server, 2: controller is TCP client}"),
-            four(self.open_mode.map(OpenMode::number)),
-            line("[E01] IP address of the controller"),
-            quad(self.address),
-            line("[E02] Name of the controller (without effect)"),
-            format!("= \"{}\"", self.name),
-            line("[E03] Subnet mask"),
-            quad(self.mask),
-            line("[E04] Default gateway"),
-            quad(self.gateway),
-            line("[E05] Own ports, each number once"),
-        ];
-        let keyed = |channel: &str, value: String| format!("{{{channel}}} {value}");
-        let ports = |ports: [u16; 4]| {
-            CHANNELS
-                .into_iter()
-                .zip(ports)
-                .map(|(key, port)| keyed(key, format!("= {port}")))
+        let quad = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
+        let four = |[a, b, c, d]: [u8; 4]| format!("{a} {b} {c} {d}");
+        let each = |values: [String; 4]| -> String {
+            let lines = CHANNELS.iter().zip(values);
+            lines
+                .map(|(key, value)| format!("{{{key}}} = {value}\n"))
+                .collect()
         };
-        lines.extend(ports(self.own_port));
-        lines.push(line("[E06] Ports of the peers, for clients"));
-        lines.extend(ports(self.peer_port));
-        lines.push(line("[E07] IP addresses of the peers, for clients"));
-        lines.extend(
-            CHANNELS
-                .into_iter()
-                .zip(self.peer_address)
-                .map(|(key, address)| keyed(key, quad(address))),
-        );
-        lines.extend([
-            line("[E08] Community name (without effect)"),
-            format!("= \"{}\"", self.community),
-            line("[E09] DHCP (without effect)"),
-            format!("= {}", self.dhcp),
-            line("[E10] Alarm when a connection drops while a program runs: IP0 IP1 IP2 IP3"),
-            line("{0: none, 1 2 4 8: level of the alarm}"),
+        let ports = |ports: [u16; 4]| each(ports.map(|port| port.to_string()));
+        let text = format!(
+            "[E00] Open mode of IP0 IP1 IP2 IP3\n\
+             {{0: not used, 1: controller is TCP server, 2: controller is TCP client}}\n= {}\n\
+             [E01] IP address of the controller\n= {}\n\
+             [E02] Name of the controller (without effect)\n= \"{}\"\n\
+             [E03] Subnet mask\n= {}\n\
+             [E04] Default gateway\n= {}\n\
+             [E05] Own ports, each number once\n{}\
+             [E06] Ports of the peers, for clients\n{}\
+             [E07] IP addresses of the peers, for clients\n{}\
+             [E08] Community name (without effect)\n= \"{}\"\n\
+             [E09] DHCP (without effect)\n= {}\n\
+             [E10] Alarm when a connection drops while a program runs: IP0 IP1 IP2 IP3\n\
+             {{0: none, 1 2 4 8: level of the alarm}}\n= {}\n\
+             [END]\n",
+            four(self.open_mode.map(OpenMode::number)),
+            quad(self.address),
+            self.name,
+            quad(self.mask),
+            quad(self.gateway),
+            ports(self.own_port),
+            ports(self.peer_port),
+            each(self.peer_address.map(quad)),
+            self.community,
+            self.dhcp,
             four(self.alarm_level.map(|level| level.map_or(0, AlarmLevel::number))),
-            line("[END]"),
-        ]);
-        join_lines(&lines, line_end)
+        );
+        with_line_end(&text, line_end)
     }
 
     /// Reads a file. A value that is bad or missing stays as in `previous`; each is a problem, and so are
@@ -167,60 +153,48 @@ impl EthernetParameters {
         previous: &EthernetParameters,
     ) -> (EthernetParameters, Vec<ParameterProblem>) {
         let file = ParameterFile::parse(content);
-        let mut problems = Problems::default();
+        let mut values = FileValues::new(&file);
         let mut next = previous.clone();
-        check_sections(&file, &mut problems);
-        next.open_mode = four(&file, "E00", "0, 1 or 2", next.open_mode, &mut problems, |word| {
-            [OpenMode::NotUsed, OpenMode::Server, OpenMode::Client]
-                .into_iter()
-                .find(|mode| is(mode.number(), word))
-        });
-        SectionValues::new(&file, "E01", &mut problems).read_single(&mut next.address, ADDRESS, address);
-        SectionValues::new(&file, "E02", &mut problems).read_single(&mut next.name, NAME, name);
-        SectionValues::new(&file, "E03", &mut problems).read_single(&mut next.mask, ADDRESS, address);
-        SectionValues::new(&file, "E04", &mut problems).read_single(&mut next.gateway, ADDRESS, address);
-        each(
-            SectionValues::new(&file, "E05", &mut problems),
-            &mut next.own_port,
-            PORT,
-            port,
-        );
-        each(
-            SectionValues::new(&file, "E06", &mut problems),
-            &mut next.peer_port,
-            PORT,
-            port,
-        );
-        each(
-            SectionValues::new(&file, "E07", &mut problems),
-            &mut next.peer_address,
-            ADDRESS,
-            address,
-        );
-        SectionValues::new(&file, "E08", &mut problems).read_single(&mut next.community, NAME, name);
+        check_sections(&mut values);
+        let mode = |word: &str| {
+            let mut modes = [OpenMode::NotUsed, OpenMode::Server, OpenMode::Client].into_iter();
+            modes.find(|mode| is(mode.number(), word))
+        };
+        four(values.section("E00"), &mut next.open_mode, "0, 1 or 2", mode);
+        values
+            .section("E01")
+            .read(None, &mut next.address, ADDRESS, address);
+        values.section("E02").read(None, &mut next.name, NAME, name);
+        values.section("E03").read(None, &mut next.mask, ADDRESS, address);
+        values
+            .section("E04")
+            .read(None, &mut next.gateway, ADDRESS, address);
+        each(values.section("E05"), &mut next.own_port, PORT, port);
+        each(values.section("E06"), &mut next.peer_port, PORT, port);
+        each(values.section("E07"), &mut next.peer_address, ADDRESS, address);
+        values.section("E08").read(None, &mut next.community, NAME, name);
         let dhcp = |value: &str| number(value).filter(|dhcp| *dhcp <= 1);
-        SectionValues::new(&file, "E09", &mut problems).read_single(&mut next.dhcp, "0 or 1", dhcp);
-        let expected = "0, 1, 2, 4 or 8";
-        next.alarm_level = four(
-            &file,
-            "E10",
-            expected,
-            next.alarm_level,
-            &mut problems,
-            |word| match word {
-                "0" => Some(None),
-                word => AlarmLevel::ALL
-                    .into_iter()
-                    .find(|level| is(level.number(), word))
-                    .map(Some),
-            },
+        values.section("E09").read(None, &mut next.dhcp, "0 or 1", dhcp);
+        let level = |word: &str| match word {
+            "0" => Some(None),
+            word => {
+                let mut levels = AlarmLevel::ALL.into_iter();
+                levels.find(|level| is(level.number(), word)).map(Some)
+            }
+        };
+        four(
+            values.section("E10"),
+            &mut next.alarm_level,
+            "0, 1, 2, 4 or 8",
+            level,
         );
-        next.resolve_conflicts(&file, &mut problems);
-        (next, problems.0)
+        next.resolve_conflicts(&mut values);
+        (next, values.problems.0)
     }
 
     /// Resolves values that are allowed one by one but not together.
-    fn resolve_conflicts(&mut self, file: &ParameterFile, problems: &mut Problems) {
+    fn resolve_conflicts(&mut self, values: &mut FileValues<'_>) {
+        let FileValues { file, problems } = values;
         let line = |tag: &str, key: &str| {
             let section = file.sections.iter().find(|section| section.tag == tag);
             let mut assignments = section.into_iter().flat_map(|section| &section.assignments);
@@ -271,13 +245,10 @@ const ADDRESS: &str = "four numbers 0 to 255 with dots";
 const PORT: &str = "a port number 1 to 65535";
 const NAME: &str = "a name in quotes, 64 ASCII characters at most";
 
-fn check_sections(file: &ParameterFile, problems: &mut Problems) {
-    check_size(file, problems);
-    for section in file
-        .sections
-        .iter()
-        .filter(|section| !SECTIONS.contains(&section.tag.as_str()))
-    {
+fn check_sections(values: &mut FileValues<'_>) {
+    let FileValues { file, problems } = values;
+    let sections = file.sections.iter();
+    for section in sections.filter(|section| !SECTIONS.contains(&section.tag.as_str())) {
         let found = format!("[{}]", section.tag);
         problems.add("", "", "a section [E00] to [E10]", &found, section.line);
     }
@@ -287,32 +258,24 @@ fn check_sections(file: &ParameterFile, problems: &mut Problems) {
 }
 
 /// Four values on one line. A wrong number of them leaves all, a bad one its own channel.
-fn four<T: Copy>(
-    file: &ParameterFile,
-    name: &'static str,
+fn four<T>(
+    mut section: SectionValues<'_>,
+    targets: &mut [T; 4],
     expected: &str,
-    mut values: [T; 4],
-    problems: &mut Problems,
     parse: impl Fn(&str) -> Option<T>,
-) -> [T; 4] {
+) {
     let four = format!("four values for IP0 IP1 IP2 IP3, each {expected}");
-    let mut found = [""; 4].map(String::from);
-    SectionValues::new(file, name, problems).read_single(&mut found, &four, |value| {
-        split_words(value).map(|words| words.map(String::from))
+    let line = section.assignments().first().map_or(0, |first| first.line);
+    let mut words = None;
+    section.read(None, &mut words, &four, |value| {
+        split_words(value).map(|words: [&str; 4]| Some(words.map(String::from)))
     });
-    let section = file.sections.iter().find(|section| section.tag == name);
-    let line = section
-        .and_then(|section| section.assignments.first())
-        .map_or(0, |assignment| assignment.line);
-    for ((target, word), channel) in values.iter_mut().zip(&found).zip(CHANNELS) {
+    for ((target, word), channel) in targets.iter_mut().zip(words.iter().flatten()).zip(CHANNELS) {
         match parse(word) {
             Some(value) => *target = value,
-            // Empty only if the number of values was wrong, which is reported already.
-            None if word.is_empty() => {}
-            None => problems.add(name, channel, expected, word, line),
+            None => section.problems.add(section.name, channel, expected, word, line),
         }
     }
-    values
 }
 
 /// One value per channel.
@@ -323,7 +286,7 @@ fn each<T>(
     parse: impl Fn(&str) -> Option<T>,
 ) {
     for (target, key) in targets.iter_mut().zip(CHANNELS) {
-        section.read_keyed(key, target, expected, &parse);
+        section.read(Some(key), target, expected, &parse);
     }
     section.refuse_other_keys(&CHANNELS);
 }

@@ -14,6 +14,7 @@ pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Secti
 pub use rewrite::{RewriteError, rewrite};
 pub use user::{Edition, Parity, SerialSettings, UserParameters};
 
+use crate::text::{CR, LF};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
@@ -39,8 +40,8 @@ impl LineEnd {
     #[must_use]
     pub const fn byte(self) -> u8 {
         match self {
-            LineEnd::Lf => crate::text::LF,
-            LineEnd::Cr => crate::text::CR,
+            LineEnd::Lf => LF,
+            LineEnd::Cr => CR,
         }
     }
 }
@@ -104,6 +105,39 @@ fn quote(found: &str) -> String {
     }
 }
 
+/// A file that is being read, and the problems found in it so far.
+struct FileValues<'a> {
+    file: &'a ParameterFile,
+    problems: Problems,
+}
+
+impl<'a> FileValues<'a> {
+    /// No value is read yet; of the file as a whole only its size is checked.
+    fn new(file: &'a ParameterFile) -> FileValues<'a> {
+        let mut problems = Problems::default();
+        if file.truncated {
+            let expected = alloc::format!("{MAX_SECTIONS} sections of {MAX_ASSIGNMENTS} values at most");
+            problems.add("", "", &expected, "more", 0);
+        }
+        FileValues { file, problems }
+    }
+
+    /// The first section of a name; further ones are problems.
+    fn section(&mut self, name: &'static str) -> SectionValues<'_> {
+        let mut sections = self.file.sections.iter().filter(|section| section.tag == name);
+        let section = sections.next();
+        for surplus in sections {
+            self.problems
+                .add(name, "", "the section once", "a second one", surplus.line);
+        }
+        SectionValues {
+            name,
+            section,
+            problems: &mut self.problems,
+        }
+    }
+}
+
 /// Reads the values of one section and reports those that are bad.
 struct SectionValues<'a> {
     name: &'static str,
@@ -112,71 +146,29 @@ struct SectionValues<'a> {
 }
 
 impl<'a> SectionValues<'a> {
-    /// The first section of a name; further ones are problems.
-    fn new(file: &'a ParameterFile, name: &'static str, problems: &'a mut Problems) -> SectionValues<'a> {
-        let mut sections = file.sections.iter().filter(|section| section.tag == name);
-        let section = sections.next();
-        for surplus in sections {
-            problems.add(name, "", "the section once", "a second one", surplus.line);
-        }
-        SectionValues {
-            name,
-            section,
-            problems,
-        }
+    fn assignments(&self) -> &'a [Assignment] {
+        self.section.map_or(&[], |section| &section.assignments)
     }
 
-    /// The only value of a section. Its key is ignored: in such sections braces hold comments.
-    fn read_single<T>(&mut self, target: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
-        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
-        for surplus in assignments.iter().skip(1) {
-            self.problems
-                .add(self.name, "", "one value", &surplus.value, surplus.line);
-        }
-        self.read_assignment(assignments.first(), "", target, expected, parse);
-    }
-
-    /// The value of a key in braces.
-    fn read_keyed<T>(
+    /// The value of a key in braces. Without a key it is the only value of the section: there braces hold comments.
+    fn read<T>(
         &mut self,
-        key: &str,
+        key: Option<&str>,
         target: &mut T,
         expected: &str,
         parse: impl Fn(&str) -> Option<T>,
     ) {
-        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
-        let mut assignments = assignments.iter().filter(|assignment| assignment.key == key);
+        let mut assignments = self
+            .assignments()
+            .iter()
+            .filter(|assignment| key.is_none_or(|key| assignment.key == key));
         let first = assignments.next();
+        let key = key.unwrap_or_default();
         for surplus in assignments {
             self.problems
                 .add(self.name, key, "one value", &surplus.value, surplus.line);
         }
-        self.read_assignment(first, key, target, expected, parse);
-    }
-
-    /// Reports values whose key is none of `keys`.
-    fn refuse_other_keys(&mut self, keys: &[&str]) {
-        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
-        for assignment in assignments
-            .iter()
-            .filter(|assignment| !keys.contains(&assignment.key.as_str()))
-        {
-            let expected = alloc::format!("a value for {}", keys.join(", "));
-            let found = alloc::format!("{{{}}}", assignment.key);
-            self.problems
-                .add(self.name, "", &expected, &found, assignment.line);
-        }
-    }
-
-    fn read_assignment<T>(
-        &mut self,
-        assignment: Option<&Assignment>,
-        key: &str,
-        target: &mut T,
-        expected: &str,
-        parse: impl Fn(&str) -> Option<T>,
-    ) {
-        let (value, line) = match (assignment, self.section) {
+        let (value, line) = match (first, self.section) {
             (Some(assignment), _) => (assignment.value.as_str(), assignment.line),
             (None, Some(section)) => ("", section.line),
             (None, None) => ("", 0),
@@ -186,13 +178,16 @@ impl<'a> SectionValues<'a> {
             None => self.problems.add(self.name, key, expected, value, line),
         }
     }
-}
 
-/// Problems of the file as a whole.
-fn check_size(file: &ParameterFile, problems: &mut Problems) {
-    if file.truncated {
-        let expected = alloc::format!("{MAX_SECTIONS} sections of {MAX_ASSIGNMENTS} values at most");
-        problems.add("", "", &expected, "more", 0);
+    /// Reports values whose key is none of `keys`.
+    fn refuse_other_keys(&mut self, keys: &[&str]) {
+        let assignments = self.assignments().iter();
+        for assignment in assignments.filter(|assignment| !keys.contains(&assignment.key.as_str())) {
+            let expected = alloc::format!("a value for {}", keys.join(", "));
+            let found = alloc::format!("{{{}}}", assignment.key);
+            self.problems
+                .add(self.name, "", &expected, &found, assignment.line);
+        }
     }
 }
 
@@ -214,12 +209,8 @@ fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
     words.next().is_none().then_some(found)
 }
 
-/// Lines with their line end.
-fn join_lines(lines: &[String], line_end: LineEnd) -> Vec<u8> {
-    let mut out = Vec::new();
-    for line in lines {
-        out.extend_from_slice(line.as_bytes());
-        out.push(line_end.byte());
-    }
-    out
+/// A text, in which LF ends a line, with this line end.
+fn with_line_end(text: &str, line_end: LineEnd) -> Vec<u8> {
+    let byte = |byte| if byte == LF { line_end.byte() } else { byte };
+    text.bytes().map(byte).collect()
 }

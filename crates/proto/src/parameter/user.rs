@@ -3,10 +3,8 @@
 //! The real file has further sections that other manuals describe; they are ignored and kept. Configuring real ports is
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
-use super::{
-    LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
-    split_words,
-};
+use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use crate::words::Word;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -16,7 +14,7 @@ use alloc::vec::Vec;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parity {
     /// 0: no parity bit.
-    None,
+    None = 0,
     /// 1: odd parity.
     Odd,
     /// 2: even parity.
@@ -136,30 +134,25 @@ impl UserParameters {
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
     pub fn encode(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
-        let values = |key: &str, line: SerialSettings| {
-            format!(
-                "{{{key}}} = {} {} {} {}",
-                line.speed,
-                line.length,
-                line.parity.number(),
-                line.stop
-            )
+        let values = |line: SerialSettings| {
+            let parity = line.parity.number();
+            format!("{} {} {parity} {}", line.speed, line.length, line.stop)
         };
-        let lines = [
-            String::from("[U06] Serial ports"),
-            format!(
-                "{{Speed: {}; HOST also {}}}",
-                listed(&SPEEDS),
-                listed(edition.host_speeds())
-            ),
-            String::from("{Character length: 7, 8}"),
-            String::from("{Parity: 0 none, 1 odd, 2 even}"),
-            String::from("{Stop bits: 1, 2}"),
-            values(COM1, self.com1),
-            values(HOST, self.host),
-            String::from("[END]"),
-        ];
-        join_lines(&lines, line_end)
+        let text = format!(
+            "[U06] Serial ports\n\
+             {{Speed: {}; HOST also {}}}\n\
+             {{Character length: 7, 8}}\n\
+             {{Parity: 0 none, 1 odd, 2 even}}\n\
+             {{Stop bits: 1, 2}}\n\
+             {{{COM1}}} = {}\n\
+             {{{HOST}}} = {}\n\
+             [END]\n",
+            listed(&SPEEDS),
+            listed(edition.host_speeds()),
+            values(self.com1),
+            values(self.host)
+        );
+        with_line_end(&text, line_end)
     }
 
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
@@ -171,10 +164,9 @@ impl UserParameters {
         edition: Edition,
     ) -> (UserParameters, Vec<ParameterProblem>) {
         let file = ParameterFile::parse(content);
-        let mut problems = Problems::default();
+        let mut values = FileValues::new(&file);
         let mut next = *previous;
-        check_size(&file, &mut problems);
-        let mut section = SectionValues::new(&file, "U06", &mut problems);
+        let mut section = values.section("U06");
         let mut host: Vec<u32> = SPEEDS.iter().chain(edition.host_speeds()).copied().collect();
         host.sort_unstable();
         for (key, line, speeds) in [
@@ -185,10 +177,22 @@ impl UserParameters {
                 "speed {}, length 7 or 8, parity 0 to 2, stop bits 1 or 2",
                 one_of(speeds)
             );
-            section.read_keyed(key, line, &expected, |value| serial_line(value, speeds));
+            section.read(Some(key), line, &expected, |value| serial_line(value, speeds));
         }
         section.refuse_other_keys(&[COM1, HOST]);
-        (next, problems.0)
+        (next, values.problems.0)
+    }
+}
+
+impl Word for Parity {
+    const ALL: &'static [Parity] = &[Parity::None, Parity::Odd, Parity::Even];
+
+    fn word(self) -> &'static str {
+        match self {
+            Parity::None => "none",
+            Parity::Odd => "odd",
+            Parity::Even => "even",
+        }
     }
 }
 
@@ -196,11 +200,7 @@ impl Parity {
     /// The number in the file.
     #[must_use]
     pub const fn number(self) -> u8 {
-        match self {
-            Parity::None => 0,
-            Parity::Odd => 1,
-            Parity::Even => 2,
-        }
+        self as u8
     }
 }
 
@@ -224,15 +224,14 @@ fn one_of(speeds: &[u32]) -> String {
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {
     let [speed, length, parity, stop] = split_words(value)?;
+    let parity = number(parity)?;
     Some(SerialSettings {
         speed: number(speed).filter(|speed| speeds.contains(speed))?,
         length: number(length).filter(|length| matches!(length, 7 | 8))?,
-        parity: match number::<u8>(parity)? {
-            0 => Parity::None,
-            1 => Parity::Odd,
-            2 => Parity::Even,
-            _ => return None,
-        },
+        parity: Parity::ALL
+            .iter()
+            .copied()
+            .find(|known| known.number() == parity)?,
         stop: number(stop).filter(|stop| matches!(stop, 1 | 2))?,
     })
 }

@@ -20,15 +20,10 @@ pub struct DirectoryEntry {
     pub attribute: Option<String>,
 }
 
-/// The content of the file: `NAME SIZE` or `NAME SIZE ATTRIBUTE` and CR for each entry (DIR-02).
+/// The content of the file: `NAME SIZE` or `NAME SIZE ATTRIBUTE` and CR for each entry, with these blanks between the
+/// fields: the figure that would show them is lost (DIR-02).
 #[must_use]
-pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
-    encode_directory_with(entries, " ")
-}
-
-/// As [`encode_directory`], with these blanks between the fields: the figure that would show them is lost (DIR-02).
-#[must_use]
-pub fn encode_directory_with(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
+pub fn encode_directory(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
     let mut out = String::new();
     for DirectoryEntry {
         name,
@@ -99,14 +94,14 @@ mod tests {
     #[test]
     fn records_to_the_byte() {
         assert_eq!(
-            encode_directory(&[entry("NEW", 24, None)]),
+            encode_directory(&[entry("NEW", 24, None)], " "),
             [0x4E, 0x45, 0x57, 0x20, 0x32, 0x34, 0x0D]
         );
         let entries = [entry("ETHERNET.PAR", 99_999, Some("R")), entry("A", 0, None)];
-        assert_eq!(encode_directory(&entries), b"ETHERNET.PAR 99999 R\rA 0\r");
+        assert_eq!(encode_directory(&entries, " "), b"ETHERNET.PAR 99999 R\rA 0\r");
         assert_eq!(decode_directory(b"ETHERNET.PAR 99999 R\rA 0\r").unwrap(), entries);
         assert_eq!(decode_directory(b"ETHERNET.PAR 99999 R\rA 0").unwrap(), entries);
-        assert_eq!(decode_directory(&encode_directory(&[])), Ok(Vec::new()));
+        assert_eq!(decode_directory(&encode_directory(&[], " ")), Ok(Vec::new()));
     }
 
     // clause: DIR-02
@@ -114,10 +109,10 @@ mod tests {
     fn any_number_of_blanks_separates_fields() {
         let entries = [entry("ABC", 12, Some("R")), entry("D", 3, None)];
         for blanks in [" ", "  ", "      "] {
-            let content = encode_directory_with(&entries, blanks);
+            let content = encode_directory(&entries, blanks);
             assert_eq!(decode_directory(&content).unwrap(), entries);
         }
-        assert_eq!(encode_directory_with(&entries, "  "), b"ABC  12  R\rD  3\r");
+        assert_eq!(encode_directory(&entries, "  "), b"ABC  12  R\rD  3\r");
     }
 
     #[test]

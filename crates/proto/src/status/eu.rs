@@ -74,15 +74,8 @@ fn decode_entry(record: Field<'_>) -> Result<ErrorEntry, BodyError> {
 
 /// A time as `YY-MM-DD HH:MM:SS`; of the year the last two digits.
 pub(super) fn stamp(at: CalendarTime) -> String {
-    let CalendarTime {
-        year,
-        month,
-        day,
-        hour,
-        minute,
-        second,
-    } = at;
-    let year = year % 100;
+    let year = at.year % 100;
+    let (month, day, hour, minute, second) = (at.month, at.day, at.hour, at.minute, at.second);
     format!("{year:02}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
 }
 
@@ -98,9 +91,8 @@ pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> 
     if !rest.bytes().is_empty() {
         return Err(rest.error("the end of the time"));
     }
-    let year: u16 = year.number(expected)?;
     let at = CalendarTime {
-        year: CENTURY + year,
+        year: CENTURY + year.number::<u16>(expected)?,
         month: month.number(expected)?,
         day: day.number(expected)?,
         hour: hour.number(expected)?,

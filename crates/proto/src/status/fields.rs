@@ -3,6 +3,7 @@
 //! Only mechanics: the modules next to it know what a field means.
 
 use super::BodyError;
+use crate::text::CR;
 use alloc::string::String;
 
 /// Longest piece of a foreign content that an error quotes, in bytes.
@@ -20,6 +21,11 @@ impl<'a> Field<'a> {
     /// The whole content of a file that `file` asks for.
     pub(super) fn whole(file: &'static str, bytes: &'a [u8]) -> Field<'a> {
         Field { file, bytes, at: 0 }
+    }
+
+    /// The whole content of a file of one record; a CR may stand at its end.
+    pub(super) fn record(file: &'static str, bytes: &'a [u8]) -> Field<'a> {
+        Field::whole(file, bytes.strip_suffix(&[CR]).unwrap_or(bytes))
     }
 
     pub(super) fn bytes(self) -> &'a [u8] {
@@ -68,9 +74,9 @@ impl<'a> Field<'a> {
 
     /// The records of a file in which CR ends each; a CR after the last may be missing.
     pub(super) fn records(self) -> impl Iterator<Item = Field<'a>> {
-        let inner = self.bytes.strip_suffix(&[crate::text::CR]).unwrap_or(self.bytes);
+        let inner = self.bytes.strip_suffix(&[CR]).unwrap_or(self.bytes);
         let count = if self.bytes.is_empty() { 0 } else { usize::MAX };
-        Field { bytes: inner, ..self }.split(crate::text::CR).take(count)
+        Field { bytes: inner, ..self }.split(CR).take(count)
     }
 
     /// The first `length` bytes and the rest, if there are so many.
@@ -98,5 +104,28 @@ impl<'a> Field<'a> {
         let text = core::str::from_utf8(self.bytes).ok().filter(|_| digits);
         text.and_then(|text| text.parse().ok())
             .ok_or_else(|| self.error(expected))
+    }
+
+    /// A decimal number without sign, `most` at most.
+    pub(super) fn at_most<N: core::str::FromStr + PartialOrd + Copy>(
+        self,
+        most: N,
+        expected: &'static str,
+    ) -> Result<N, BodyError> {
+        let value = self.number(expected)?;
+        if value <= most {
+            Ok(value)
+        } else {
+            Err(self.error(expected))
+        }
+    }
+
+    /// A finite number with a decimal point; of other characters only `signs` are in it.
+    pub(super) fn decimal(self, signs: &[u8], expected: &'static str) -> Result<f64, BodyError> {
+        let text = self.text(expected)?;
+        let known = |byte: u8| byte.is_ascii_digit() || byte == b'.' || signs.contains(&byte);
+        let plain = text.contains('.') && text.bytes().all(known);
+        let value = text.parse().ok().filter(|value: &f64| plain && value.is_finite());
+        value.ok_or_else(|| self.error(expected))
     }
 }

@@ -93,16 +93,7 @@ const EXPECTED_ITEM: &str = "the number of an item, 1 to 17, each once";
 
 /// Digits, one decimal point, a sign; no exponent, no words.
 fn value(field: Field<'_>) -> Result<f64, BodyError> {
-    const EXPECTED: &str = "a value with a decimal point";
-    let text = field.text(EXPECTED)?;
-    let plain = text.contains('.')
-        && text
-            .bytes()
-            .all(|byte| byte.is_ascii_digit() || b"-.".contains(&byte));
-    let value = plain.then(|| text.parse::<f64>().ok()).flatten();
-    value
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| field.error(EXPECTED))
+    field.decimal(b"-", "a value with a decimal point")
 }
 
 #[cfg(test)]

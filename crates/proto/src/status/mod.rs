@@ -76,7 +76,7 @@ impl MasterMode {
 pub enum ExecutionStatus {
     /// Stop (reset): the next start begins at the first step.
     #[default]
-    Reset,
+    Reset = 0,
     /// Running.
     Running,
     /// Stop (retry): the next start resumes the interrupted movement.
@@ -97,12 +97,7 @@ impl ExecutionStatus {
     /// The value in SF, 0 to 3.
     #[must_use]
     pub const fn code(self) -> u8 {
-        match self {
-            ExecutionStatus::Reset => 0,
-            ExecutionStatus::Running => 1,
-            ExecutionStatus::Retry => 2,
-            ExecutionStatus::Continue => 3,
-        }
+        self as u8
     }
 
     /// The words of the manual, as the six records of SU have them: `stop (retry)`.
@@ -147,13 +142,13 @@ impl core::fmt::Display for ExecutionStatus {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum AlarmLevel {
     /// Motion stops at once, servo power goes off.
-    L8,
+    L8 = 8,
     /// Motion stops at once.
-    L4,
+    L4 = 4,
     /// The current step ends, then the program stops.
-    L2,
+    L2 = 2,
     /// A warning.
-    L1,
+    L1 = 1,
 }
 
 impl AlarmLevel {
@@ -163,12 +158,7 @@ impl AlarmLevel {
     /// 8, 4, 2 or 1.
     #[must_use]
     pub const fn number(self) -> u8 {
-        match self {
-            AlarmLevel::L8 => 8,
-            AlarmLevel::L4 => 4,
-            AlarmLevel::L2 => 2,
-            AlarmLevel::L1 => 1,
-        }
+        self as u8
     }
 
     /// The level of 8, 4, 2 or 1.

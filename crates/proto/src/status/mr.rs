@@ -5,7 +5,6 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::command::Number;
-use crate::text::CR;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -29,8 +28,10 @@ pub fn encode_values(values: &[Number]) -> Vec<u8> {
 /// # Errors
 /// No value at all, a value that is no number, an integer beyond 32 bits.
 pub fn decode_values(content: &[u8]) -> Result<Vec<Number>, BodyError> {
-    let record = content.strip_suffix(&[CR]).unwrap_or(content);
-    Field::whole("MR", record).split(b' ').map(decode_value).collect()
+    Field::record("MR", content)
+        .split(b' ')
+        .map(decode_value)
+        .collect()
 }
 
 /// Three decimals as `%.3f`, but a half goes away from zero. Formatting rounds the exact binary value, so

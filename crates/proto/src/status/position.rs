@@ -50,7 +50,7 @@ impl CurrentPosition {
     /// Not 20 whole numbers, a motion status other than 0 to 3, a line beyond 65535.
     pub fn decode(content: &[u8]) -> Result<CurrentPosition, BodyError> {
         const WHOLE: &str = "a whole number";
-        let whole = Field::whole("current position", content.strip_suffix(&[CR]).unwrap_or(content));
+        let whole = Field::record("current position", content);
         let fields: Vec<Field<'_>> = whole.split(b',').collect();
         let [status, line, axes @ ..] = fields.as_slice() else {
             return Err(whole.error("20 items"));

@@ -4,7 +4,6 @@
 
 use super::BodyError;
 use super::fields::Field;
-use crate::text::CR;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -38,8 +37,7 @@ pub fn encode_position(values: &[f64], configuration: Option<i64>) -> Vec<u8> {
 /// No value, more than [`MAX_VALUES`], a value without decimal point or that is no number, a configuration of
 /// more than five digits.
 pub fn decode_position(content: &[u8]) -> Result<Position, BodyError> {
-    let record = content.strip_suffix(&[CR]).unwrap_or(content);
-    let whole = Field::whole("PR", record);
+    let whole = Field::record("PR", content);
     let mut items: Vec<Field<'_>> = whole.split(b',').collect();
     let configuration = match items.last() {
         Some(last) if items.len() > 1 && !last.bytes().contains(&b'.') => Some(decode_configuration(*last)?),
@@ -58,24 +56,12 @@ pub fn decode_position(content: &[u8]) -> Result<Position, BodyError> {
 
 fn decode_configuration(field: Field<'_>) -> Result<i64, BodyError> {
     const EXPECTED: &str = "a value with a decimal point, or a configuration of at most five digits";
-    let number = field.number(EXPECTED)?;
-    if number <= MAX_CONFIGURATION {
-        Ok(number)
-    } else {
-        Err(field.error(EXPECTED))
-    }
+    field.at_most(MAX_CONFIGURATION, EXPECTED)
 }
 
 /// Sign, digits, one decimal point; no exponent, no words.
 fn decode_value(field: Field<'_>) -> Result<f64, BodyError> {
-    const EXPECTED: &str = "a value with a decimal point";
-    let text = field.text(EXPECTED)?;
-    let known = |byte: u8| byte.is_ascii_digit() || b"+-.".contains(&byte);
-    let value = (text.bytes().all(known) && text.contains('.')).then(|| text.parse::<f64>().ok());
-    value
-        .flatten()
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| field.error(EXPECTED))
+    field.decimal(b"+-", "a value with a decimal point")
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use super::fields::Field;
 use super::{AlarmLevel, BodyError, ExecutionStatus};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use core::ops::RangeInclusive;
 
 /// Slots for current alarms.
 pub const ALARM_SLOTS: usize = 10;
@@ -179,50 +180,40 @@ impl SystemStatus {
             }));
         }
         let mut rest = Cursor(whole);
-        let servo = rest.flag()?;
-        let emergency_stop = rest.flag()?;
-        let motion = rest.take(1)?;
-        let code = motion.bytes().first().copied();
-        let execution = code
-            .and_then(ExecutionStatus::from_code)
-            .ok_or_else(|| motion.error("motion status 0 to 3"))?;
-        let mut status = SystemStatus {
-            servo,
-            emergency_stop,
-            execution,
-            ..SystemStatus::default()
-        };
-        status.su_request = rest.flag()?;
-        for _ in 0..ALARM_SLOTS {
-            let word = rest.word()?;
-            if word != NO_ALARM {
-                status.alarms.push(word);
-            }
-        }
-        status.execution_line = rest.word()?;
-        status.analysis_line = rest.word()?;
-        status.execution_task = rest.word()?;
-        status.analysis_task = rest.word()?;
-        status.feed_hold = rest.wide_flag()?;
-        status.guide_coordinate = rest.word()?;
-        status.guide_rate = rest.word()?;
-        status.guide_mode = rest.word()?;
-        status.master_mode = rest.word()?;
-        rest.word()?;
-        status.power_on_minutes = u32::from_be_bytes(rest.array()?);
-        status.run_minutes = u32::from_be_bytes(rest.array()?);
-        for word in status.inputs.iter_mut().chain(&mut status.outputs) {
-            *word = rest.word()?;
-        }
-        for group in [&mut status.joint, &mut status.world, &mut status.work] {
-            for value in group.iter_mut().take(layout.axes()) {
-                *value = f32::from_be_bytes(rest.array()?);
-            }
-        }
-        status.work_name = rest.name()?;
-        status.tool_name = rest.name()?;
-        status.base_name = rest.name()?;
-        Ok(status)
+        let axes = layout.axes();
+        Ok(SystemStatus {
+            servo: rest.flag(1)?,
+            emergency_stop: rest.flag(1)?,
+            execution: rest.execution()?,
+            su_request: rest.flag(1)?,
+            alarms: rest
+                .words::<ALARM_SLOTS>()?
+                .into_iter()
+                .filter(|word| *word != NO_ALARM)
+                .collect(),
+            execution_line: rest.word()?,
+            analysis_line: rest.word()?,
+            execution_task: rest.word()?,
+            analysis_task: rest.word()?,
+            feed_hold: rest.flag(2)?,
+            guide_coordinate: rest.word()?,
+            guide_rate: rest.word()?,
+            guide_mode: rest.word()?,
+            master_mode: rest.word()?,
+            power_on_minutes: {
+                let _dummy = rest.word()?;
+                u32::from_be_bytes(rest.array()?)
+            },
+            run_minutes: u32::from_be_bytes(rest.array()?),
+            inputs: rest.words()?,
+            outputs: rest.words()?,
+            joint: rest.floats(axes)?,
+            world: rest.floats(axes)?,
+            work: rest.floats(axes)?,
+            work_name: rest.name()?,
+            tool_name: rest.name()?,
+            base_name: rest.name()?,
+        })
     }
 }
 
@@ -261,87 +252,81 @@ impl<'a> Cursor<'a> {
         self.array().map(u16::from_be_bytes)
     }
 
-    fn flag(&mut self) -> Result<bool, BodyError> {
-        let field = self.take(1)?;
+    fn words<const N: usize>(&mut self) -> Result<[u16; N], BodyError> {
+        let mut words = [0; N];
+        for word in &mut words {
+            *word = self.word()?;
+        }
+        Ok(words)
+    }
+
+    /// Coordinates of the first `count` axes; the others stay 0.
+    fn floats(&mut self, count: usize) -> Result<[f32; 8], BodyError> {
+        let mut floats = [0.0; 8];
+        for float in floats.iter_mut().take(count) {
+            *float = f32::from_be_bytes(self.array()?);
+        }
+        Ok(floats)
+    }
+
+    /// A flag in one byte or in two.
+    fn flag(&mut self, length: usize) -> Result<bool, BodyError> {
+        let field = self.take(length)?;
         match field.bytes() {
-            [0] => Ok(false),
-            [1] => Ok(true),
+            [0] | [0, 0] => Ok(false),
+            [1] | [0, 1] => Ok(true),
             _ => Err(field.error("0 or 1")),
         }
     }
 
-    fn wide_flag(&mut self) -> Result<bool, BodyError> {
-        let field = self.take(2)?;
-        match field.bytes() {
-            [0, 0] => Ok(false),
-            [0, 1] => Ok(true),
-            _ => Err(field.error("0 or 1")),
-        }
+    fn execution(&mut self) -> Result<ExecutionStatus, BodyError> {
+        let field = self.take(1)?;
+        let code = field.bytes().first().copied();
+        code.and_then(ExecutionStatus::from_code)
+            .ok_or_else(|| field.error("motion status 0 to 3"))
     }
 
     fn name(&mut self) -> Result<String, BodyError> {
         let field = self.take(NAME_LENGTH)?;
-        let length = field
-            .bytes()
-            .iter()
-            .position(|byte| *byte == 0)
-            .unwrap_or(NAME_LENGTH);
-        let (name, _) = field.cut(length).ok_or_else(|| field.error("a name"))?;
-        name.text("a name in ASCII, filled with NUL")
+        field
+            .split(0)
+            .next()
+            .unwrap_or(field)
+            .text("a name in ASCII, filled with NUL")
             .map(|name| name.trim_end().to_string())
     }
 }
 
-/// A run of alarm words.
-struct AlarmRange {
-    level: AlarmLevel,
-    /// Code of the first word.
-    code: u16,
-    first: u16,
-    last: u16,
-}
-
-const fn range(level: AlarmLevel, code: u16, first: u16, last: u16) -> AlarmRange {
-    AlarmRange {
-        level,
-        code,
-        first,
-        last,
-    }
-}
-
-/// The words of each level (decision D6, SF-22, ste80722 S25). That the codes of the second ranges go on where the
-/// first end is inferred. The six-axis manual prints 895 as the end of level 1; the SCARA edition prints 959.
-const ALARM_RANGES: [AlarmRange; 8] = [
-    range(AlarmLevel::L8, 1, 0, 367),
-    range(AlarmLevel::L4, 1, 368, 511),
-    range(AlarmLevel::L2, 1, 512, 735),
-    range(AlarmLevel::L1, 1, 736, 959),
-    range(AlarmLevel::L8, 369, 960, 1471),
-    range(AlarmLevel::L4, 145, 1472, 1727),
-    range(AlarmLevel::L2, 225, 1728, 1983),
-    range(AlarmLevel::L1, 225, 1984, 2239),
+/// Runs of alarm words: the level, the code of the first word, the words (decision D6, SF-22, ste80722 S25). That the
+/// codes of the second runs go on where the first end is inferred. The six-axis manual prints 895 as the end of level 1;
+/// the SCARA edition prints 959.
+static ALARM_RANGES: [(AlarmLevel, u16, RangeInclusive<u16>); 8] = [
+    (AlarmLevel::L8, 1, 0..=367),
+    (AlarmLevel::L4, 1, 368..=511),
+    (AlarmLevel::L2, 1, 512..=735),
+    (AlarmLevel::L1, 1, 736..=959),
+    (AlarmLevel::L8, 369, 960..=1471),
+    (AlarmLevel::L4, 145, 1472..=1727),
+    (AlarmLevel::L2, 225, 1728..=1983),
+    (AlarmLevel::L1, 225, 1984..=2239),
 ];
 
 /// The word of an alarm; `None` if its level has no such code. Codes count from 1.
 #[must_use]
 pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
-    ALARM_RANGES
-        .iter()
-        .filter(|row| row.level == level)
-        .find_map(|row| {
-            let word = row.first.checked_add(code.checked_sub(row.code)?)?;
-            (word <= row.last).then_some(word)
-        })
+    let mut runs = ALARM_RANGES.iter().filter(|(of, ..)| *of == level);
+    runs.find_map(|(_, first, words)| {
+        let word = words.start().checked_add(code.checked_sub(*first)?)?;
+        words.contains(&word).then_some(word)
+    })
 }
 
 /// Level and code of a word; `None` if the word is no alarm.
 #[must_use]
 pub fn alarm_from_word(word: u16) -> Option<(AlarmLevel, u16)> {
-    let row = ALARM_RANGES
-        .iter()
-        .find(|row| (row.first..=row.last).contains(&word))?;
-    Some((row.level, row.code + word - row.first))
+    let mut runs = ALARM_RANGES.iter();
+    let (level, first, words) = runs.find(|(_, _, words)| words.contains(&word))?;
+    Some((*level, first + word - words.start()))
 }
 
 #[cfg(test)]

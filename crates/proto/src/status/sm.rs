@@ -77,8 +77,7 @@ impl QuickStatus {
     /// # Errors
     /// An item that is missing, without its label, or out of its range; more than 14 items.
     pub fn decode(content: &[u8]) -> Result<QuickStatus, BodyError> {
-        let record = content.strip_suffix(&[crate::text::CR]).unwrap_or(content);
-        let whole = Field::whole("SM", record);
+        let whole = Field::record("SM", content);
         let mut items = whole.split(b' ');
         let mut value = |label: &'static str| {
             let item = items.next().ok_or_else(|| whole.error("14 items"))?;
@@ -92,12 +91,12 @@ impl QuickStatus {
             emergency_switch: flag(value("ES")?)?,
             safety_switch: flag(value("SS")?)?,
             servo: flag(value("SV")?)?,
-            master_mode: at_most(value("MM")?, MAX_MASTER_MODE, "a master mode from 0 to 5")?,
-            run_mode: at_most(value("RM")?, MAX_CODE, "an operation mode from 0 to 3")?,
-            run_status: at_most(value("RS")?, MAX_CODE, "an execution status from 0 to 3")?,
-            override_percent: at_most(value("OV")?, FULL_SPEED, "a percentage from 0 to 100")?,
+            master_mode: value("MM")?.at_most(MAX_MASTER_MODE, "a master mode from 0 to 5")?,
+            run_mode: value("RM")?.at_most(MAX_CODE, "an operation mode from 0 to 3")?,
+            run_status: value("RS")?.at_most(MAX_CODE, "an execution status from 0 to 3")?,
+            override_percent: value("OV")?.at_most(FULL_SPEED, "a percentage from 0 to 100")?,
             alarm_level: alarm_level(value("AL")?)?,
-            ended: at_most(value("DC")?, MAX_ENDED, "one digit")?,
+            ended: value("DC")?.at_most(MAX_ENDED, "one digit")?,
             busy: flag(value("DS")?)?,
         };
         match items.next() {
@@ -108,16 +107,7 @@ impl QuickStatus {
 }
 
 fn flag(field: Field<'_>) -> Result<bool, BodyError> {
-    at_most(field, 1, "0 or 1").map(|value| value == 1)
-}
-
-fn at_most(field: Field<'_>, most: u8, expected: &'static str) -> Result<u8, BodyError> {
-    let value: u8 = field.number(expected)?;
-    if value <= most {
-        Ok(value)
-    } else {
-        Err(field.error(expected))
-    }
+    field.at_most(1, "0 or 1").map(|value| value == 1)
 }
 
 fn alarm_level(field: Field<'_>) -> Result<u8, BodyError> {

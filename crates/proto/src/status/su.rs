@@ -74,9 +74,8 @@ impl StatusBody {
     /// # Errors
     /// An item that is missing, without its label, or with a word or number that is not in the manual.
     pub fn decode(content: &[u8]) -> Result<StatusBody, BodyError> {
-        let record = content.strip_suffix(&[CR]).unwrap_or(content);
-        let separator = if record.contains(&CR) { CR } else { b' ' };
-        let whole = Field::whole("SU", record);
+        let whole = Field::record("SU", content);
+        let separator = if whole.bytes().contains(&CR) { CR } else { b' ' };
         let mut items = whole.split(separator);
         let mut item = || items.next().ok_or_else(|| whole.error("six items"));
         let (master_mode, run_mode) = decode_mode(item()?.after("MODE:", "MODE:")?)?;
@@ -164,13 +163,9 @@ fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
 
 fn decode_percent(field: Field<'_>) -> Result<u8, BodyError> {
     let expected = "a number of percent and `%`";
-    match field.bytes().split_last() {
-        Some((b'%', digits)) => match field.cut(digits.len()) {
-            Some((number, _)) => number.number(expected),
-            None => Err(field.error(expected)),
-        },
-        _ => Err(field.error(expected)),
-    }
+    let digits = field.bytes().strip_suffix(b"%");
+    let number = digits.and_then(|digits| field.cut(digits.len()));
+    number.ok_or_else(|| field.error(expected))?.0.number(expected)
 }
 
 /// The value whose word is in the field; blanks within it and case are ignored.

@@ -46,15 +46,8 @@ pub fn encode_versions(records: &[VersionRecord], layout: VrLayout) -> Vec<u8> {
         let VersionRecord { name, date, checksum } = record;
         let ascii = |char| if matches!(char, ' '..='~') { char } else { '?' };
         let name: String = name.chars().map(ascii).take(NAME_LENGTH).collect();
-        let CalendarTime {
-            year,
-            month,
-            day,
-            hour,
-            minute,
-            ..
-        } = *date;
-        let year = year.min(LAST_YEAR);
+        let (year, month, day) = (date.year.min(LAST_YEAR), date.month, date.day);
+        let (hour, minute) = (date.hour, date.minute);
         out += &match layout {
             VrLayout::Blanks => {
                 format!("{name:<11}{year:04}-{month:02}-{day:02} {hour:02}:{minute:02} {checksum:04X}\r")

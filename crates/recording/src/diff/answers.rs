@@ -1,10 +1,13 @@
 //! Splits the bytes of a recording into the units that are compared: texts on a protocol port, records on a channel. Both
 //! the recording and the emulator's output are split by the same rules, because the wire may cut bytes anywhere.
 
+use super::compare::parse_reply;
 use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};
 use ts3100_controller::Time;
 use ts3100_proto::dissect::text_length;
+use ts3100_proto::escape::Escaped;
+use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{CR, Checksum, Decoded, TextDecoder, TextOptions};
 
 /// Bytes that wait for the end of their text or record; then they are taken as they are.
@@ -25,6 +28,13 @@ pub(super) struct Answer {
     pub(super) file_line: usize,
     /// Its end has come.
     pub(super) complete: bool,
+}
+
+impl Answer {
+    /// Whether it is SP, which comes unasked.
+    pub(super) fn is_sp(&self) -> bool {
+        parse_reply(&self.bytes) == Some(Reply::Sp)
+    }
 }
 
 /// Cuts one line's bytes.
@@ -58,7 +68,7 @@ impl AnswerSplitter {
     /// Bytes of the host: they tell what is asked.
     pub(super) fn push_host(&mut self, bytes: &[u8]) {
         if !self.has_texts {
-            self.question = ts3100_proto::escape::Escaped::for_reading(bytes).to_string();
+            self.question = Escaped::for_reading(bytes).to_string();
             return;
         }
         self.host.push(bytes);
@@ -67,7 +77,7 @@ impl AnswerSplitter {
                 continue;
             };
             let message = text.data.strip_suffix(&[CR]).unwrap_or(&text.data);
-            self.question = ts3100_proto::escape::Escaped::for_reading(message).to_string();
+            self.question = Escaped::for_reading(message).to_string();
             if let Some(letters @ [b'A'..=b'Z' | b'a'..=b'z', b'A'..=b'Z' | b'a'..=b'z']) = message.get(..2) {
                 let letters = String::from_utf8_lossy(letters).to_ascii_uppercase();
                 if !["OK", "NG", "FL"].contains(&letters.as_str()) {
@@ -162,13 +172,8 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Recorde
                 by: Side::Robot,
                 how,
             } => {
-                events.extend(
-                    splitters
-                        .get_mut(line)
-                        .and_then(AnswerSplitter::flush)
-                        .map(|answer| answer_event(*line, answer)),
-                );
-                splitters.remove(line);
+                let rest = splitters.remove(line).and_then(|mut splitter| splitter.flush());
+                events.extend(rest.map(|answer| answer_event(*line, answer)));
                 // Behind the host's own end it says nothing.
                 if !left_by_host.remove(line) {
                     events.push(place(Event::Ended(*line, *how)));

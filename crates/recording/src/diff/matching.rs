@@ -5,13 +5,12 @@
 //! recorded by no more than the delay of a wire counts as in time; what follows keeps its recorded time.
 
 use super::answers::{Answer, Event, RecordedEvent};
-use super::compare::{compare, parse_reply};
+use super::compare::compare;
 use super::player::{Player, RobotEvent};
 use super::{Difference, DifferenceKind, MAX_DIFFERENCES, Report, Tolerance};
-use crate::transcript::{EndReason, PeerId, RecordKind};
+use crate::transcript::{EndReason, PeerId, RecordKind, Side};
 use std::time::Duration;
 use ts3100_controller::Time;
-use ts3100_proto::reply::Reply;
 
 /// How much earlier than recorded an answer is because there is no wire between us.
 const JITTER: Duration = Duration::from_millis(5);
@@ -20,7 +19,7 @@ const JITTER: Duration = Duration::from_millis(5);
 const MAX_SHIFT: u64 = 1_000;
 
 /// A moment of the recording and the moment of the replay that stands for it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 struct TimeAnchor {
     recorded: Time,
     played: Time,
@@ -83,7 +82,7 @@ fn whole_micros(duration: Duration) -> u64 {
 fn is_after_recording(line: PeerId, robot_event: &RobotEvent, end: Time) -> bool {
     match robot_event {
         RobotEvent::Answer(answer, _) => {
-            let unasked = line.port.protocol().is_none() || parse_reply(&answer.bytes) == Some(Reply::Sp);
+            let unasked = line.port.protocol().is_none() || answer.is_sp();
             unasked && answer.at > end
         }
         RobotEvent::Ended(..) => false,
@@ -105,10 +104,7 @@ impl<'a> Matching<'a> {
         Matching {
             player,
             tolerance,
-            anchor: TimeAnchor {
-                recorded: Time::ZERO,
-                played: Time::ZERO,
-            },
+            anchor: TimeAnchor::default(),
             report: Report::default(),
             place: (Time::ZERO, 0),
             pending: None,
@@ -157,19 +153,12 @@ impl<'a> Matching<'a> {
         }
         self.player.play(what);
         self.report.inputs += 1;
-        self.anchor = TimeAnchor {
-            recorded: at,
-            played: due,
-        };
-        if let RecordKind::Link(edge) = what
-            && let Some(recorded) = edge.new_time()
-        {
+        let (recorded, played) = match what.new_time() {
             // Times go on from another moment, on both sides.
-            self.anchor = TimeAnchor {
-                recorded,
-                played: self.player.now(),
-            };
-        }
+            Some(moment) => (moment, self.player.now()),
+            None => (at, due),
+        };
+        self.anchor = TimeAnchor { recorded, played };
     }
 
     /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
@@ -194,12 +183,10 @@ impl<'a> Matching<'a> {
             return;
         }
         while let Some(RobotEvent::Answer(answer, _)) = self.player.first(line) {
-            if parse_reply(&answer.bytes) == Some(Reply::Sp) {
+            if answer.is_sp() {
                 break;
             }
-            if let Some(robot_event) = self.player.take(line) {
-                self.surplus(line, robot_event);
-            }
+            self.next_is_surplus(line);
         }
     }
 
@@ -215,11 +202,7 @@ impl<'a> Matching<'a> {
             };
             match self.match_answer(line, recorded, answer, later) {
                 MatchResult::Later => return self.missing(line, recorded),
-                MatchResult::Surplus => {
-                    if let Some(robot_event) = self.player.take(line) {
-                        self.surplus(line, robot_event);
-                    }
-                }
+                MatchResult::Surplus => self.next_is_surplus(line),
                 MatchResult::Pair => break,
             }
         }
@@ -248,16 +231,12 @@ impl<'a> Matching<'a> {
         if most.is_zero() || !differs(answer) {
             return None;
         }
-        let earliest = question.before.now().max(Time::from_micros(
-            question.at.as_micros().saturating_sub(whole_micros(most)),
-        ));
+        let earliest = question.at.as_micros().saturating_sub(whole_micros(most));
+        let earliest = question.before.now().max(Time::from_micros(earliest));
         let ends = [earliest, question.at + most].map(|moment| question.ask_at(moment, patience));
         // Where nothing moves there is no other moment.
-        if ends
-            .iter()
-            .flatten()
-            .all(|(_, other)| other.bytes == answer.bytes)
-        {
+        let mut others = ends.iter().flatten();
+        if others.all(|(_, other)| other.bytes == answer.bytes) {
             return None;
         }
         let later = shifts(most).map(|step| Some(question.at + step));
@@ -280,8 +259,8 @@ impl<'a> Matching<'a> {
         let ends_too = later
             .iter()
             .any(|event| matches!(&event.event, Event::Ended(other, _) if *other == line));
-        if !ends_too && let Some(robot_event) = self.player.take(line) {
-            self.surplus(line, robot_event);
+        if !ends_too {
+            self.next_is_surplus(line);
         }
         self.missing(line, recorded);
     }
@@ -322,8 +301,7 @@ impl<'a> Matching<'a> {
         if recorded.bytes == emulated.bytes {
             return MatchResult::Pair;
         }
-        let is_sp = |answer: &Answer| parse_reply(&answer.bytes) == Some(Reply::Sp);
-        match (line.port.protocol().is_some(), is_sp(recorded), is_sp(emulated)) {
+        match (line.port.protocol().is_some(), recorded.is_sp(), emulated.is_sp()) {
             (true, true, false) => return MatchResult::Later,
             (true, false, true) => return MatchResult::Surplus,
             _ => {}
@@ -345,7 +323,6 @@ impl<'a> Matching<'a> {
     }
 
     fn pair(&mut self, line: PeerId, recorded: &Answer, answer: &Answer, reason: Option<String>, due: Time) {
-        let question = recorded.question.clone();
         let (parts, ignored) = compare(&recorded.letters, &recorded.bytes, &answer.bytes, self.tolerance);
         self.report.ignored += ignored;
         if !parts.is_empty() {
@@ -355,17 +332,17 @@ impl<'a> Matching<'a> {
                 parts,
                 reason,
             };
-            self.add_difference(line, &question, kind);
+            self.add_difference(line, &recorded.question, kind);
         }
         let apart = answer.at.since(due).max(due.since(answer.at));
-        let unsolicited = self.tolerance.ignore.sp && parse_reply(&recorded.bytes) == Some(Reply::Sp);
+        let unsolicited = self.tolerance.ignore.sp && recorded.is_sp();
         if apart > self.tolerance.time && !self.tolerance.ignore.time && !unsolicited {
             let kind = DifferenceKind::Time {
                 recorded: recorded.bytes.clone(),
                 recorded_after: recorded.at.since(self.anchor.recorded),
                 emulated_after: answer.at.since(self.anchor.played),
             };
-            self.add_difference(line, &question, kind);
+            self.add_difference(line, &recorded.question, kind);
         }
         // What the wire and the machines took moves nothing: a host that asks a moving robot a hundred times would
         // otherwise ask it each time a little earlier than it did.
@@ -385,9 +362,7 @@ impl<'a> Matching<'a> {
         let due = self.due(at);
         self.wait_for_answer(line, due, true);
         while let Some(RobotEvent::Answer(..)) = self.player.first(line) {
-            if let Some(robot_event) = self.player.take(line) {
-                self.surplus(line, robot_event);
-            }
+            self.next_is_surplus(line);
             self.wait_for_answer(line, due, true);
         }
         match self.player.take(line) {
@@ -405,7 +380,7 @@ impl<'a> Matching<'a> {
                 // The host has no connection any more, whatever the emulator thinks of it.
                 let due = due.max(self.player.now());
                 self.player.advance_to(due);
-                let by = crate::transcript::Side::Host;
+                let by = Side::Host;
                 self.player.play(&RecordKind::Ended { line, by, how });
             }
         }
@@ -416,7 +391,7 @@ impl<'a> Matching<'a> {
     }
 
     fn missing(&mut self, line: PeerId, recorded: &Answer) {
-        if self.tolerance.ignore.sp && parse_reply(&recorded.bytes) == Some(Reply::Sp) {
+        if self.tolerance.ignore.sp && recorded.is_sp() {
             self.report.ignored += 1;
             return;
         }
@@ -427,18 +402,25 @@ impl<'a> Matching<'a> {
         self.add_difference(line, &recorded.question, kind);
     }
 
+    fn next_is_surplus(&mut self, line: PeerId) {
+        if let Some(robot_event) = self.player.take(line) {
+            self.surplus(line, robot_event);
+        }
+    }
+
     fn surplus(&mut self, line: PeerId, robot_event: RobotEvent) {
         match robot_event {
             RobotEvent::Ended(how, _) => self.end_differs(line, None, Some(how)),
-            RobotEvent::Answer(answer, _)
-                if self.tolerance.ignore.sp && parse_reply(&answer.bytes) == Some(Reply::Sp) =>
-            {
+            RobotEvent::Answer(answer, _) if self.tolerance.ignore.sp && answer.is_sp() => {
                 self.report.ignored += 1;
             }
             RobotEvent::Answer(answer, reason) => {
-                let question = answer.question.clone();
                 let emulated = answer.bytes;
-                self.add_difference(line, &question, DifferenceKind::Surplus { emulated, reason });
+                self.add_difference(
+                    line,
+                    &answer.question,
+                    DifferenceKind::Surplus { emulated, reason },
+                );
             }
         }
     }

@@ -99,11 +99,9 @@ impl Player {
 
     /// When something happens by itself.
     pub(super) fn deadline(&self) -> Option<Time> {
-        let waiting_peers = self
-            .waiting_peers
-            .iter()
-            .map(|waiting_peer| waiting_peer.since + CLOSE_GRACE);
-        waiting_peers.chain(self.cell.deadline()).min()
+        let waiting = self.waiting_peers.iter();
+        let refusals = waiting.map(|waiting| waiting.since + CLOSE_GRACE);
+        refusals.chain(self.cell.deadline()).min()
     }
 
     /// Lets time pass, each deadline at its own time.
@@ -133,21 +131,14 @@ impl Player {
 
     /// Why nothing may have come of what a port has last received, as far as that is known.
     pub(super) fn remark(&self, port: Port) -> Option<String> {
-        let remark = self
-            .lines
-            .refusals
-            .get(&port)
-            .or_else(|| self.lines.remarks.get(&port));
-        remark.cloned()
+        let refusal = self.lines.refusals.get(&port);
+        refusal.or_else(|| self.lines.remarks.get(&port)).cloned()
     }
 
     /// Lines on which something is left.
     pub(super) fn lines_with_events(&self) -> Vec<PeerId> {
-        let left = self
-            .lines
-            .robot_events
-            .iter()
-            .filter(|(_, robot_event)| !robot_event.is_empty());
+        let lines = self.lines.robot_events.iter();
+        let left = lines.filter(|(_, robot_events)| !robot_events.is_empty());
         left.map(|(line, _)| *line).collect()
     }
 
@@ -252,13 +243,10 @@ impl Player {
 
     fn receive(&mut self, line: PeerId, bytes: &[u8]) {
         let port = line.port;
-        if let Some(waiting_peer) = self
-            .waiting_peers
-            .iter_mut()
-            .find(|waiting_peer| waiting_peer.line == line)
-        {
-            let room = MAX_WAITING_BYTES.saturating_sub(waiting_peer.bytes.len());
-            waiting_peer.bytes.extend(bytes.iter().take(room));
+        let mut waiting = self.waiting_peers.iter_mut();
+        if let Some(waiting) = waiting.find(|waiting| waiting.line == line) {
+            let room = MAX_WAITING_BYTES.saturating_sub(waiting.bytes.len());
+            waiting.bytes.extend(bytes.iter().take(room));
             return;
         }
         if !self.lines.current_peers.contains_key(&port) && !self.lines.splitters.contains_key(&line) {
@@ -276,25 +264,19 @@ impl Player {
     }
 
     fn disconnect(&mut self, line: PeerId) {
-        self.waiting_peers
-            .retain(|waiting_peer| waiting_peer.line != line);
+        self.waiting_peers.retain(|waiting| waiting.line != line);
         let port = line.port;
         if self.lines.current_peers.get(&port) != Some(&line) {
             return;
         }
         self.lines.current_peers.remove(&port);
         self.feed(Input::Disconnected { port });
-        let next = self
-            .waiting_peers
-            .iter()
-            .position(|waiting_peer| waiting_peer.line.port == port);
-        if let Some(next) = next {
-            let WaitingPeer {
-                line, peer, bytes, ..
-            } = self.waiting_peers.remove(next);
-            self.serve(line, &peer);
-            if !bytes.is_empty() {
-                self.receive(line, &bytes);
+        let mut waiting = self.waiting_peers.iter();
+        if let Some(next) = waiting.position(|waiting| waiting.line.port == port) {
+            let next = self.waiting_peers.remove(next);
+            self.serve(next.line, &next.peer);
+            if !next.bytes.is_empty() {
+                self.receive(next.line, &next.bytes);
             }
         }
     }
@@ -302,12 +284,11 @@ impl Player {
     /// Newcomers that have waited long enough are refused.
     fn refuse_overdue(&mut self) {
         let now = self.lines.now;
-        let (late, waiting) = std::mem::take(&mut self.waiting_peers)
-            .into_iter()
-            .partition(|waiting_peer: &WaitingPeer| waiting_peer.since + CLOSE_GRACE <= now);
-        self.waiting_peers = waiting;
-        for waiting_peer in late {
-            self.lines.end(waiting_peer.line, EndReason::Closed);
+        for late in self
+            .waiting_peers
+            .extract_if(.., |waiting| waiting.since + CLOSE_GRACE <= now)
+        {
+            self.lines.end(late.line, EndReason::Closed);
         }
     }
 
@@ -339,12 +320,10 @@ impl Lines {
         let Some(line) = self.current_peers.get(&port).copied() else {
             return;
         };
-        let now = self.now;
-        let answers = self
-            .splitters
-            .get_mut(&line)
-            .map(|splitter| splitter.push_robot(now, 0, bytes));
-        for answer in answers.unwrap_or_default() {
+        let Some(splitter) = self.splitters.get_mut(&line) else {
+            return;
+        };
+        for answer in splitter.push_robot(self.now, 0, bytes) {
             self.answer(line, answer);
         }
     }
@@ -357,27 +336,21 @@ impl Lines {
 
     /// The Ethernet connections end; the cable of a serial port stays in.
     fn end_connections(&mut self) -> Vec<Input> {
-        let (ended, kept) = std::mem::take(&mut self.current_peers)
-            .into_iter()
-            .partition(|(port, _): &(Port, PeerId)| port.ethernet_index().is_some());
-        self.current_peers = kept;
-        let ended: BTreeMap<Port, PeerId> = ended;
+        let mut ended = self.current_peers.clone();
+        ended.retain(|port, _| port.ethernet_index().is_some());
+        self.current_peers.retain(|port, _| !ended.contains_key(port));
         ended.values().for_each(|line| self.end(*line, EndReason::Closed));
-        ended
-            .into_keys()
-            .map(|port| Input::Disconnected { port })
-            .collect()
+        let ports = ended.into_keys();
+        ports.map(|port| Input::Disconnected { port }).collect()
     }
 }
 
 impl Effects for Lines {
     /// What was kept in the recording is kept.
     fn persist(&mut self, at: Time, name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
-        let first = self.not_persisted.front();
-        if !first.is_some_and(|(moment, file, _)| *moment == at && file == name) {
-            return Ok(());
-        }
-        let refused = self.not_persisted.pop_front();
+        let next = self.not_persisted.front();
+        let is_refused = next.is_some_and(|(moment, file, _)| *moment == at && file == name);
+        let refused = is_refused.then(|| self.not_persisted.pop_front()).flatten();
         refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason)))
     }
 
@@ -386,14 +359,12 @@ impl Effects for Lines {
             Output::Send { port, bytes } => self.sent(port, &bytes),
             Output::PowerCycled | Output::PowerOff => return self.end_connections(),
             Output::Disconnect { port, how } => {
+                let how = match how {
+                    DisconnectMode::Reset => EndReason::Reset,
+                    DisconnectMode::Close => EndReason::Closed,
+                };
                 if let Some(line) = self.current_peers.remove(&port) {
-                    self.end(
-                        line,
-                        match how {
-                            DisconnectMode::Reset => EndReason::Reset,
-                            DisconnectMode::Close => EndReason::Closed,
-                        },
-                    );
+                    self.end(line, how);
                 }
                 return vec![Input::Disconnected { port }];
             }

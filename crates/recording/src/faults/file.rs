@@ -21,35 +21,23 @@ pub enum FaultFileError {
         /// What the system said.
         reason: io::Error,
     },
-    /// It is no TOML.
+    /// It is no TOML; the reason has line and column.
     #[error("{}: {reason}", path.display())]
     Toml {
         /// Which file.
         path: PathBuf,
-        /// What the TOML parser said, with line and column.
-        reason: String,
+        /// What the TOML parser said.
+        reason: toml::de::Error,
     },
-    /// Something other than tables `[[fault]]`.
-    #[error("{}:{line}: {expected} expected, {found} found", path.display())]
-    Form {
-        /// Which file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// What should stand there.
-        expected: &'static str,
-        /// What stands there.
-        found: String,
-    },
-    /// A table is no fault.
+    /// Something other than tables `[[fault]]`, or a table that is no fault.
     #[error("{}:{line}: {reason}", path.display())]
-    Fault {
+    Content {
         /// Which file.
         path: PathBuf,
         /// Line of the key that is wrong, or of its table, from 1.
         line: usize,
         /// What was expected and found.
-        reason: FaultError,
+        reason: String,
     },
 }
 
@@ -72,20 +60,17 @@ pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
 pub fn parse(path: &Path, text: &str) -> Result<Vec<Fault>, FaultFileError> {
     let table = DeTable::parse(text).map_err(|error| FaultFileError::Toml {
         path: path.to_path_buf(),
-        reason: error.to_string(),
+        reason: error,
     })?;
     let file = Source { path, text };
     let mut faults = Vec::new();
     for (key, value) in table.get_ref() {
         if key.get_ref() != "fault" {
-            return Err(file.form(key.span().start, "[[fault]]", format!("`{}`", key.get_ref())));
+            let found = format!("`{}`", key.get_ref());
+            return Err(file.form(key.span().start, "[[fault]]", &found));
         }
         let DeValue::Array(tables) = value.get_ref() else {
-            return Err(file.form(
-                value.span().start,
-                "[[fault]]",
-                value.get_ref().type_str().to_owned(),
-            ));
+            return Err(file.form(value.span().start, "[[fault]]", value.get_ref().type_str()));
         };
         for table in tables {
             faults.push(file.fault(table)?);
@@ -105,20 +90,23 @@ impl Source<'_> {
         before.matches('\n').count() + 1
     }
 
-    fn form(&self, at: usize, expected: &'static str, found: String) -> FaultFileError {
-        FaultFileError::Form {
+    fn error(&self, at: usize, reason: String) -> FaultFileError {
+        FaultFileError::Content {
             path: self.path.to_path_buf(),
             line: self.line(at),
-            expected,
-            found,
+            reason,
         }
+    }
+
+    fn form(&self, at: usize, expected: &str, found: &str) -> FaultFileError {
+        self.error(at, format!("{expected} expected, {found} found"))
     }
 
     #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
     fn fault(&self, table: &Spanned<DeValue<'_>>) -> Result<Fault, FaultFileError> {
         let at = table.span().start;
         let DeValue::Table(keys) = table.get_ref() else {
-            return Err(self.form(at, "a table", table.get_ref().type_str().to_owned()));
+            return Err(self.form(at, "a table", table.get_ref().type_str()));
         };
         let (mut kind, mut pairs, mut places) = (None, Vec::new(), Vec::new());
         for (key, value) in keys {
@@ -126,10 +114,7 @@ impl Source<'_> {
                 DeValue::String(text) => text.to_string(),
                 DeValue::Integer(number) => number.to_string(),
                 DeValue::Float(number) => number.to_string(),
-                other => {
-                    let found = other.type_str().to_owned();
-                    return Err(self.form(value.span().start, "a text or a number", found));
-                }
+                other => return Err(self.form(value.span().start, "a text or a number", other.type_str())),
             };
             if key.get_ref() == "kind" {
                 kind = Some(text);
@@ -139,7 +124,7 @@ impl Source<'_> {
             }
         }
         let Some(kind) = kind else {
-            return Err(self.form(at, "kind", "a fault without one".to_owned()));
+            return Err(self.form(at, "kind", "a fault without one"));
         };
         Fault::from_pairs(&kind, &pairs).map_err(|reason| {
             let key = match &reason {
@@ -151,11 +136,7 @@ impl Source<'_> {
                 | FaultError::NeverFires { .. } => None,
             };
             let at = key.and_then(|key| places.get(key)).copied().unwrap_or(at);
-            FaultFileError::Fault {
-                path: self.path.to_path_buf(),
-                line: self.line(at),
-                reason,
-            }
+            self.error(at, reason.to_string())
         })
     }
 }

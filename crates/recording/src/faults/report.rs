@@ -8,7 +8,7 @@ use quick_junit::TestCaseStatus;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 use tracing::{info, warn};
 use ts3100_controller::faults::{Fault, FaultReport, Faults};
@@ -16,6 +16,7 @@ use ts3100_controller::limits::MAX_FAULT_TIMES;
 use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
+use ts3100_driver::files;
 
 /// One application of a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,11 +53,10 @@ impl FaultLog {
         }
         let applied = self.0.entry(*id).or_default();
         if applied.len() < MAX_FAULT_TIMES {
-            let (port, what) = (*port, message.clone());
             applied.push(AppliedFault {
                 at,
-                port,
-                message: what,
+                port: *port,
+                message: message.clone(),
             });
         }
     }
@@ -156,18 +156,13 @@ pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
 /// The first that cannot be written.
 pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), ReportError> {
     files.iter().try_for_each(|path| {
-        let text = if is_xml(path) {
+        let text = if files::extension(path) == "xml" {
             junit(faults, log)
         } else {
             document(faults, log)
         };
         write_report(path, &text)
     })
-}
-
-fn is_xml(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("xml"))
 }
 
 /// Logs the outcome of each fault at the end of a run; one that never fired is a warning.

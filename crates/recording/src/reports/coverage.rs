@@ -86,16 +86,11 @@ impl CoverageReport {
     pub fn merged(reports: impl IntoIterator<Item = CoverageReport>) -> CoverageReport {
         let mut cells: BTreeMap<_, CellReport> = BTreeMap::new();
         for cell in reports.into_iter().flat_map(|report| report.cells) {
-            match cells.entry(table_position(&cell)) {
-                std::collections::btree_map::Entry::Vacant(entry) => {
-                    entry.insert(cell);
-                }
-                std::collections::btree_map::Entry::Occupied(mut entry) => {
-                    let known = entry.get_mut();
-                    known.count = known.count.saturating_add(cell.count);
-                    known.reachable |= cell.reachable;
-                }
-            }
+            let entry = cells.entry(table_position(&cell)).and_modify(|known| {
+                known.count = known.count.saturating_add(cell.count);
+                known.reachable |= cell.reachable;
+            });
+            entry.or_insert(cell);
         }
         CoverageReport::from_cells(cells.into_values().collect())
     }

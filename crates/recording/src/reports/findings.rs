@@ -2,10 +2,9 @@
 
 use crate::reports::seconds;
 use serde::Serialize;
-use std::fmt::Write as _;
 use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
 use ts3100_controller::port::Port;
-use ts3100_proto::escape::Escaped;
+use ts3100_proto::escape::{self, Escaped};
 
 /// Version of the document; raised when a key changes its meaning.
 const VERSION: u32 = 1;
@@ -71,10 +70,8 @@ impl FindingsView {
     #[must_use]
     pub fn new(findings: &Findings) -> FindingsView {
         let count = |severity: Severity| {
-            findings
-                .broken()
-                .filter(|(rule, _)| rule.severity == severity)
-                .count()
+            let broken = findings.broken();
+            broken.filter(|(rule, _)| rule.severity == severity).count()
         };
         FindingsView {
             version: VERSION,
@@ -108,17 +105,11 @@ impl RuleView {
 
 impl FindingView {
     fn new(finding: &Finding) -> FindingView {
-        let mut bytes = String::new();
-        for (index, byte) in finding.bytes.iter().enumerate() {
-            let blank = if index == 0 { "" } else { " " };
-            // Writing to a string cannot fail.
-            let _ = write!(bytes, "{blank}{byte:02X}");
-        }
         FindingView {
             port: finding.port.map(Port::name),
             t: seconds(finding.at),
             message: finding.message.clone(),
-            bytes,
+            bytes: escape::hex(&finding.bytes),
             text: Escaped::for_reading(&finding.bytes).to_string(),
         }
     }
@@ -128,10 +119,9 @@ impl FindingView {
 pub(super) fn line(finding: &Finding) -> String {
     let view = FindingView::new(finding);
     let port = view.port.map(|port| format!("{port} ")).unwrap_or_default();
-    let text = if view.text.is_empty() {
-        String::new()
-    } else {
-        format!(" [{}]", view.text)
+    let text = match view.text.as_str() {
+        "" => String::new(),
+        text => format!(" [{text}]"),
     };
     format!("{port}at {} s: {}{text}", finding.at, view.message)
 }

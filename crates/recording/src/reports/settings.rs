@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
+use ts3100_driver::files;
 use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.
@@ -83,20 +84,12 @@ impl FindingsFormat {
     /// The format for a file extension; JSON by default.
     #[must_use]
     pub fn from_path(path: &Path) -> FindingsFormat {
-        match extension(path).as_str() {
+        match files::extension(path).as_str() {
             "xml" => FindingsFormat::Junit,
             "sarif" => FindingsFormat::Sarif,
             _ => FindingsFormat::Json,
         }
     }
-}
-
-/// The extension of a file name in lower case.
-fn extension(path: &Path) -> String {
-    let ending = path
-        .extension()
-        .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    ending.unwrap_or_default()
 }
 
 /// The reports of a run.
@@ -197,7 +190,7 @@ impl Reports {
 /// A coverage report in the format for the extension of its file.
 #[must_use]
 pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
-    match extension(path).as_str() {
+    match files::extension(path).as_str() {
         "html" | "htm" => html::page(report),
         _ => pretty(report),
     }

@@ -5,7 +5,7 @@ use std::fmt;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_controller::signals::Signals;
+use ts3100_controller::signals::{IoKind, Signals};
 use ts3100_controller::{Action, ActionParseError, Controller, alarm};
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
@@ -59,6 +59,9 @@ pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, ma
     teaching|internal|ext; control-right sig|rs232c|ether; start, stop, feed-hold, alarm-reset, power-cycle; input \
     LINE on|off; keys TEXT";
 
+/// The teach pendant, as `printed` names it.
+const PENDANT: &str = "TP";
+
 /// Words that are no condition and no action.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WordsError {
@@ -84,15 +87,6 @@ pub enum WordsError {
     },
 }
 
-/// A place with a peer that a program talks to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PrintTarget {
-    /// A port.
-    Port(Port),
-    /// The teach pendant.
-    Pendant,
-}
-
 /// Something that may happen.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ScenarioCondition {
@@ -102,8 +96,8 @@ pub enum ScenarioCondition {
     Answer(Vec<u8>),
     /// A command with these letters gets NG.
     Refused(String),
-    /// A program prints something with this in it.
-    Printed(PrintTarget, Vec<u8>),
+    /// A program prints something with this in it, on a port or on the teach pendant.
+    Printed(Option<Port>, Vec<u8>),
     /// A peer sends something with this in it.
     Received(Port, Vec<u8>),
     /// A peer comes.
@@ -126,10 +120,8 @@ pub enum ScenarioCondition {
     Erased(String),
     /// A rule is broken.
     Finding(String),
-    /// An input becomes so.
-    Input(u16, bool),
-    /// An output becomes so.
-    Output(u16, bool),
+    /// An input or an output becomes so.
+    Line(IoKind, u16, bool),
 }
 
 /// Something that is done.
@@ -218,10 +210,9 @@ impl ScenarioCondition {
             "refused" => ScenarioCondition::Refused(whole()?),
             "printed" => {
                 let (place, text) = rest.split_once(' ').unwrap_or((rest, ""));
-                let place = if place == "TP" {
-                    PrintTarget::Pendant
-                } else {
-                    PrintTarget::Port(parse_scol_port(place)?)
+                let place = match place {
+                    PENDANT => None,
+                    port => Some(parse_scol_port(port)?),
                 };
                 ScenarioCondition::Printed(place, parse_bytes(text)?)
             }
@@ -244,8 +235,8 @@ impl ScenarioCondition {
             "stored" => ScenarioCondition::Stored(whole()?.to_uppercase()),
             "erased" => ScenarioCondition::Erased(whole()?.to_uppercase()),
             "finding" => ScenarioCondition::Finding(rule(rest)?),
-            "input" => line(rest).map(|(line, on)| ScenarioCondition::Input(line, on))?,
-            "output" => line(rest).map(|(line, on)| ScenarioCondition::Output(line, on))?,
+            "input" => line(IoKind::Input, rest)?,
+            "output" => line(IoKind::Output, rest)?,
             _ => {
                 let known = format!("a condition ({})", CONDITIONS.join(", "));
                 return Err(UnexpectedWord::new(known, words).into());
@@ -268,10 +259,10 @@ impl ScenarioCondition {
     /// Whether this output is it.
     pub(super) fn matches_output(&self, output: &Output) -> bool {
         match (self, output) {
-            (ScenarioCondition::Printed(PrintTarget::Port(expected), text), Output::Send { port, bytes }) => {
+            (ScenarioCondition::Printed(Some(expected), text), Output::Send { port, bytes }) => {
                 expected == port && contains(bytes, text)
             }
-            (ScenarioCondition::Printed(PrintTarget::Pendant, text), Output::Pendant(shown)) => {
+            (ScenarioCondition::Printed(None, text), Output::Pendant(shown)) => {
                 contains(shown.as_bytes(), text)
             }
             (ScenarioCondition::Stored(expected), Output::Stored { name, .. })
@@ -302,13 +293,15 @@ impl ScenarioCondition {
 
     /// Whether it is a state that holds now; `None` for what happens and is over.
     pub(super) fn holds(&self, controller: &Controller) -> Option<bool> {
-        if let ScenarioCondition::Input(line, on) = self {
-            Some(controller.signals().input(*line) == *on)
-        } else if let ScenarioCondition::Output(line, on) = self {
-            Some(controller.signals().output(*line) == *on)
-        } else {
-            None
-        }
+        let ScenarioCondition::Line(side, line, on) = self else {
+            return None;
+        };
+        let signals = controller.signals();
+        let is_on = match side {
+            IoKind::Input => signals.input(*line),
+            IoKind::Output => signals.output(*line),
+        };
+        Some(is_on == *on)
     }
 }
 
@@ -318,11 +311,9 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Command(text) => write!(f, "command {}", Escaped::new(text)),
             ScenarioCondition::Answer(text) => write!(f, "answer {}", Escaped::new(text)),
             ScenarioCondition::Refused(letters) => write!(f, "refused {letters}"),
-            ScenarioCondition::Printed(PrintTarget::Port(port), text) => {
-                write!(f, "printed {port} {}", Escaped::new(text))
-            }
-            ScenarioCondition::Printed(PrintTarget::Pendant, text) => {
-                write!(f, "printed TP {}", Escaped::new(text))
+            ScenarioCondition::Printed(port, text) => {
+                let place = port.map_or(PENDANT, Port::name);
+                write!(f, "printed {place} {}", Escaped::new(text))
             }
             ScenarioCondition::Received(port, text) => write!(f, "received {port} {}", Escaped::new(text)),
             ScenarioCondition::Connected(port) => write!(f, "connected {port}"),
@@ -337,8 +328,7 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Stored(name) => write!(f, "stored {name}"),
             ScenarioCondition::Erased(name) => write!(f, "erased {name}"),
             ScenarioCondition::Finding(rule) => write!(f, "finding {rule}"),
-            ScenarioCondition::Input(line, on) => write!(f, "input {line} {}", on.word()),
-            ScenarioCondition::Output(line, on) => write!(f, "output {line} {}", on.word()),
+            ScenarioCondition::Line(side, line, on) => write!(f, "{} {line} {}", side.word(), on.word()),
         }
     }
 }
@@ -386,13 +376,13 @@ fn switch(word: &str) -> Result<bool, UnexpectedWord> {
     bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word))
 }
 
-fn line(words: &str) -> Result<(u16, bool), WordsError> {
+fn line(side: IoKind, words: &str) -> Result<ScenarioCondition, WordsError> {
     let (number, state) = words.split_once(' ').unwrap_or((words, ""));
     let line = number
         .parse()
         .map_err(|_| UnexpectedWord::new("the number of a line", number))?;
     known_line(line)?;
-    Ok((line, switch(state)?))
+    Ok(ScenarioCondition::Line(side, line, switch(state)?))
 }
 
 fn known_line(line: u16) -> Result<(), WordsError> {

@@ -14,7 +14,7 @@ pub use play::Play;
 pub use read::{ScenarioError, TABLES};
 pub use results::{ScenarioOutcome, Verdict};
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Largest file in bytes.
@@ -100,24 +100,6 @@ pub enum ExpectationKind {
         /// Until this.
         until: Option<ScenarioCondition>,
     },
-}
-
-impl Scenario {
-    /// Reads a file; paths in it are relative to it.
-    ///
-    /// # Errors
-    /// [`ScenarioError`], with the line.
-    pub fn read(path: &Path) -> Result<Scenario, ScenarioError> {
-        read::read_file(path)
-    }
-
-    /// Reads a text; `origin` stands for its file, and paths are relative to the directory of that.
-    ///
-    /// # Errors
-    /// [`ScenarioError`], with the line.
-    pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
-        read::parse(origin, text)
-    }
 }
 
 #[cfg(test)]

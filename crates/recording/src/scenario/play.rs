@@ -5,7 +5,7 @@
 
 use super::condition::{ScenarioAction, ScenarioCondition};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
-use super::{Expectation, ExpectationKind, Scenario, Step, StepTrigger};
+use super::{Expectation, ExpectationKind, Scenario, StepTrigger};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -21,11 +21,16 @@ const MAX_SCHEDULED: usize = 10_000;
 /// Most actions at one virtual time: steps that trigger each other would never end.
 const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 
-/// Progress of a step.
+/// Progress of a step that waits for a condition.
 #[derive(Debug)]
 struct StepState {
-    step: Step,
+    line: usize,
     condition: ConditionState,
+    /// How long after its condition it happens.
+    after: Duration,
+    /// How often at most; 0 without a limit.
+    times: u32,
+    actions: Vec<ScenarioAction>,
     runs: u32,
 }
 
@@ -45,28 +50,13 @@ impl ConditionState {
         }
     }
 
-    /// Whether the condition occurs now. A state occurs when it becomes true.
-    fn occurs(&mut self, observation: &Observation<'_>) -> bool {
-        match observation {
-            Observation::Input(input) => self.condition.matches_input(input),
-            Observation::Output(output) => self.condition.matches_output(output),
-            Observation::Settled(controller) => {
-                let Some(holds) = self.condition.holds(controller) else {
-                    return false;
-                };
-                let comes = holds && !self.was_true;
-                self.was_true = holds;
-                comes
-            }
-        }
+    /// Whether the state has become true.
+    fn becomes_true(&mut self, controller: &Controller) -> bool {
+        let Some(holds) = self.condition.holds(controller) else {
+            return false;
+        };
+        !std::mem::replace(&mut self.was_true, holds) && holds
     }
-}
-
-/// What a condition is tested against.
-enum Observation<'a> {
-    Input(&'a Input),
-    Output(&'a Output),
-    Settled(&'a Controller),
 }
 
 /// Progress of an expectation.
@@ -79,16 +69,16 @@ struct ExpectationState {
     /// Time from which it counts.
     since: Option<Time>,
     occurrences: u32,
-    verdict: Option<Verdict>,
-    /// Time of the verdict.
-    verdict_time: Option<Time>,
+    /// The verdict and its time.
+    verdict: Option<(Time, Verdict)>,
 }
 
 #[derive(Debug)]
 struct PlayState {
     name: String,
     started: Option<Time>,
-    start_actions: Vec<ScenarioAction>,
+    /// What happens at times after the start.
+    planned: Vec<(Duration, ScenarioAction)>,
     steps: Vec<StepState>,
     expectations: Vec<ExpectationState>,
     /// Scheduled actions with their times, in order.
@@ -109,19 +99,24 @@ impl Play {
     /// A scenario that has not started.
     #[must_use]
     pub fn new(scenario: Scenario) -> Play {
-        let steps = scenario.steps.into_iter().map(|step| {
-            // The condition of a step with a time is never looked at.
-            let condition = match &step.trigger {
-                StepTrigger::When(condition, _) => condition.clone(),
-                StepTrigger::At(_) => ScenarioCondition::AlarmsReset,
-            };
-            let (condition, begun) = (ConditionState::new(condition), 0);
-            StepState {
-                step,
-                condition,
-                runs: begun,
+        let start = scenario.start.actions.into_iter();
+        let mut planned: Vec<_> = start.map(|action| (Duration::ZERO, action)).collect();
+        let mut steps = Vec::new();
+        for step in scenario.steps {
+            match step.trigger {
+                StepTrigger::At(time) => {
+                    planned.extend(step.actions.into_iter().map(|action| (time, action)));
+                }
+                StepTrigger::When(condition, after) => steps.push(StepState {
+                    line: step.line,
+                    condition: ConditionState::new(condition),
+                    after,
+                    times: step.times,
+                    actions: step.actions,
+                    runs: 0,
+                }),
             }
-        });
+        }
         let expected = scenario
             .expectations
             .into_iter()
@@ -136,13 +131,12 @@ impl Play {
                 since: None,
                 occurrences: 0,
                 verdict: None,
-                verdict_time: None,
             });
         Play(Arc::new(Mutex::new(PlayState {
             name: scenario.name,
             started: None,
-            start_actions: scenario.start.actions,
-            steps: steps.collect(),
+            planned,
+            steps,
             expectations: expected.collect(),
             scheduled: VecDeque::new(),
             actions_at_time: (Time::ZERO, 0),
@@ -167,25 +161,17 @@ impl Play {
         let state = &mut *self.state();
         let now = controller.now();
         state.started = Some(now);
-        for action in std::mem::take(&mut state.start_actions) {
-            state.scheduled.push_back((now, action));
-        }
-        for step in &state.steps {
-            if let StepTrigger::At(time) = step.step.trigger {
-                state.scheduled.extend(
-                    step.step
-                        .actions
-                        .iter()
-                        .map(|action| (now + time, action.clone())),
-                );
-            }
-        }
+        let planned = std::mem::take(&mut state.planned).into_iter();
+        state
+            .scheduled
+            .extend(planned.map(|(time, action)| (now + time, action)));
         state.sort();
         for expected in &mut state.expectations {
             expected.since = expected.after.is_none().then_some(now);
         }
         for condition in state.conditions() {
-            condition.was_true = condition.condition.holds(controller) == Some(true);
+            // What is true already does not occur.
+            condition.becomes_true(controller);
         }
     }
 
@@ -197,7 +183,8 @@ impl Play {
         let jump = i64::try_from(jump).unwrap_or_default();
         state.time_offset = state.time_offset.saturating_add(jump);
         for condition in state.conditions() {
-            condition.was_true = condition.condition.holds(controller) == Some(true);
+            // What is true already does not occur.
+            condition.becomes_true(controller);
         }
     }
 
@@ -207,28 +194,24 @@ impl Play {
         let state = self.state();
         let now = state.scenario_time(now);
         let begun = state.started.unwrap_or(now);
-        let expectations = state.expectations.iter().map(|expected| Entry {
-            name: expected.expectation.name.clone(),
-            line: expected.expectation.line,
-            time: expected.verdict_time.unwrap_or(now).since(begun),
-            verdict: expected
-                .verdict
-                .clone()
-                .unwrap_or_else(|| expected.verdict_at_end(begun, now)),
+        let expectations = state.expectations.iter().map(|expected| {
+            let verdict = expected.verdict.clone();
+            let (at, verdict) = verdict.unwrap_or_else(|| (now, expected.verdict_at_end(begun, now)));
+            Entry {
+                name: expected.expectation.name.clone(),
+                line: expected.expectation.line,
+                time: at.since(begun),
+                verdict,
+            }
         });
-        let steps = state.steps.iter().filter_map(|step| {
-            let StepTrigger::When(condition, _) = &step.step.trigger else {
-                return None;
-            };
-            Some(Entry {
-                name: format!("do when {condition}"),
-                line: step.step.line,
-                time: now.since(begun),
-                verdict: match step.runs {
-                    0 => Verdict::Skipped("its condition never came".to_owned()),
-                    _ => Verdict::Held,
-                },
-            })
+        let steps = state.steps.iter().map(|step| Entry {
+            name: format!("do when {}", step.condition.condition),
+            line: step.line,
+            time: now.since(begun),
+            verdict: match step.runs {
+                0 => Verdict::Skipped("its condition never came".to_owned()),
+                _ => Verdict::Held,
+            },
         });
         let runaway = state.runaway.map(|at| Entry {
             name: "do".to_owned(),
@@ -278,15 +261,18 @@ impl ActionSource for Play {
 
 impl Subscriber for Play {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        self.state().observe(at, &Observation::Input(input));
+        let occurs = |state: &mut ConditionState| state.condition.matches_input(input);
+        self.state().observe(at, occurs);
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        self.state().observe(at, &Observation::Output(output));
+        let occurs = |state: &mut ConditionState| state.condition.matches_output(output);
+        self.state().observe(at, occurs);
     }
 
     fn settled(&mut self, at: Time, controller: &Controller) {
-        self.state().observe(at, &Observation::Settled(controller));
+        let occurs = |state: &mut ConditionState| state.becomes_true(controller);
+        self.state().observe(at, occurs);
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -326,42 +312,40 @@ impl PlayState {
         self.scheduled.make_contiguous().sort_by_key(|(due, _)| *due);
     }
 
-    fn observe(&mut self, at: Time, observation: &Observation<'_>) {
+    /// Something has happened; `occurs` says whether it is what a condition waits for.
+    fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionState) -> bool) {
         if self.started.is_none() {
             return;
         }
         let at = self.scenario_time(at);
         let mut added = false;
         for step in &mut self.steps {
-            let StepTrigger::When(_, after) = step.step.trigger else {
-                continue;
-            };
-            if !step.condition.occurs(observation) || (step.step.times > 0 && step.runs >= step.step.times) {
+            if !occurs(&mut step.condition) || (step.times > 0 && step.runs >= step.times) {
                 continue;
             }
-            if self.scheduled.len() + step.step.actions.len() > MAX_SCHEDULED {
+            if self.scheduled.len() + step.actions.len() > MAX_SCHEDULED {
                 continue;
             }
             step.runs = step.runs.saturating_add(1);
-            let due = at + after;
-            self.scheduled
-                .extend(step.step.actions.iter().map(|action| (due, action.clone())));
+            let due = at + step.after;
+            let actions = step.actions.iter().cloned();
+            self.scheduled.extend(actions.map(|action| (due, action)));
             added = true;
         }
         if added {
             self.sort();
         }
         for expected in &mut self.expectations {
-            expected.observe(at, observation);
+            expected.observe(at, &occurs);
         }
     }
 }
 
 impl ExpectationState {
-    fn observe(&mut self, at: Time, observation: &Observation<'_>) {
-        let comes = self.what.occurs(observation);
-        let ends = self.until.as_mut().is_some_and(|until| until.occurs(observation));
-        let begins = self.after.as_mut().is_some_and(|after| after.occurs(observation));
+    fn observe(&mut self, at: Time, occurs: &impl Fn(&mut ConditionState) -> bool) {
+        let comes = occurs(&mut self.what);
+        let ends = self.until.as_mut().is_some_and(occurs);
+        let begins = self.after.as_mut().is_some_and(occurs);
         if self.verdict.is_some() {
             return;
         }
@@ -380,21 +364,16 @@ impl ExpectationState {
                         let (came, most) = (seconds(passed), seconds(within));
                         Verdict::Failed(format!("expected within {most}, came after {came}"))
                     };
-                    self.decide(at, late.map_or(Verdict::Held, words));
+                    self.verdict = Some((at, late.map_or(Verdict::Held, words)));
                 }
             }
             ExpectationKind::Never { .. } if comes => {
                 let words = format!("expected never, came at {at}");
-                self.decide(at, Verdict::Failed(words));
+                self.verdict = Some((at, Verdict::Failed(words)));
             }
-            ExpectationKind::Never { .. } if ends => self.decide(at, Verdict::Held),
+            ExpectationKind::Never { .. } if ends => self.verdict = Some((at, Verdict::Held)),
             ExpectationKind::Never { .. } => {}
         }
-    }
-
-    fn decide(&mut self, at: Time, verdict: Verdict) {
-        self.verdict = Some(verdict);
-        self.verdict_time = Some(at);
     }
 
     /// The verdict if nothing else happens.

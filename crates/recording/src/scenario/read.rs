@@ -67,23 +67,33 @@ struct TableError(Range<usize>, String);
 type ReadResult<T> = Result<T, TableError>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
-pub(super) fn read_file(path: &Path) -> Result<Scenario, ScenarioError> {
-    let io_error = |reason| ScenarioError::Io {
-        path: path.to_path_buf(),
-        reason,
-    };
-    parse(path, &files::read_text(path, MAX_BYTES).map_err(io_error)?)
-}
+impl Scenario {
+    /// Reads a file; paths in it are relative to it.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], with the line.
+    pub fn read(path: &Path) -> Result<Scenario, ScenarioError> {
+        let text = files::read_text(path, MAX_BYTES).map_err(|reason| ScenarioError::Io {
+            path: path.to_path_buf(),
+            reason,
+        })?;
+        Scenario::parse(path, &text)
+    }
 
-pub(super) fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
-    let read = DeTable::parse(text)
-        .map_err(|error| TableError(error.span().unwrap_or(0..0), error.message().to_owned()))
-        .and_then(|table| scenario(origin, text, table.get_ref()));
-    read.map_err(|TableError(span, reason)| ScenarioError::Content {
-        path: origin.to_path_buf(),
-        line: line_of(text, span.start),
-        reason,
-    })
+    /// Reads a text; `origin` stands for its file, and paths are relative to the directory of that.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], with the line.
+    pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
+        let read = DeTable::parse(text)
+            .map_err(|error| TableError(error.span().unwrap_or(0..0), error.message().to_owned()))
+            .and_then(|table| scenario(origin, text, table.get_ref()));
+        read.map_err(|TableError(span, reason)| ScenarioError::Content {
+            path: origin.to_path_buf(),
+            line: line_of(text, span.start),
+            reason,
+        })
+    }
 }
 
 fn line_of(text: &str, at: usize) -> usize {
@@ -184,17 +194,11 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
         (None, Some(when)) => StepTrigger::When(condition(when)?, after.unwrap_or_default()),
         (at, _) => {
             let found = if at.is_some() { "both" } else { "neither" };
-            return Err(TableError(
-                span,
-                format!("expected `at` or `when` in [[do]], found {found}"),
-            ));
+            return Err(missing(span, "`at` or `when`", "do", found));
         }
     };
     let Some(actions) = table.get("actions") else {
-        return Err(TableError(
-            span,
-            "expected `actions` in [[do]], found none".to_owned(),
-        ));
+        return Err(missing(span, "`actions`", "do", "none"));
     };
     let one = |value: &Value<'_>| {
         ScenarioAction::parse(&string(value)?).map_err(|error| wrong_words(value, &error))
@@ -213,10 +217,7 @@ fn expectation(
     (span, table): (Range<usize>, &DeTable<'_>),
 ) -> ReadResult<Expectation> {
     let Some(what) = table.get("what") else {
-        return Err(TableError(
-            span,
-            format!("expected `what` in [[{kind}]], found none"),
-        ));
+        return Err(missing(span, "`what`", kind, "none"));
     };
     let what = condition(what)?;
     let after = table.get("after").map(condition).transpose()?;
@@ -235,12 +236,10 @@ fn expectation(
             within: table.get("within").map(duration).transpose()?,
         }
     };
-    let name = table
-        .get("name")
-        .map_or_else(|| Ok(format!("{kind} {what}")), string)?;
+    let name = table.get("name");
     Ok(Expectation {
         line: line_of(text, span.start),
-        name,
+        name: name.map_or_else(|| Ok(format!("{kind} {what}")), string)?,
         condition: what,
         after,
         kind: expected,
@@ -257,25 +256,19 @@ fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>
 
 /// Every key of the table is one of those of its name.
 fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
-    let keys = TABLES
-        .iter()
-        .find(|(table, _)| *table == name)
-        .map_or(&[][..], |(_, keys)| *keys);
+    let mut tables = TABLES.iter().filter(|(table, _)| *table == name);
+    let keys = tables.next().map_or(&[][..], |(_, keys)| *keys);
     for (key, _) in table {
         let found = key.get_ref();
         if keys.iter().any(|known| *known == found.as_ref()) {
             continue;
         }
-        let nearest = keys
-            .iter()
-            .map(|known| (edit_distance(known, found), *known))
-            .min();
-        let suggestion = nearest.filter(|(far, _)| *far <= MAX_SUGGESTION_DISTANCE);
+        let nearest = keys.iter().map(|known| (edit_distance(known, found), *known));
+        let suggestion = nearest.min().filter(|(far, _)| *far <= MAX_SUGGESTION_DISTANCE);
         let hint = suggestion.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
-        let place = if name.is_empty() {
-            "the file".to_owned()
-        } else {
-            format!("[{name}]")
+        let place = match name {
+            "" => "the file".to_owned(),
+            name => format!("[{name}]"),
         };
         let reason = format!(
             "unknown key `{found}` in {place}: expected {}{hint}",
@@ -303,6 +296,10 @@ fn edit_distance(one: &str, other: &str) -> usize {
     row.last().copied().unwrap_or_default()
 }
 
+fn missing(span: Range<usize>, keys: &str, table: &str, found: &str) -> TableError {
+    TableError(span, format!("expected {keys} in [[{table}]], found {found}"))
+}
+
 fn expected(value: &Value<'_>, what: &str) -> TableError {
     let found = match value.get_ref() {
         DeValue::String(text) => format!("`{text}`"),
@@ -324,29 +321,27 @@ fn word<T: Word>(value: &Value<'_>, what: &str) -> ReadResult<T> {
     T::from_word(&string(value)?).ok_or_else(|| expected(value, what))
 }
 
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn string(value: &Value<'_>) -> ReadResult<String> {
-    match value.get_ref() {
-        DeValue::String(text) => Ok(text.as_ref().to_owned()),
-        _ => Err(expected(value, "text")),
-    }
-}
-
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
-    match value.get_ref() {
-        DeValue::Array(array) => Ok(array),
-        _ => Err(expected(value, "an array")),
-    }
-}
-
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-fn whole(value: &Value<'_>) -> ReadResult<u32> {
-    let number = match value.get_ref() {
-        DeValue::Integer(number) => u32::from_str_radix(number.as_str(), number.radix()).ok(),
-        _ => None,
+    let DeValue::String(text) = value.get_ref() else {
+        return Err(expected(value, "text"));
     };
-    number.ok_or_else(|| expected(value, "a whole number"))
+    Ok(text.as_ref().to_owned())
+}
+
+fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
+    let DeValue::Array(array) = value.get_ref() else {
+        return Err(expected(value, "an array"));
+    };
+    Ok(array)
+}
+
+fn whole(value: &Value<'_>) -> ReadResult<u32> {
+    if let DeValue::Integer(number) = value.get_ref()
+        && let Ok(number) = u32::from_str_radix(number.as_str(), number.radix())
+    {
+        return Ok(number);
+    }
+    Err(expected(value, "a whole number"))
 }
 
 fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
@@ -355,12 +350,8 @@ fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
 
 fn duration(value: &Value<'_>) -> ReadResult<Duration> {
     let text = string(value)?;
-    let wrong = || {
-        expected(
-            value,
-            "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"",
-        )
-    };
+    let example = "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"";
+    let wrong = || expected(value, example);
     let split = split_duration(text.trim_end(), &["us", "ms", "s", "min"]);
     let (number, micros) = split.ok_or_else(wrong)?;
     let number = number.trim_end();
@@ -371,9 +362,8 @@ fn duration(value: &Value<'_>) -> ReadResult<Duration> {
     let seconds = number * f64::from(micros) / 1e6;
     let time = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
     // To the microsecond, which is what virtual time counts.
-    let time = Duration::from_micros(
-        u64::try_from((time + Duration::from_nanos(500)).as_micros()).unwrap_or(u64::MAX),
-    );
+    let micros = (time + Duration::from_nanos(500)).as_micros();
+    let time = Duration::from_micros(u64::try_from(micros).unwrap_or(u64::MAX));
     if time > MAX_DURATION {
         return Err(expected(value, "a time of at most 365 days"));
     }

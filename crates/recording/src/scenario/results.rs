@@ -44,7 +44,7 @@ impl ScenarioOutcome {
     /// Whether something was not as expected.
     #[must_use]
     pub fn has_failed(&self) -> bool {
-        self.count(|verdict| matches!(verdict, Verdict::Failed(_))) > 0
+        self.failures().next().is_some()
     }
 
     /// What was not as expected, a line each.
@@ -53,10 +53,6 @@ impl ScenarioOutcome {
             Verdict::Failed(reason) => Some(format!("line {}, {}: {reason}", entry.line, entry.name)),
             Verdict::Held | Verdict::Skipped(_) => None,
         })
-    }
-
-    fn count(&self, is: impl Fn(&Verdict) -> bool) -> usize {
-        self.entries.iter().filter(|entry| is(&entry.verdict)).count()
     }
 
     /// As JUnit XML, with times in virtual seconds.

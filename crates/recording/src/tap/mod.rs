@@ -80,17 +80,14 @@ impl Tap {
             ports.insert(route.port, port);
             listeners.push((*route, listener));
         }
-        let controller: BTreeSet<IpAddr> = settings
-            .routes
-            .iter()
-            .map(|route| route.controller.ip())
-            .collect();
-        let controller: Vec<String> = controller.iter().map(ToString::to_string).collect();
+        let routes = settings.routes.iter();
+        let controllers: BTreeSet<IpAddr> = routes.map(|route| route.controller.ip()).collect();
+        let controllers: Vec<String> = controllers.iter().map(ToString::to_string).collect();
         let header = Header {
             origin: format!(
                 "observed, ts3100 tap {} in front of {}",
                 env!("CARGO_PKG_VERSION"),
-                controller.join(" ")
+                controllers.join(" ")
             ),
             calendar: Some(system_calendar()),
             ..Header::default()
@@ -186,11 +183,7 @@ async fn carry(
                 _ => format!("no answer within {limit:?}"),
             };
             warn!(event = "tap-refused", %line, "{line}: {controller} was not reached: {reason}; {peer} is reset");
-            log.record(RecordKind::Ended {
-                line,
-                by: Side::Robot,
-                how: EndReason::Refused,
-            });
+            log.ended(line, Side::Robot, EndReason::Refused);
             relay::reset(&host);
         }
     }
@@ -229,20 +222,16 @@ impl TapLog {
         self.state().peers.remove(&line);
     }
 
+    fn ended(&self, line: PeerId, by: Side, how: EndReason) {
+        self.record(RecordKind::Ended { line, by, how });
+    }
+
     /// Writes a record; it is in the file when this returns.
     fn record(&self, what: RecordKind) {
-        match &what {
-            RecordKind::FromHost { line, bytes } => {
-                debug!(event = "tap", %line, "{line} < {}", Escaped::for_reading(bytes));
-            }
-            RecordKind::FromRobot { line, bytes } => {
-                debug!(event = "tap", %line, "{line} > {}", Escaped::for_reading(bytes));
-            }
-            RecordKind::Connected { .. }
-            | RecordKind::Ended { .. }
-            | RecordKind::Action(_)
-            | RecordKind::Link(_)
-            | RecordKind::Remark(_) => {}
+        if let RecordKind::FromHost { line, bytes } = &what {
+            debug!(event = "tap", %line, "{line} < {}", Escaped::for_reading(bytes));
+        } else if let RecordKind::FromRobot { line, bytes } = &what {
+            debug!(event = "tap", %line, "{line} > {}", Escaped::for_reading(bytes));
         }
         let mut state = self.state();
         let micros = u64::try_from(state.started.elapsed().as_micros()).unwrap_or(u64::MAX);

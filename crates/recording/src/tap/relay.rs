@@ -30,11 +30,7 @@ pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, log
     if let Err(ResetBy(by)) = carry(line, host, robot, log).await {
         let word = side_name(by);
         info!(event = "tap-reset", %line, "{line}: the {word} has reset the connection");
-        log.record(RecordKind::Ended {
-            line,
-            by,
-            how: EndReason::Reset,
-        });
+        log.ended(line, by, EndReason::Reset);
         reset(host);
         reset(robot);
     }
@@ -70,10 +66,6 @@ async fn forward(
     to: &TcpStream,
     log: &TapLog,
 ) -> Result<(), ResetBy> {
-    let other = match by {
-        Side::Host => Side::Robot,
-        Side::Robot => Side::Host,
-    };
     let mut buffer = [0; READ_BUFFER];
     loop {
         socket::readable(from).await.map_err(|_| ResetBy(by))?;
@@ -86,18 +78,16 @@ async fn forward(
                     Side::Host => RecordKind::FromHost { line, bytes: sent },
                     Side::Robot => RecordKind::FromRobot { line, bytes: sent },
                 });
-                socket::write_all(to, bytes).await.map_err(|_| ResetBy(other))?;
+                socket::write_all(to, bytes)
+                    .await
+                    .map_err(|_| ResetBy(by.other()))?;
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(_) => return Err(ResetBy(by)),
         }
     }
     info!(event = "tap-closed", %line, "{line}: the {} has closed", side_name(by));
-    log.record(RecordKind::Ended {
-        line,
-        by,
-        how: EndReason::Closed,
-    });
+    log.ended(line, by, EndReason::Closed);
     // Fails when the other side was faster; its own end is seen by the other direction.
     let _ = SockRef::from(to).shutdown(Shutdown::Write);
     Ok(())

@@ -120,10 +120,10 @@ mod as_text {
 /// Bytes as pairs of hexadecimal digits with blanks between them.
 mod hex {
     use serde::{Deserialize, Deserializer, Serializer, de};
+    use ts3100_proto::escape;
 
     pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
-        let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-        serializer.serialize_str(&pairs.join(" "))
+        serializer.serialize_str(&escape::hex(bytes))
     }
 
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {

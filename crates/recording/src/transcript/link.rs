@@ -104,27 +104,27 @@ impl LinkRecord {
     /// The input of the controller that this record stands for, if any.
     #[must_use]
     pub fn input(&self) -> Option<Input> {
-        Some(match self {
-            LinkRecord::Settings { port, host } => Input::SerialOpened {
-                port: *port,
-                host: *host,
-            },
-            LinkRecord::Purged { port } => Input::SerialPurged { port: *port },
-            LinkRecord::SerialErrors { port, bytes } => Input::SerialErrors {
-                port: *port,
-                bytes: bytes.clone(),
-            },
-            LinkRecord::SecondPeer { port, peer, replaces } => Input::SecondPeer {
-                port: *port,
-                peer: peer.clone(),
-                kept: *replaces,
-            },
-            LinkRecord::Backlogged { port } => Input::Backlogged { port: *port },
-            // The answer to a question that the controller has to put first.
-            LinkRecord::NotPersisted { .. } => return None,
-            LinkRecord::Dropped { .. } | LinkRecord::Restored { .. } | LinkRecord::Reset { .. } => {
-                return None;
+        Some(match *self {
+            LinkRecord::Settings { port, host } => Input::SerialOpened { port, host },
+            LinkRecord::Purged { port } => Input::SerialPurged { port },
+            LinkRecord::SerialErrors { port, ref bytes } => {
+                let bytes = bytes.clone();
+                Input::SerialErrors { port, bytes }
             }
+            LinkRecord::SecondPeer {
+                port,
+                ref peer,
+                replaces: kept,
+            } => {
+                let peer = peer.clone();
+                Input::SecondPeer { port, peer, kept }
+            }
+            LinkRecord::Backlogged { port } => Input::Backlogged { port },
+            // That a file was not persisted is the answer to a question that the controller has to put first.
+            LinkRecord::NotPersisted { .. }
+            | LinkRecord::Dropped { .. }
+            | LinkRecord::Restored { .. }
+            | LinkRecord::Reset { .. } => return None,
         })
     }
 }
@@ -145,10 +145,10 @@ impl fmt::Display for LinkRecord {
             }
             LinkRecord::Dropped { port } => write!(f, "drop {port}"),
             LinkRecord::Restored { at, snapshot } => write!(f, "restore {}us {snapshot}", at.as_micros()),
-            LinkRecord::Reset { calendar: None } => f.write_str("reset"),
-            LinkRecord::Reset {
-                calendar: Some(calendar),
-            } => write!(f, "reset {calendar}"),
+            LinkRecord::Reset { calendar } => {
+                f.write_str("reset")?;
+                calendar.iter().try_for_each(|calendar| write!(f, " {calendar}"))
+            }
         }
     }
 }
@@ -163,10 +163,10 @@ fn host_settings_text(host: &HostEnd) -> String {
         ("parity", known.parity.map(|parity| parity.word().to_owned())),
         ("stop", known.stop.map(|stop| stop.to_string())),
     ];
-    let known = pairs
-        .into_iter()
-        .filter_map(|(key, value)| value.map(|value| format!("{key}={value}")));
-    let known: Vec<String> = known.collect();
+    let pairs = pairs.into_iter();
+    let known: Vec<String> = pairs
+        .filter_map(|(key, value)| Some(format!("{key}={}", value?)))
+        .collect();
     if known.is_empty() {
         "unknown".to_owned()
     } else {
@@ -217,11 +217,9 @@ impl FromStr for LinkRecord {
                 let snapshot = behind.to_owned();
                 LinkRecord::Restored { at, snapshot }
             }
+            "reset" if rest.is_empty() => LinkRecord::Reset { calendar: None },
             "reset" => LinkRecord::Reset {
-                calendar: Some(rest)
-                    .filter(|date| !date.is_empty())
-                    .map(str::parse)
-                    .transpose()?,
+                calendar: Some(rest.parse()?),
             },
             _ => return Err(LineError::NoLink(words.to_owned())),
         })

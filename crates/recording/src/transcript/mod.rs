@@ -129,15 +129,8 @@ impl RecordKind {
     /// The time from which later records continue, if this one changes time.
     #[must_use]
     pub fn new_time(&self) -> Option<Time> {
-        match self {
-            RecordKind::Link(link) => link.new_time(),
-            RecordKind::Connected { .. }
-            | RecordKind::FromHost { .. }
-            | RecordKind::FromRobot { .. }
-            | RecordKind::Ended { .. }
-            | RecordKind::Action(_)
-            | RecordKind::Remark(_) => None,
-        }
+        let RecordKind::Link(link) = self else { return None };
+        link.new_time()
     }
 }
 
@@ -276,17 +269,12 @@ impl Format {
     /// The format for a file extension; text without one.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Format> {
-        match path
-            .extension()
-            .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
-        {
-            None => Some(Format::Text),
-            Some(ending) => match ending.as_str() {
-                "txt" => Some(Format::Text),
-                "jsonl" => Some(Format::Json),
-                "pcapng" => Some(Format::Pcapng),
-                _ => None,
-            },
+        match files::extension(path).as_str() {
+            "" if path.extension().is_none() => Some(Format::Text),
+            "txt" => Some(Format::Text),
+            "jsonl" => Some(Format::Json),
+            "pcapng" => Some(Format::Pcapng),
+            _ => None,
         }
     }
 }
@@ -323,24 +311,21 @@ impl Recording {
     /// # Errors
     /// See [`ReadError`].
     pub fn read(path: &Path) -> Result<Recording, ReadError> {
-        if Format::from_path(path) == Some(Format::Pcapng) {
-            return Err(ReadError::Capture(path.to_path_buf()));
-        }
+        let read = match Format::from_path(path) {
+            Some(Format::Pcapng) => return Err(ReadError::Capture(path.to_path_buf())),
+            Some(Format::Json) => json::read,
+            Some(Format::Text) | None => text::read,
+        };
         let content = files::read_text(path, MAX_TRANSCRIPT).map_err(|reason| ReadError::File {
             path: path.to_path_buf(),
             reason,
         })?;
-        let read = if Format::from_path(path) == Some(Format::Json) {
-            json::read(&content)
-        } else {
-            text::read(&content)
-        };
-        read.and_then(Recording::validated)
-            .map_err(|(line, reason)| ReadError::Content {
-                path: path.to_path_buf(),
-                line,
-                reason,
-            })
+        let read = read(&content).and_then(Recording::validated);
+        read.map_err(|(line, reason)| ReadError::Content {
+            path: path.to_path_buf(),
+            line,
+            reason,
+        })
     }
 
     /// Checks that every snapshot in the recording can be restored; otherwise returns the line and the reason.

@@ -26,49 +26,43 @@ pub struct Observer {
 impl Observer {
     /// The record of an input; `by` is the side that caused it.
     pub fn input(&mut self, input: &Input, by: Side) -> Option<RecordKind> {
-        match input {
+        Some(match input.clone() {
             // The driver records a failed save itself.
-            Input::Tick | Input::Persisted(_) => None,
-            Input::SerialOpened { port, host } => Some(RecordKind::Link(LinkRecord::Settings {
-                port: *port,
-                host: *host,
-            })),
-            Input::SerialErrors { port, bytes } => Some(RecordKind::Link(LinkRecord::SerialErrors {
-                port: *port,
-                bytes: bytes.to_vec(),
-            })),
-            Input::SerialPurged { port } => Some(RecordKind::Link(LinkRecord::Purged { port: *port })),
-            Input::SecondPeer { port, peer, kept } => Some(RecordKind::Link(LinkRecord::SecondPeer {
-                port: *port,
-                peer: without_port(peer),
-                replaces: *kept,
-            })),
-            Input::Backlogged { port } => Some(RecordKind::Link(LinkRecord::Backlogged { port: *port })),
-            Input::Connected { port, peer } => {
-                self.connected.insert(*port);
-                Some(RecordKind::Connected {
-                    line: PeerId::first(*port),
-                    peer: without_port(peer),
-                })
-            }
-            Input::Received { port, bytes } => Some(RecordKind::FromHost {
-                line: PeerId::first(*port),
-                bytes: bytes.to_vec(),
+            Input::Tick | Input::Persisted(_) => return None,
+            Input::SerialOpened { port, host } => RecordKind::Link(LinkRecord::Settings { port, host }),
+            Input::SerialErrors { port, bytes } => RecordKind::Link(LinkRecord::SerialErrors { port, bytes }),
+            Input::SerialPurged { port } => RecordKind::Link(LinkRecord::Purged { port }),
+            Input::SecondPeer { port, peer, kept } => RecordKind::Link(LinkRecord::SecondPeer {
+                port,
+                peer: without_port(&peer),
+                replaces: kept,
             }),
+            Input::Backlogged { port } => RecordKind::Link(LinkRecord::Backlogged { port }),
+            Input::Connected { port, peer } => {
+                self.connected.insert(port);
+                RecordKind::Connected {
+                    line: PeerId::first(port),
+                    peer: without_port(&peer),
+                }
+            }
+            Input::Received { port, bytes } => RecordKind::FromHost {
+                line: PeerId::first(port),
+                bytes: bytes.into(),
+            },
             Input::Disconnected { port } => {
-                self.connected.remove(port);
-                Some(RecordKind::Ended {
-                    line: PeerId::first(*port),
+                self.connected.remove(&port);
+                RecordKind::Ended {
+                    line: PeerId::first(port),
                     by,
-                    how: match self.reset.remove(port) {
+                    how: match self.reset.remove(&port) {
                         true => EndReason::Reset,
                         false => EndReason::Closed,
                     },
-                })
+                }
             }
-            Input::Panel(panel) => Some(RecordKind::Action(Action::Panel(panel.clone()))),
-            Input::Action(action) => Some(RecordKind::Action(action.clone())),
-        }
+            Input::Panel(panel) => RecordKind::Action(Action::Panel(panel)),
+            Input::Action(action) => RecordKind::Action(action),
+        })
     }
 
     /// The record of an output that a peer sees, or that explains what a peer sees (a fault).
@@ -153,8 +147,8 @@ impl TranscriptSink {
     /// Records that this controller replaces the current one.
     fn restored(&mut self, at: Time, controller: &Controller) {
         if self.recorder.is_on() {
-            let what = RecordKind::Link(LinkRecord::from_restored(controller));
-            self.recorder.record(&Record { at, kind: what });
+            let kind = RecordKind::Link(LinkRecord::from_restored(controller));
+            self.recorder.record(&Record { at, kind });
         }
         if let Some(buffer) = &self.buffer {
             buffer.restored(at, controller);
@@ -164,8 +158,8 @@ impl TranscriptSink {
     /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
     /// where it is wall-clock time.
     fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
-        let what = RecordKind::Link(LinkRecord::Reset { calendar });
-        self.recorder.record(&Record { at, kind: what });
+        let kind = RecordKind::Link(LinkRecord::Reset { calendar });
+        self.recorder.record(&Record { at, kind });
         if let Some(buffer) = &self.buffer {
             buffer.restart(calendar);
         }
@@ -181,9 +175,9 @@ impl TranscriptSink {
         self.recorder.is_on() || self.buffer.is_some()
     }
 
-    fn record(&mut self, at: Time, what: Option<RecordKind>) {
-        if let Some(what) = what {
-            let record = Record { at, kind: what };
+    fn record(&mut self, at: Time, kind: Option<RecordKind>) {
+        if let Some(kind) = kind {
+            let record = Record { at, kind };
             self.recorder.record(&record);
             if let Some(buffer) = &self.buffer {
                 buffer.push(record);

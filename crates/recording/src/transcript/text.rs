@@ -225,27 +225,24 @@ fn bytes_record(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
 
 fn parse_action(words: &str) -> Result<RecordKind, LineError> {
     let all: Vec<&str> = words.split(' ').collect();
-    let how = |word: &str| match word {
-        "reset" => Ok(EndReason::Reset),
-        "refused" => Ok(EndReason::Refused),
-        _ => Err(LineError::expected("reset or refused", word)),
-    };
-    let ended = |line: &str, by, how| {
-        Ok(RecordKind::Ended {
-            line: line.parse()?,
-            by,
-            how,
-        })
-    };
     match all.as_slice() {
         ["connect", line, peer @ ..] => Ok(RecordKind::Connected {
             line: line.parse()?,
             peer: peer.join(" "),
         }),
-        ["disconnect", line] => ended(line, Side::Host, EndReason::Closed),
-        ["disconnect", line, word] => ended(line, Side::Host, how(word)?),
-        ["closed", line] => ended(line, Side::Robot, EndReason::Closed),
-        ["closed", line, word] => ended(line, Side::Robot, how(word)?),
+        [word @ ("disconnect" | "closed"), line, how @ ..] if how.len() < 2 => Ok(RecordKind::Ended {
+            how: match how {
+                [] => EndReason::Closed,
+                ["reset", ..] => EndReason::Reset,
+                ["refused", ..] => EndReason::Refused,
+                [word, ..] => return Err(LineError::expected("reset or refused", word)),
+            },
+            by: match *word {
+                "closed" => Side::Robot,
+                _ => Side::Host,
+            },
+            line: line.parse()?,
+        }),
         _ => match words.parse() {
             Err(LineError::NoLink(_)) => Ok(RecordKind::Action(words.parse()?)),
             link => link.map(RecordKind::Link),

@@ -9,7 +9,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::diagnostic::Problem;
-use crate::machine::constant_value;
+use crate::machine::{constant_value, convert};
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
@@ -26,11 +26,9 @@ pub(super) fn globals(file: &mut File, options: &LanguageOptions, symbols: &mut 
             sink.error(problem);
             file.suppressed.insert(declaration.name.text.clone());
         } else if declaration.name.text.len() > MAX_DATA_NAME {
-            let message = format!(
-                "{} is too long to be read or written by a host",
-                declaration.name.text
-            );
-            let problem = Problem::new("W0209", declaration.name.span, message);
+            let name = &declaration.name;
+            let message = format!("{} is too long to be read or written by a host", name.text);
+            let problem = Problem::new("W0209", name.span, message);
             sink.warning(problem.help(format!("hosts reach names of at most {MAX_DATA_NAME} characters")));
         }
     }
@@ -50,7 +48,7 @@ fn global(
         None => None,
         Some(expression) if !expression.is_constant() => {
             let message = "an initial value is made of constants only";
-            return Err(Problem::new("E0210", expression.span, message));
+            return Problem::fail("E0210", expression.span, message);
         }
         Some(expression) => Some(
             constant_value(expression, options)
@@ -60,15 +58,12 @@ fn global(
     if declaration.subscripts.is_empty() {
         let kind = value.as_ref().map(Value::kind);
         let initial = value.into_iter().map(|value| (0, value)).collect();
-        return add(
-            symbols,
-            name,
-            Slot {
-                kind,
-                initial,
-                ..Slot::plain(&name.text, Owner::Global)
-            },
-        );
+        let slot = Slot {
+            kind,
+            initial,
+            ..Slot::plain(&name.text, Owner::Global)
+        };
+        return add(symbols, name, slot);
     }
     let Some(value) = value else { return Ok(()) };
     element(declaration, value, symbols)
@@ -77,42 +72,23 @@ fn global(
 /// `name(i) = value` in GLOBAL: the initial value of one element.
 fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Result<(), Problem> {
     let name = &declaration.name;
-    let slot = symbols
-        .shared
-        .get(&name.text)
-        .and_then(|at| symbols.slots.get_mut(*at));
-    let Some(slot) = slot.filter(|slot| slot.bounds.is_some()) else {
+    let slot = symbols.find_mut(&name.text).filter(|slot| slot.bounds.is_some());
+    let Some(slot) = slot else {
         let problem = Problem::new("E0212", name.span, format!("{} is not an array", name.text));
         return Err(problem.help("declare it before with DIM"));
     };
-    let subscripts: Vec<i32> = declaration
-        .subscripts
-        .iter()
-        .map(|s| i32::try_from(*s).unwrap_or(i32::MAX))
-        .collect();
-    let Some(index) = slot.index(&subscripts) else {
-        return Err(Problem::new(
-            "E0213",
-            name.span,
-            format!("{} has no such element", name.text),
-        ));
+    let Some(index) = slot.index(&declaration.subscripts) else {
+        return Problem::fail("E0213", name.span, format!("{} has no such element", name.text));
     };
     let kind = *slot.kind.get_or_insert(value.kind());
-    let Some(value) = converted(value, kind) else {
-        return Err(Problem::new(
-            "E0207",
-            name.span,
-            format!("{} holds {}", name.text, kind.description()),
-        ));
+    // Numbers convert, reals toward zero.
+    let Ok(value) = convert(value, kind) else {
+        let message = format!("{} holds {}", name.text, kind.description());
+        return Problem::fail("E0207", name.span, message);
     };
     slot.initial.retain(|(known, _)| *known != index);
     slot.initial.push((index, value));
     Ok(())
-}
-
-/// The value as the kind of its variable; numbers convert, reals toward zero.
-fn converted(value: Value, kind: ValueKind) -> Option<Value> {
-    crate::machine::convert(value, kind).ok()
 }
 
 /// The slot of a `DIM`.
@@ -126,26 +102,23 @@ pub(super) fn dim_slot(
         kind: declaration.kind,
         ..Slot::plain(&name.text, owner)
     };
+    let zeroed = declaration.kind.is_some();
     if declaration.subscripts.is_empty() {
-        return if declaration.kind.is_some() {
-            Ok(Slot {
-                zeroed: true,
-                ..plain
-            })
-        } else {
+        if !zeroed {
             let problem = Problem::new("E0101", name.span, "expected bounds or a kind after the name");
-            Err(problem.help("DIM TABLE(10) AS INTEGER"))
-        };
+            return Err(problem.help("DIM TABLE(10) AS INTEGER"));
+        }
+        return Ok(Slot { zeroed, ..plain });
     }
     let length = flat_length(&declaration.subscripts);
     if length > MAX_ARRAY.saturating_sub(symbols.elements) {
         let message = format!("the arrays of a file have at most {MAX_ARRAY} elements together");
-        return Err(Problem::new("E0214", name.span, message));
+        return Problem::fail("E0214", name.span, message);
     }
     symbols.elements += length;
     Ok(Slot {
         bounds: Some(declaration.subscripts.clone()),
-        zeroed: declaration.kind.is_some(),
+        zeroed,
         ..plain
     })
 }
@@ -208,17 +181,12 @@ fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, si
 
 fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
     match datum.kind {
-        ValueKind::Position => {
-            let mut position = Position {
-                config: datum.config,
-                work,
-                ..Position::default()
-            };
-            for (to, from) in position.coords.iter_mut().zip(&datum.numbers) {
-                *to = *from;
-            }
-            position.into()
+        ValueKind::Position => Position {
+            config: datum.config,
+            work,
+            ..Position::from_leading(&datum.numbers)
         }
+        .into(),
         ValueKind::Coordinate => Trans::from_leading(options.arm, &datum.numbers).into(),
         ValueKind::Load | ValueKind::Integer | ValueKind::Real => {
             Payload::from_leading(&datum.numbers).into()
@@ -229,11 +197,7 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
 /// The coordinate system a WORK line names (DATA-09, DATA-11).
 fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Problem> {
     let Some(name) = &datum.work else { return Ok(None) };
-    let slot = symbols
-        .shared
-        .get(&name.text)
-        .and_then(|at| symbols.slots.get_mut(*at));
-    if let Some(slot) = slot
+    if let Some(slot) = symbols.find_mut(&name.text)
         && let Some((_, Value::Coordinate(trans))) = slot.initial.first()
     {
         slot.is_work = true;
@@ -250,7 +214,7 @@ fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Prob
 fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Problem> {
     if symbols.shared.contains_key(&name.text) {
         let message = format!("{} stands twice in GLOBAL and DATA", name.text);
-        return Err(Problem::new("E0205", name.span, message));
+        return Problem::fail("E0205", name.span, message);
     }
     symbols.share(slot);
     Ok(())

@@ -3,15 +3,18 @@
 //! The result is a [`Program`] of that one statement, which shares the memory of the selected file. Sending the reply is left
 //! to the controller. Start with [`compile_direct`].
 
+use alloc::format;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{kinds, lower, names};
 use crate::diagnostic::{Diagnostic, Problem, Span};
+use crate::lexer::leading_word;
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols, fingerprint};
+use crate::request::Request;
 use crate::sink::Sink;
-use crate::tree::{Feature, Simple, Statement};
+use crate::tree::{Ask, Simple, Statement};
 
 /// Compiles one statement for direct execution.
 ///
@@ -38,14 +41,14 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     step(Operation::Return, false),
                 ]);
                 return Ok(Arc::new(Program {
-                    fingerprint: fingerprint(base.fingerprint, statement, &base.options),
-                    options: base.options,
                     symbols: Arc::clone(&base.symbols),
-                    blocks: Vec::new(),
                     code: lower::plain(&steps),
                     steps,
-                    rcycle: None,
                     created,
+                    ..Program::without_steps(
+                        fingerprint(base.fingerprint, statement, &base.options),
+                        &base.options,
+                    )
                 }));
             }
         }
@@ -57,40 +60,31 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
 }
 
 fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
-    let whole = Span {
-        start: 0,
-        end: statement.len(),
-    };
-    let refused = |what: &str| {
-        let message = alloc::format!("{what} cannot be executed directly");
-        Err(Problem::new("E0501", whole, message))
-    };
+    let whole = Span::new(0, statement.len());
+    let refused = |what: &str| Problem::fail("E0501", whole, format!("{what} cannot be executed directly"));
     match parse_direct(statement, &base.options)? {
-        None => Err(Problem::new(
-            "E0101",
-            whole,
-            "expected a statement, found nothing",
-        )),
-        // There is no program that it could stop.
-        Some(Statement::Simple(Simple::Stop)) => refused("STOP"),
-        Some(Statement::Simple(Simple::Task { .. })) => refused("TASK"),
-        Some(Statement::Simple(Simple::Yield)) => refused("SWITCH"),
-        Some(Statement::Simple(Simple::Kill(_))) => refused("KILL"),
-        Some(Statement::Simple(Simple::Ignore)) => refused("IGNORE"),
-        Some(Statement::Simple(Simple::Switch(Feature::Monitors, on))) => {
-            refused(if on { "ENABLE" } else { "DISABLE" })
-        }
-        Some(Statement::On { .. }) => refused("ON"),
+        None => Problem::fail("E0101", whole, "expected a statement, found nothing"),
+        Some(Statement::Simple(Simple::Ask(Ask::Task { .. }))) => refused("TASK"),
+        // There is no program that it could stop, nor a task.
+        Some(
+            Statement::Simple(
+                Simple::Ask(Ask::Kill(_) | Ask::Fixed(Request::Stop | Request::Switch))
+                | Simple::Monitors(_)
+                | Simple::Ignore,
+            )
+            | Statement::On { .. }
+            | Statement::Wait(_)
+            | Statement::If { .. }
+            | Statement::For { .. }
+            | Statement::Next(_)
+            | Statement::Goto(_)
+            | Statement::Select(..)
+            | Statement::Return,
+        ) => refused(&leading_word(statement.trim_start()).0.to_ascii_uppercase()),
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
-        Some(Statement::Wait(_)) => refused("WAIT"),
-        Some(Statement::If { .. }) => refused("IF"),
-        Some(Statement::For { .. }) => refused("FOR"),
-        Some(Statement::Next(_)) => refused("NEXT"),
-        Some(Statement::Goto(_) | Statement::Select(..)) => refused("GOTO"),
-        Some(Statement::Return) => refused("RETURN"),
         Some(Statement::Call(name, _)) => {
-            let message = alloc::format!("{} is no statement that can be executed directly", name.text);
-            Err(Problem::new("E0501", name.span, message))
+            let message = format!("{} is no statement that can be executed directly", name.text);
+            Problem::fail("E0501", name.span, message)
         }
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! Names of variables are resolved before (`names`).
 
+use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
@@ -14,7 +15,8 @@ use crate::diagnostic::{Problem, Span};
 use crate::parser::Block;
 use crate::program::{Operation, Step};
 use crate::sink::Sink;
-use crate::tree::{Expression, Name, Reference, Simple, Statement};
+use crate::tree::{Ask, Expression, Name, Node, Reference, Simple, Statement, Variable};
+use crate::value::Value;
 
 /// Appends the steps of a block and its END; returns the step of its label `RCYCLE`.
 pub(super) fn block(
@@ -24,34 +26,28 @@ pub(super) fn block(
     steps: &mut Vec<Step>,
     sink: &mut Sink,
 ) -> Option<usize> {
-    let names: Vec<&Name> = block.labels.iter().map(|label| &label.name).collect();
-    super::duplicates(&names, "label", sink);
-    let labels: BTreeMap<String, usize> = block
-        .labels
-        .iter()
-        .map(|label| (label.name.text.clone(), label.statement))
-        .collect();
+    super::duplicates(block.labels.iter().map(|label| &label.name), "label", sink);
+    let labels = block.labels.iter();
     let first = steps.len();
     let mut emitter = Emitter {
-        labels,
+        labels: labels
+            .map(|label| (label.name.text.clone(), label.statement))
+            .collect(),
         suppressed,
         signatures,
         steps,
         sink,
         starts: Vec::new(),
+        jumps: Vec::new(),
         loops: Vec::new(),
         line: 0,
         head: true,
     };
     for located in core::mem::take(&mut block.statements) {
-        emitter.starts.push(emitter.steps.len());
-        emitter.line = located.line;
-        emitter.head = true;
+        emitter.begin(located.line);
         emitter.statement(located.statement, located.span);
     }
-    emitter.starts.push(emitter.steps.len());
-    emitter.line = block.end_line;
-    emitter.head = true;
+    emitter.begin(block.end_line);
     emitter.push(Operation::Return);
     emitter.finish(first)
 }
@@ -65,6 +61,8 @@ struct Emitter<'a> {
     sink: &'a mut Sink,
     /// First step of each statement of the block, and of its END.
     starts: Vec<usize>,
+    /// Steps that jump to labels: their targets are statements until all labels have a step.
+    jumps: Vec<usize>,
     /// FOR loops that are open here: step, name of the variable, place.
     loops: Vec<(usize, String, Span)>,
     line: u32,
@@ -72,58 +70,72 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    fn push(&mut self, operation: Operation) -> usize {
+    /// Begins a statement of the block.
+    fn begin(&mut self, line: u32) {
+        self.starts.push(self.steps.len());
+        (self.line, self.head) = (line, true);
+    }
+
+    fn push(&mut self, operation: Operation) {
         self.steps.push(Step {
             line: self.line,
             head: self.head,
             operation,
         });
         self.head = false;
-        self.steps.len() - 1
+    }
+
+    /// Lets the step at `at` lead to the step that comes next.
+    fn lead_here(&mut self, at: usize) {
+        let here = self.steps.len();
+        if let Some(
+            Operation::Branch {
+                otherwise: target, ..
+            }
+            | Operation::Jump(target)
+            | Operation::On { after: target, .. }
+            | Operation::For { exit: target, .. },
+        ) = self.steps.get_mut(at).map(|step| &mut step.operation)
+        {
+            *target = here;
+        }
+    }
+
+    fn error(&mut self, code: &'static str, span: Span, message: String) {
+        self.sink.error(Problem::new(code, span, message));
     }
 
     /// The statement of a label; `finish` replaces it by its step.
     fn label(&mut self, name: &Name) -> usize {
-        if let Some(statement) = self.labels.get(&name.text) {
-            return *statement;
+        let known = self.labels.get(&name.text).copied();
+        if known.is_none() && !self.suppressed.contains(&name.text) {
+            let message = format!("this program has no label {}", name.text);
+            let problem = Problem::new("E0202", name.span, message);
+            self.sink.error(problem.help("a jump cannot leave its program"));
         }
-        if self.suppressed.contains(&name.text) {
-            return 0;
-        }
-        let problem = Problem::new(
-            "E0202",
-            name.span,
-            format!("this program has no label {}", name.text),
-        );
-        self.sink.error(problem.help("a jump cannot leave its program"));
-        0
+        known.unwrap_or(0)
     }
 
     fn statement(&mut self, statement: Statement, span: Span) {
         match statement {
             Statement::On { condition, action } => self.monitor(condition, *action, span),
-            Statement::Simple(simple @ Simple::Task { .. }) => self.task(simple, span),
-            Statement::Simple(simple) => {
+            Statement::Simple(mut simple) => {
+                if let Simple::Ask(Ask::Task { name, block, .. }) = &mut simple {
+                    *block = self.task(name, span);
+                }
                 self.push(Operation::Simple(simple));
             }
-            Statement::Wait(condition) => {
-                self.push(Operation::Wait(condition));
-            }
-            Statement::Return => {
-                self.push(Operation::Return);
-            }
-            Statement::Goto(name) => {
-                let target = self.label(&name);
-                // A selection without a choice marks a jump to a label until all labels have a step.
-                self.push(Operation::Select {
-                    selector: one(span),
-                    targets: Vec::from([target]),
-                });
-            }
-            Statement::Select(selector, labels) => {
-                let targets = labels.iter().map(|name| self.label(name)).collect();
-                self.push(Operation::Select { selector, targets });
-            }
+            Statement::Wait(condition) => self.push(Operation::Wait(condition)),
+            Statement::Return => self.push(Operation::Return),
+            Statement::Goto(name) => self.goto(&name),
+            Statement::Select(selector, labels) => match (&selector.node, labels.as_slice()) {
+                (Node::Literal(Value::Integer(1)), [only]) => self.goto(only),
+                _ => {
+                    let targets = labels.iter().map(|name| self.label(name)).collect();
+                    self.jumps.push(self.steps.len());
+                    self.push(Operation::Select { selector, targets });
+                }
+            },
             Statement::If {
                 condition,
                 then,
@@ -135,93 +147,101 @@ impl Emitter<'_> {
                 from,
                 to,
                 step,
-                ..
             } => {
                 // It replaces a line with an error: its name is not known, and a missing end is not reported.
-                let broken = variable.name.span == span;
-                let name = if broken {
-                    String::new()
-                } else {
-                    variable.name.text.clone()
-                };
-                let at = self.push(Operation::For {
+                let known = Some(&variable.name).filter(|name| name.span != span);
+                let name = known.map(|name| name.text.clone()).unwrap_or_default();
+                if self.loops.len() >= MAX_FOR_NESTING {
+                    let message = format!("FOR loops nested more than {MAX_FOR_NESTING} deep");
+                    self.error("E0104", span, message);
+                }
+                self.loops.push((self.steps.len(), name, span));
+                self.push(Operation::For {
                     variable,
                     from,
                     to,
                     step,
                     exit: 0,
                 });
-                if self.loops.len() >= MAX_FOR_NESTING {
-                    let message = format!("FOR loops nested more than {MAX_FOR_NESTING} deep");
-                    self.sink.error(Problem::new("E0104", span, message));
-                }
-                self.loops.push((at, name, span));
             }
             Statement::Next(name) => self.next(name.as_ref(), span),
         }
     }
 
+    fn goto(&mut self, name: &Name) {
+        let target = self.label(name);
+        self.jumps.push(self.steps.len());
+        self.push(Operation::Jump(target));
+    }
+
     fn branch(
         &mut self,
-        condition: crate::tree::Expression,
+        condition: Expression,
         then: Statement,
-        otherwise: Option<alloc::boxed::Box<Statement>>,
+        otherwise: Option<Box<Statement>>,
         span: Span,
     ) {
-        let branch = self.push(Operation::Branch {
+        let branch = self.steps.len();
+        self.push(Operation::Branch {
             condition,
             otherwise: 0,
         });
         self.statement(then, span);
-        let mut target = self.steps.len();
-        if let Some(otherwise) = otherwise {
-            let jump = self.push(Operation::Jump(0));
-            target = self.steps.len();
-            self.statement(*otherwise, span);
-            let end = self.steps.len();
-            if let Some(step) = self.steps.get_mut(jump) {
-                step.operation = Operation::Jump(end);
-            }
+        let jump = self.steps.len();
+        if otherwise.is_some() {
+            self.push(Operation::Jump(0));
         }
-        if let Some(Step {
-            operation: Operation::Branch { otherwise, .. },
-            ..
-        }) = self.steps.get_mut(branch)
-        {
-            *otherwise = target;
+        self.lead_here(branch);
+        if let Some(otherwise) = otherwise {
+            self.statement(*otherwise, span);
+            self.lead_here(jump);
         }
     }
 
-    fn call(&mut self, name: &Name, arguments: Vec<crate::tree::Expression>, span: Span) {
-        let found = self
-            .signatures
-            .iter()
-            .position(|signature| signature.name == name.text);
-        let Some((block, signature)) = found.and_then(|at| Some((at, self.signatures.get(at)?))) else {
-            if self.suppressed.contains(&name.text) {
-                return;
+    /// The program of this name: its number, and how many arguments it takes.
+    fn program(&self, name: &Name) -> Option<(usize, usize)> {
+        let mut known = self.signatures.iter().enumerate();
+        let (at, found) = known.find(|(_, signature)| signature.name == name.text)?;
+        Some((at, found.parameters))
+    }
+
+    fn call(&mut self, name: &Name, arguments: Vec<Expression>, span: Span) {
+        let known = !self.suppressed.contains(&name.text);
+        let Some((block, takes)) = self.program(name) else {
+            if known {
+                let message = format!("{} is no statement and no program of this file", name.text);
+                self.error("E0203", name.span, message);
             }
-            let message = format!("{} is no statement and no program of this file", name.text);
-            self.sink.error(Problem::new("E0203", name.span, message));
             return;
         };
-        let known = !self.suppressed.contains(&name.text);
-        if known && signature.parameters != arguments.len() {
-            let message = format!(
-                "{} takes {} arguments, found {}",
-                name.text,
-                signature.parameters,
-                arguments.len()
-            );
-            self.sink.error(Problem::new("E0206", span, message));
+        if known && takes != arguments.len() {
+            let message = format!("{} takes {takes} arguments, found {}", name.text, arguments.len());
+            self.error("E0206", span, message);
         }
         self.push(Operation::Call { block, arguments });
+    }
+
+    /// The number of the program that a TASK starts.
+    fn task(&mut self, name: &Name, span: Span) -> usize {
+        match self.program(name) {
+            Some((at, 0)) => return at,
+            Some(_) => {
+                let message = format!("{} takes arguments; a task is started without", name.text);
+                self.error("E0206", span, message);
+            }
+            None if self.suppressed.contains(&name.text) => {}
+            None => {
+                let message = format!("{} is no program of this file", name.text);
+                self.error("E0203", name.span, message);
+            }
+        }
+        0
     }
 
     /// The action follows its ON; it is entered only by the monitor.
     fn monitor(&mut self, mut condition: Expression, mut action: Statement, span: Span) {
         let mut parameter = None;
-        let mut look = |variable: &mut crate::tree::Variable| {
+        let mut look = |variable: &mut Variable| {
             if let Reference::Parameter(_) = variable.reference {
                 parameter = Some(variable.name.clone());
             }
@@ -238,7 +258,8 @@ impl Emitter<'_> {
             self.sink.error(problem.help("copy it to a variable first"));
         }
         let jump = matches!(action, Statement::Goto(_) | Statement::Select(..));
-        let on = self.push(Operation::On {
+        let on = self.steps.len();
+        self.push(Operation::On {
             condition,
             after: 0,
             jump,
@@ -246,88 +267,39 @@ impl Emitter<'_> {
         self.head = true;
         self.statement(action, span);
         self.head = true;
-        let end = self.push(Operation::HandlerEnd);
-        if let Some(Step {
-            operation: Operation::On { after, .. },
-            ..
-        }) = self.steps.get_mut(on)
-        {
-            *after = end + 1;
-        }
-    }
-
-    fn task(&mut self, mut simple: Simple, span: Span) {
-        if let Simple::Task { name, block, .. } = &mut simple {
-            let found = self.signatures.iter().position(|known| known.name == name.text);
-            match found.and_then(|at| Some((at, self.signatures.get(at)?))) {
-                Some((at, signature)) if signature.parameters == 0 => *block = at,
-                Some(_) => {
-                    let message = format!("{} takes arguments; a task is started without", name.text);
-                    self.sink.error(Problem::new("E0206", span, message));
-                }
-                None if self.suppressed.contains(&name.text) => {}
-                None => {
-                    let message = format!("{} is no program of this file", name.text);
-                    self.sink.error(Problem::new("E0203", name.span, message));
-                }
-            }
-        }
-        self.push(Operation::Simple(simple));
+        self.push(Operation::HandlerEnd);
+        self.lead_here(on);
     }
 
     fn next(&mut self, name: Option<&Name>, span: Span) {
         let Some((opener, variable, _)) = self.loops.pop() else {
-            self.sink
-                .error(Problem::new("E0216", span, "NEXT without a FOR before it"));
-            return;
+            return self.error("E0216", span, "NEXT without a FOR before it".into());
         };
-        if let Some(name) = name
-            && name.text != variable
-            && !variable.is_empty()
-        {
+        if let Some(name) = name.filter(|name| name.text != variable && !variable.is_empty()) {
             let message = format!("expected NEXT {variable}, found NEXT {}", name.text);
-            self.sink.error(Problem::new("E0217", name.span, message));
+            self.error("E0217", name.span, message);
         }
-        let at = self.push(Operation::Next { opener });
-        if let Some(Step {
-            operation: Operation::For { exit, .. },
-            ..
-        }) = self.steps.get_mut(opener)
-        {
-            *exit = at + 1;
-        }
+        self.push(Operation::Next { opener });
+        self.lead_here(opener);
     }
 
     /// Replaces statement numbers by step numbers.
     fn finish(mut self, first: usize) -> Option<usize> {
-        let open = core::mem::take(&mut self.loops);
-        for (_, variable, span) in open.into_iter().filter(|(_, variable, _)| !variable.is_empty()) {
-            self.sink.error(Problem::new(
-                "E0215",
-                span,
-                format!("this FOR {variable} has no NEXT"),
-            ));
+        for (_, variable, span) in core::mem::take(&mut self.loops) {
+            if !variable.is_empty() {
+                self.error("E0215", span, format!("this FOR {variable} has no NEXT"));
+            }
         }
-        let starts = core::mem::take(&mut self.starts);
-        let step_of = |statement: usize| starts.get(statement).copied().unwrap_or(first);
-        for step in self.steps.iter_mut().skip(first) {
-            if let Operation::Select { selector, targets } = &mut step.operation {
-                targets.iter_mut().for_each(|target| *target = step_of(*target));
-                if *selector == one(selector.span)
-                    && let [only] = targets.as_slice()
-                {
-                    step.operation = Operation::Jump(*only);
+        let step_of = |statement: usize| self.starts.get(statement).copied().unwrap_or(first);
+        for jump in &self.jumps {
+            match self.steps.get_mut(*jump).map(|step| &mut step.operation) {
+                Some(Operation::Jump(target)) => *target = step_of(*target),
+                Some(Operation::Select { targets, .. }) => {
+                    targets.iter_mut().for_each(|target| *target = step_of(*target));
                 }
+                _ => {}
             }
         }
         self.labels.get("RCYCLE").map(|statement| step_of(*statement))
-    }
-}
-
-/// The constant 1 as an expression.
-fn one(span: Span) -> crate::tree::Expression {
-    crate::tree::Expression {
-        node: crate::tree::Node::Literal(crate::value::Value::Integer(1)),
-        span,
     }
 }

@@ -11,6 +11,7 @@ mod kinds;
 pub(crate) mod lower;
 mod names;
 
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
@@ -61,10 +62,8 @@ fn build(
     sink: &mut Sink,
 ) -> Option<Program> {
     if source.len() > MAX_SOURCE {
-        let message = format!(
-            "a file has at most {MAX_SOURCE} bytes, this one has {}",
-            source.len()
-        );
+        let found = source.len();
+        let message = format!("a file has at most {MAX_SOURCE} bytes, this one has {found}");
         sink.error(Problem::new("E0001", Span::default(), message));
         return None;
     }
@@ -72,23 +71,20 @@ fn build(
     let mut symbols = Symbols::default();
     declare::globals(&mut file, options, &mut symbols, sink);
     declare::data(&file, points, options, &mut symbols, sink);
-    let signatures: Vec<Signature> = file
-        .blocks
-        .iter()
-        .map(|block| Signature {
-            name: block.name.text.clone(),
-            parameters: block.parameters.len(),
-        })
-        .collect();
-    duplicates(
-        &file.blocks.iter().map(|block| &block.name).collect::<Vec<_>>(),
-        "program",
-        sink,
-    );
+    let names = file.blocks.iter().map(|block| &block.name);
+    duplicates(names.clone(), "program", sink);
+    let parameters = file.blocks.iter().map(|block| block.parameters.len());
+    let signatures = names.zip(parameters).map(|(name, parameters)| Signature {
+        name: name.text.clone(),
+        parameters,
+    });
+    let signatures: Vec<Signature> = signatures.collect();
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
         names::resolve_block(block, &file.suppressed, &mut symbols, options.data_copy, sink);
-        kinds::check_block(block, &symbols, sink);
+        for located in &mut block.statements {
+            kinds::check_statement(&mut located.statement, &symbols, sink);
+        }
         blocks.push(Entry {
             name: block.name.text.clone(),
             step: steps.len(),
@@ -131,15 +127,12 @@ struct Signature {
 }
 
 /// Reports names that are declared twice.
-fn duplicates(names: &[&Name], what: &str, sink: &mut Sink) {
-    let mut seen = alloc::collections::BTreeSet::new();
-    for name in names.iter().filter(|name| !name.text.is_empty()) {
+fn duplicates<'a>(names: impl Iterator<Item = &'a Name>, what: &str, sink: &mut Sink) {
+    let mut seen = BTreeSet::new();
+    for name in names.filter(|name| !name.text.is_empty()) {
         if !seen.insert(name.text.as_str()) {
-            sink.error(Problem::new(
-                "E0205",
-                name.span,
-                format!("the {what} {} stands twice", name.text),
-            ));
+            let message = format!("the {what} {} stands twice", name.text);
+            sink.error(Problem::new("E0205", name.span, message));
         }
     }
 }

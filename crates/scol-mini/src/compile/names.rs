@@ -12,7 +12,7 @@ use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
-use crate::tree::{Name, Node, Reference, Simple, Statement, Takes, Variable};
+use crate::tree::{Ask, Name, Node, Reference, Simple, Statement, Takes, Variable};
 use crate::value::ValueKind;
 
 /// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
@@ -29,23 +29,19 @@ pub(super) fn resolve_block(
         failed_dims: BTreeSet::new(),
         suppressed,
         symbols,
+        sink,
     };
     for (at, parameter) in block.parameters.iter().enumerate() {
-        scope
-            .locals
-            .insert(parameter.text.clone(), Reference::Parameter(at));
+        let reference = Reference::Parameter(at);
+        scope.locals.insert(parameter.text.clone(), reference);
     }
-    let names: alloc::vec::Vec<_> = block
-        .parameters
-        .iter()
-        .chain(block.dims.iter().map(|d| &d.name))
-        .collect();
-    duplicates(&names, "local variable", sink);
+    let dims = block.dims.iter().map(|declaration| &declaration.name);
+    duplicates(block.parameters.iter().chain(dims), "local variable", scope.sink);
     for declaration in &block.dims {
         match dim_slot(declaration, Owner::Local, scope.symbols) {
             Ok(slot) => scope.local(slot),
             Err(problem) => {
-                sink.error(problem);
+                scope.sink.error(problem);
                 scope.failed_dims.insert(declaration.name.text.clone());
             }
         }
@@ -60,13 +56,7 @@ pub(super) fn resolve_block(
         passed(&mut located.statement, &mut |variable| scope.define(variable));
     }
     for located in &mut block.statements {
-        located.statement.targets(&mut |variable| {
-            scope.resolve(variable, sink);
-            for subscript in &mut variable.subscripts {
-                subscript.variables(&mut |inner| scope.resolve(inner, sink));
-            }
-        });
-        scope.read(&mut located.statement, sink);
+        scope.statement(&mut located.statement);
     }
 }
 
@@ -78,8 +68,9 @@ pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, s
         failed_dims: BTreeSet::new(),
         suppressed: &BTreeSet::new(),
         symbols,
+        sink,
     };
-    if let Statement::Simple(Simple::Input { targets, .. }) = statement {
+    if let Statement::Simple(Simple::Ask(Ask::Input(_, targets))) = statement {
         for target in targets.iter().filter(|target| target.subscripts.is_empty()) {
             let name = &target.name.text;
             if scope.lookup(name).is_none() {
@@ -88,13 +79,7 @@ pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, s
             }
         }
     }
-    statement.targets(&mut |variable| {
-        scope.resolve(variable, sink);
-        for subscript in &mut variable.subscripts {
-            subscript.variables(&mut |inner| scope.resolve(inner, sink));
-        }
-    });
-    scope.read(statement, sink);
+    scope.statement(statement);
     scope.locals.len()
 }
 
@@ -133,6 +118,7 @@ struct Scope<'a> {
     failed_dims: BTreeSet<String>,
     suppressed: &'a BTreeSet<String>,
     symbols: &'a mut Symbols,
+    sink: &'a mut Sink,
 }
 
 impl Scope<'_> {
@@ -144,11 +130,10 @@ impl Scope<'_> {
 
     /// Makes a local variable of a name that is assigned and not known yet.
     fn define(&mut self, variable: &mut Variable) {
-        if self.failed_dims.contains(&variable.name.text) {
-            return;
-        }
-        if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
-            self.local(Slot::plain(&variable.name.text, Owner::Local));
+        let name = variable.name.text.as_str();
+        let known = self.failed_dims.contains(name) || self.lookup(name).is_some();
+        if !known && variable.subscripts.is_empty() {
+            self.local(Slot::plain(name, Owner::Local));
         }
     }
 
@@ -158,8 +143,7 @@ impl Scope<'_> {
         if self.locals.contains_key(name) {
             return;
         }
-        let shared = self.symbols.shared.get(name);
-        let datum = shared.and_then(|at| self.symbols.slots.get(*at));
+        let datum = self.symbols.find(name);
         if let Some(datum) = datum.filter(|slot| slot.owner == Owner::Data) {
             self.local(Slot {
                 owner: Owner::Local,
@@ -170,49 +154,64 @@ impl Scope<'_> {
     }
 
     fn lookup(&self, name: &str) -> Option<Reference> {
-        let shared = || self.symbols.reference(*self.symbols.shared.get(name)?);
+        let shared = || {
+            let slot = *self.symbols.shared.get(name)?;
+            let cell = self.symbols.slots.get(slot)?.base;
+            Some(Reference::Slot { slot, cell })
+        };
         self.locals.get(name).copied().or_else(shared)
     }
 
-    /// Resolves what a statement reads, and looks for what it restores.
-    fn read(&self, statement: &mut Statement, sink: &mut Sink) {
-        let mut restored = |name: &Name| {
-            if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
-                let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
-                let problem = Problem::new("E0201", name.span, message);
-                sink.error(problem.help("RESTORE writes into the file what stands in GLOBAL and DATA"));
+    /// Whether the name is one of a line that could not be made sense of.
+    fn is_suppressed(&self, name: &str) -> bool {
+        self.suppressed.contains(name) || self.failed_dims.contains(name)
+    }
+
+    /// Resolves what a statement gives a value to and what it reads, and looks for what it restores.
+    fn statement(&mut self, statement: &mut Statement) {
+        statement.targets(&mut |variable| {
+            self.resolve(variable);
+            for subscript in &mut variable.subscripts {
+                subscript.variables(&mut |inner| self.resolve(inner));
             }
-        };
+        });
         statement.each(&mut |statement| {
-            if let Statement::Simple(Simple::Restore(names)) = statement {
-                names.iter().for_each(&mut restored);
+            if let Statement::Simple(Simple::Ask(Ask::Restore(names))) = statement {
+                names.iter().for_each(|name| self.restored(name));
             }
         });
         let positions = positions(statement);
         statement.expressions(&mut |e, _| {
             e.variables(&mut |variable| {
                 if self.is_missing(variable) && positions.contains(&variable.name.text) {
-                    sink.error(no_point(variable));
+                    self.sink.error(no_point(variable));
                 } else {
-                    self.resolve(variable, sink);
+                    self.resolve(variable);
                 }
             });
         });
     }
 
+    fn restored(&mut self, name: &Name) {
+        if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
+            let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
+            let problem = Problem::new("E0201", name.span, message);
+            let help = "RESTORE writes into the file what stands in GLOBAL and DATA";
+            self.sink.error(problem.help(help));
+        }
+    }
+
     /// Whether nothing gives this plain variable a value.
     fn is_missing(&self, variable: &Variable) -> bool {
         let name = &variable.name.text;
-        let known =
-            self.lookup(name).is_some() || self.suppressed.contains(name) || self.failed_dims.contains(name);
-        variable.subscripts.is_empty() && !known
+        variable.subscripts.is_empty() && self.lookup(name).is_none() && !self.is_suppressed(name)
     }
 
-    fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
-        let name = &variable.name;
-        let Some(reference) = self.lookup(&name.text) else {
-            if !self.suppressed.contains(&name.text) && !self.failed_dims.contains(&name.text) {
-                sink.error(self.undefined(variable));
+    fn resolve(&mut self, variable: &mut Variable) {
+        let Name { text: name, span } = &variable.name;
+        let Some(reference) = self.lookup(name) else {
+            if !self.is_suppressed(name) {
+                self.sink.error(undefined(variable));
             }
             return;
         };
@@ -224,43 +223,28 @@ impl Scope<'_> {
             Reference::Parameter(_) | Reference::Unresolved => None,
         };
         let found = variable.subscripts.len();
-        match bounds {
-            Some(_) if found == 0 => {
-                let message = format!("{} is an array: a subscript is missing", name.text);
-                sink.error(Problem::new("E0212", name.span, message));
-            }
-            Some(bounds) if bounds.len() != found => {
-                let message = format!("{} has {} subscripts, found {found}", name.text, bounds.len());
-                sink.error(Problem::new("E0213", name.span, message));
-            }
-            None if found > 0 => {
-                sink.error(Problem::new(
-                    "E0212",
-                    name.span,
-                    format!("{} is not an array", name.text),
-                ));
-            }
-            _ => {}
-        }
+        let (code, message) = match bounds {
+            Some(_) if found == 0 => ("E0212", format!("{name} is an array: a subscript is missing")),
+            Some(bounds) if bounds.len() != found => (
+                "E0213",
+                format!("{name} has {} subscripts, found {found}", bounds.len()),
+            ),
+            None if found > 0 => ("E0212", format!("{name} is not an array")),
+            _ => return,
+        };
+        self.sink.error(Problem::new(code, *span, message));
     }
+}
 
-    fn undefined(&self, variable: &Variable) -> Problem {
-        let name = &variable.name;
-        if !variable.subscripts.is_empty() {
-            let problem = Problem::new(
-                "E0201",
-                name.span,
-                format!("{} is no array and no function", name.text),
-            );
-            return problem.help(format!("declare an array with DIM {}(n)", name.text));
-        }
-        Problem::new(
-            "E0201",
-            name.span,
-            format!("{} is never given a value", name.text),
-        )
-        .help("assign it, or declare it in GLOBAL or DATA")
+/// The problem of a name that nothing gives a value.
+fn undefined(variable: &Variable) -> Problem {
+    let Name { text: name, span } = &variable.name;
+    if !variable.subscripts.is_empty() {
+        let problem = Problem::new("E0201", *span, format!("{name} is no array and no function"));
+        return problem.help(format!("declare an array with DIM {name}(n)"));
     }
+    let problem = Problem::new("E0201", *span, format!("{name} is never given a value"));
+    problem.help("assign it, or declare it in GLOBAL or DATA")
 }
 
 /// A point of which neither the file nor the table of taught points says where it is.

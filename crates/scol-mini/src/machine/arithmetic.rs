@@ -19,7 +19,7 @@ pub(super) fn double(number: Number) -> f64 {
     }
 }
 
-fn single(number: Number) -> f32 {
+pub(super) fn single(number: Number) -> f32 {
     match number {
         Number::Integer(value) => value as f32,
         Number::Real(value) => value,
@@ -39,10 +39,8 @@ pub(super) fn truncated(value: f32) -> Result<i32> {
     if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
         return Ok(whole as i32);
     }
-    Err(RuntimeError::new(
-        FaultKind::Overflow,
-        format!("{value} does not fit an integer of 32 bits"),
-    ))
+    let message = format!("{value} does not fit an integer of 32 bits");
+    RuntimeError::fail(FaultKind::Overflow, message)
 }
 
 /// A value as another kind: numbers convert, everything else must be of that kind already.
@@ -52,12 +50,8 @@ pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value> {
         (Value::Real(value), ValueKind::Integer) => truncated(value).map(Value::Integer),
         (value, kind) if value.kind() == kind => Ok(value),
         (value, kind) => {
-            let message = format!(
-                "expected {}, found {}",
-                kind.description(),
-                value.kind().description()
-            );
-            Err(RuntimeError::new(FaultKind::Type, message))
+            let (expected, found) = (kind.description(), value.kind().description());
+            RuntimeError::fail(FaultKind::Type, format!("expected {expected}, found {found}"))
         }
     }
 }
@@ -68,10 +62,7 @@ pub(super) fn real(value: f32) -> Result<Number> {
     if value.is_finite() {
         return Ok(Number::Real(value));
     }
-    Err(RuntimeError::new(
-        FaultKind::Overflow,
-        "the result does not fit a real",
-    ))
+    RuntimeError::fail(FaultKind::Overflow, "the result does not fit a real")
 }
 
 #[inline]
@@ -81,10 +72,8 @@ pub(super) fn integer(value: Option<i32>) -> Result<Number> {
 
 #[cold]
 fn integer_overflow() -> Box<RuntimeError> {
-    RuntimeError::new(
-        FaultKind::Overflow,
-        "the result does not fit an integer of 32 bits",
-    )
+    let message = "the result does not fit an integer of 32 bits";
+    RuntimeError::new(FaultKind::Overflow, message)
 }
 
 pub(super) fn unary(operator: Unary, of: Number) -> Result<Number> {
@@ -143,7 +132,7 @@ fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number>
             let power = libm::powf(left, right);
             if power.is_nan() {
                 let message = format!("{left} cannot be raised to {right}");
-                return Err(RuntimeError::new(FaultKind::Domain, message));
+                return RuntimeError::fail(FaultKind::Domain, message);
             }
             real(power)
         }

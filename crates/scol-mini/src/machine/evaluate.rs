@@ -16,7 +16,14 @@ use crate::options::Arm;
 use crate::program::Program;
 use crate::request::{FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
-use crate::value::{Number, Value, ValueKind};
+use crate::value::{Number, Value};
+
+/// What a machine runs in: its program, the values of the variables, and what is outside.
+pub(super) struct World<'a> {
+    pub program: &'a Program,
+    pub memory: &'a mut Memory,
+    pub inputs: &'a dyn Inputs,
+}
 
 /// Everything an expression can read.
 #[derive(Clone, Copy)]
@@ -34,11 +41,11 @@ impl Context<'_> {
             Node::Literal(value) => Ok(value.clone()),
             Node::Variable(variable) => self.fetch(variable),
             Node::Component(of, letter) => {
-                let value = self.evaluate(of)?;
-                let found = component(self.program.options.arm, &value, *letter);
-                found
-                    .map(|value| Value::Real(value as f32))
-                    .ok_or_else(|| no_component(&value, *letter))
+                let mut value = self.evaluate(of)?;
+                match component(self.program.options.arm, &mut value, *letter) {
+                    Some(coordinate) => Ok(Value::Real(*coordinate as f32)),
+                    None => Err(no_component(&value, *letter)),
+                }
             }
             Node::Unary(Unary::Value, of) => self.evaluate(of),
             Node::Unary(operator, of) => Ok(unary(*operator, self.number(of)?)?.into()),
@@ -116,14 +123,13 @@ impl Context<'_> {
                 Value::Coordinate(left)
             }
             (operator, left, right) => {
-                let done = if operator == Binary::Multiply {
-                    "multiplied"
-                } else {
-                    "added or subtracted"
+                let done = match operator == Binary::Multiply {
+                    true => "multiplied",
+                    false => "added or subtracted",
                 };
                 let (left, right) = (left.kind().description(), right.kind().description());
                 let message = format!("{left} and {right} cannot be {done}");
-                return Err(RuntimeError::new(FaultKind::Type, message));
+                return RuntimeError::fail(FaultKind::Type, message);
             }
         })
     }
@@ -163,33 +169,21 @@ pub(super) fn unexpected(expected: &str, found: &Value) -> Box<RuntimeError> {
     RuntimeError::new(FaultKind::Type, message)
 }
 
-/// Where in `coords` the coordinate of this letter is.
-pub(super) fn component_index(arm: Arm, kind: ValueKind, letter: u8) -> Option<usize> {
-    let letters: &[u8] = match (kind, arm) {
-        (ValueKind::Position, Arm::SixAxis) => b"XYZABCUV",
-        (ValueKind::Position, Arm::Scara) => b"XYZCT",
-        (ValueKind::Coordinate, Arm::SixAxis) => b"XYZABC",
-        // The two rotations a SCARA does not have are never named.
-        (ValueKind::Coordinate, Arm::Scara) => b"XYZ--C",
-        (ValueKind::Integer | ValueKind::Real | ValueKind::Load, _) => return None,
+/// The coordinate of this letter.
+pub(super) fn component(arm: Arm, value: &mut Value, letter: u8) -> Option<&mut f64> {
+    let (coords, letters): (&mut [f64], _) = match value {
+        Value::Position(position) => (&mut position.coords, arm.coordinates()),
+        Value::Coordinate(trans) => match arm {
+            Arm::SixAxis => (&mut trans.coords, "XYZABC"),
+            // The two rotations a SCARA does not have are never named.
+            Arm::Scara => (&mut trans.coords, "XYZ--C"),
+        },
+        Value::Integer(_) | Value::Real(_) | Value::Load(_) => return None,
     };
-    letters.iter().position(|known| *known == letter)
-}
-
-fn component(arm: Arm, value: &Value, letter: u8) -> Option<f64> {
-    let index = component_index(arm, value.kind(), letter)?;
-    match value {
-        Value::Position(position) => position.coords.get(index).copied(),
-        Value::Coordinate(trans) => trans.coords.get(index).copied(),
-        Value::Integer(_) | Value::Real(_) | Value::Load(_) => None,
-    }
+    coords.get_mut(letters.bytes().position(|known| known == letter)?)
 }
 
 pub(super) fn no_component(value: &Value, letter: u8) -> Box<RuntimeError> {
-    let message = format!(
-        "{} has no coordinate {}",
-        value.kind().description(),
-        char::from(letter)
-    );
-    RuntimeError::new(FaultKind::Type, message)
+    let (kind, letter) = (value.kind().description(), char::from(letter));
+    RuntimeError::new(FaultKind::Type, format!("{kind} has no coordinate {letter}"))
 }

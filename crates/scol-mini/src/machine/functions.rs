@@ -7,7 +7,7 @@ use super::fast_sine;
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::arithmetic::{binary, double, integer, real, truncated};
+use super::arithmetic::{binary, double, integer, real, single, truncated};
 use super::evaluate::Context;
 use super::{Result, RuntimeError};
 use crate::MAX_BCD_DIGITS;
@@ -15,7 +15,7 @@ use crate::builtin::{Builtin, Numeric};
 use crate::options::{Arm, LanguageOptions};
 use crate::request::FaultKind;
 use crate::tree::{Binary, Expression};
-use crate::value::{Configuration, Number, Payload, Position, Trans, Value, coordinates};
+use crate::value::{Configuration, Number, Payload, Position, Trans, Value, ValueKind};
 
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
@@ -73,10 +73,7 @@ impl Context<'_> {
         if self.inputs.has_input(line) {
             return Ok(self.inputs.din(line));
         }
-        Err(RuntimeError::new(
-            FaultKind::Range,
-            format!("there is no input {line}"),
-        ))
+        RuntimeError::fail(FaultKind::Range, format!("there is no input {line}"))
     }
 
     /// The value of one axis, counted from 1.
@@ -89,7 +86,7 @@ impl Context<'_> {
     /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
     fn bcd_in(&self, arguments: &[Expression]) -> Result<Value> {
         let [first, digits] = arguments else {
-            return Err(RuntimeError::new(FaultKind::Type, "BCDIN takes 2 arguments"));
+            return RuntimeError::fail(FaultKind::Type, "BCDIN takes 2 arguments");
         };
         let (first, digits) = self.bcd_field(first, digits)?;
         let mut value = 0_i32;
@@ -101,7 +98,7 @@ impl Context<'_> {
             }
             if figure > 9 {
                 let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
-                return Err(RuntimeError::new(FaultKind::Range, message));
+                return RuntimeError::fail(FaultKind::Range, message);
             }
             value = value * 10 + figure;
         }
@@ -109,12 +106,7 @@ impl Context<'_> {
     }
 
     /// The outputs of `BCDOUT(first, digits, value)`.
-    pub fn bcd_lines(
-        &self,
-        first: &Expression,
-        digits: &Expression,
-        value: &Expression,
-    ) -> Result<Vec<(u16, bool)>> {
+    pub fn bcd_lines(&self, [first, digits, value]: &[Expression; 3]) -> Result<Vec<(u16, bool)>> {
         let (first, digits) = self.bcd_field(first, digits)?;
         let value = self.integer(value)?;
         let mut rest = value;
@@ -126,7 +118,7 @@ impl Context<'_> {
         }
         if value < 0 || rest > 0 {
             let message = format!("BCDOUT has {digits} digits, found {value}");
-            return Err(RuntimeError::new(FaultKind::Range, message));
+            return RuntimeError::fail(FaultKind::Range, message);
         }
         Ok(lines)
     }
@@ -140,9 +132,8 @@ impl Context<'_> {
                 Ok((line, digits))
             }
             _ => {
-                let message =
-                    format!("expected a first signal and 1 to {most} digits, found {digits} digits");
-                Err(RuntimeError::new(FaultKind::Range, message))
+                let expected = format!("expected a first signal and 1 to {most} digits");
+                RuntimeError::fail(FaultKind::Range, format!("{expected}, found {digits} digits"))
             }
         }
     }
@@ -152,10 +143,7 @@ impl Context<'_> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
-            _ => Err(RuntimeError::new(
-                FaultKind::Range,
-                format!("there is no signal {number}"),
-            )),
+            _ => RuntimeError::fail(FaultKind::Range, format!("there is no signal {number}")),
         }
     }
 
@@ -169,13 +157,12 @@ impl Context<'_> {
 
     /// `POINT(...)`: the coordinates, and after them the configuration; what is left out is 0.
     fn point(&self, numbers: &[f64]) -> Result<Value> {
-        let mut position = Position::default();
-        let width = coordinates(self.arm());
-        for (to, from) in position.coords.iter_mut().zip(numbers.iter().take(width)) {
-            *to = *from;
-        }
-        if let Some(number) = numbers.get(width) {
-            position.config = configuration(self.arm(), *number)?;
+        let arm = self.arm();
+        let width = ValueKind::Position.width(arm);
+        let (coords, config) = numbers.split_at_checked(width).unwrap_or((numbers, &[]));
+        let mut position = Position::from_leading(coords);
+        if let Some(number) = config.first() {
+            position.config = configuration(arm, *number)?;
         }
         Ok(position.into())
     }
@@ -188,10 +175,8 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration> {
             Arm::SixAxis => "five digits 0 to 2",
             Arm::Scara => "0, 1 or 2",
         };
-        RuntimeError::new(
-            FaultKind::Range,
-            format!("a configuration is {form}, found {number}"),
-        )
+        let message = format!("a configuration is {form}, found {number}");
+        RuntimeError::new(FaultKind::Range, message)
     })
 }
 
@@ -215,13 +200,8 @@ pub(super) fn numeric(
         _ => {
             let result = scalar(function, double(first), double(second));
             if result.is_nan() {
-                #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
-                let message = format!(
-                    "{} is not defined for {}",
-                    Builtin::Numeric(function).keyword(),
-                    double(first) as f32
-                );
-                return Err(RuntimeError::new(FaultKind::Domain, message));
+                let (word, x) = (Builtin::Numeric(function).keyword(), single(first));
+                return RuntimeError::fail(FaultKind::Domain, format!("{word} is not defined for {x}"));
             }
             real(result as f32)
         }
@@ -241,10 +221,9 @@ pub(super) fn cosine(degrees: f64) -> f64 {
 /// The sine of an angle in degrees and so many quarter turns.
 fn sine_after(quarters: i32, degrees: f64) -> f64 {
     // A real has 24 significant bits: below the bound the rest of whole quarter turns is exact without this.
-    let within = if libm::fabs(degrees) < 1e6 {
-        degrees
-    } else {
-        libm::fmod(degrees, 360.0)
+    let within = match libm::fabs(degrees) < 1e6 {
+        true => degrees,
+        false => libm::fmod(degrees, 360.0),
     };
     // Which way half a quarter turn is rounded does not matter: the sine of 45 degrees is its cosine.
     let nearest = (within * (1.0 / 90.0) + libm::copysign(0.5, within)) as i32;

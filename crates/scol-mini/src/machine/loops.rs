@@ -3,32 +3,26 @@
 use alloc::format;
 
 use super::arithmetic::{binary, double};
-use super::evaluate::Context;
+use super::evaluate::{Context, World};
 use super::{Loop, Machine, Result, RuntimeError};
-use crate::memory::Memory;
-use crate::program::{Operation, Program};
-use crate::request::{FaultKind, Inputs};
+use crate::program::Operation;
+use crate::request::FaultKind;
 use crate::tree::{Binary, Variable};
-use crate::value::{Number, Value};
+use crate::value::Number;
 
 impl Machine {
     /// Begins a FOR; returns the step that follows: the body, or what comes after NEXT.
     pub(super) fn begin_loop(
         &mut self,
-        program: &Program,
-        memory: &mut Memory,
-        inputs: &dyn Inputs,
+        world: &mut World<'_>,
         variable: &Variable,
         from: Number,
         opened: Loop,
     ) -> Result<usize> {
         if double(opened.step) == 0.0 {
-            return Err(RuntimeError::new(
-                FaultKind::Range,
-                "the STEP of a FOR cannot be 0",
-            ));
+            return RuntimeError::fail(FaultKind::Range, "the STEP of a FOR cannot be 0");
         }
-        let now = self.count(program, memory, inputs, variable, from)?;
+        let now = self.count(world, variable, from)?;
         // A jump may have left loops without their NEXT: those that do not surround this FOR are over.
         let (at, first) = (self.at, self.frames.last().map_or(0, |frame| frame.loops));
         let mut number = 0;
@@ -44,29 +38,20 @@ impl Machine {
     }
 
     /// Executes NEXT; returns the step that follows.
-    pub(super) fn next(
-        &mut self,
-        program: &Program,
-        memory: &mut Memory,
-        inputs: &dyn Inputs,
-        opener: usize,
-    ) -> Result<usize> {
+    pub(super) fn next(&mut self, world: &mut World<'_>, opener: usize) -> Result<usize> {
         let first = self.frames.last().map_or(0, |frame| frame.loops);
         let mine = self.loops.get(first..).unwrap_or_default();
         let found = mine.iter().position(|open| open.opener == opener).and_then(|at| {
             self.loops.truncate(first + at + 1);
             self.loops.last().copied()
         });
-        let operation = program.steps.get(opener).map(|step| &step.operation);
+        let operation = world.program.steps.get(opener).map(|step| &step.operation);
         let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
-            return Err(RuntimeError::new(
-                FaultKind::NextWithoutFor,
-                "NEXT is reached without its FOR",
-            ));
+            return RuntimeError::fail(FaultKind::NextWithoutFor, "NEXT is reached without its FOR");
         };
-        let now = self.context(program, memory, inputs).counter(variable)?;
-        let sum = binary(Binary::Add, now, open.step, &program.options)?;
-        if open.is_past(self.count(program, memory, inputs, variable, sum)?) {
+        let now = self.context(world).counter(variable)?;
+        let sum = binary(Binary::Add, now, open.step, &world.program.options)?;
+        if open.is_past(self.count(world, variable, sum)?) {
             self.loops.pop();
             return Ok(self.at + 1);
         }
@@ -74,34 +59,22 @@ impl Machine {
     }
 
     /// Gives the variable of a loop its next number; returns the number as the variable holds it.
-    fn count(
-        &mut self,
-        program: &Program,
-        memory: &mut Memory,
-        inputs: &dyn Inputs,
-        variable: &Variable,
-        number: Number,
-    ) -> Result<Number> {
-        let place = self.context(program, memory, inputs).place(variable)?;
-        self.write(program, memory, place, number.into())?;
-        self.context(program, memory, inputs).counter(variable)
+    fn count(&mut self, world: &mut World<'_>, variable: &Variable, number: Number) -> Result<Number> {
+        let place = self.context(world).place(variable)?;
+        self.write(world, place, number.into())?;
+        self.context(world).counter(variable)
     }
 }
 
 impl Context<'_> {
     fn counter(&self, variable: &Variable) -> Result<Number> {
         let value = self.fetch(variable)?;
-        value.number().ok_or_else(|| not_a_counter(variable, &value))
+        value.number().ok_or_else(|| {
+            let (name, found) = (&variable.name.text, value.kind().description());
+            let message = format!("a FOR counts with a number, {name} is {found}");
+            RuntimeError::new(FaultKind::Type, message)
+        })
     }
-}
-
-fn not_a_counter(variable: &Variable, value: &Value) -> alloc::boxed::Box<RuntimeError> {
-    let message = format!(
-        "a FOR counts with a number, {} is {}",
-        variable.name.text,
-        value.kind().description()
-    );
-    RuntimeError::new(FaultKind::Type, message)
 }
 
 impl Loop {

@@ -32,10 +32,11 @@ use crate::memory::{MAIN_TASK, Memory};
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program, StateVersion};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Pause, Request};
-use crate::tree::{Expression, Simple};
+use crate::tree::{Ask, Change, Expression, Simple};
 use crate::value::{Number, Position, Value};
 
 pub(crate) use arithmetic::convert;
+use evaluate::{Context, World};
 pub use monitor::{Jump, MonitorAction};
 use place::{Argument, ValuePlace};
 use vm::Stop;
@@ -58,6 +59,12 @@ impl RuntimeError {
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Box<Self> {
         let message = message.into();
         Box::new(Self { kind, message })
+    }
+
+    /// The error as the result of what fails with it.
+    #[cold]
+    pub fn fail<T>(kind: FaultKind, message: impl Into<String>) -> Result<T> {
+        Err(Self::new(kind, message))
     }
 }
 
@@ -149,7 +156,7 @@ struct Loop {
 /// Whether the caller has to act before the next statement: there is a new monitor, or HERE and DEST refer to another
 /// coordinate system.
 fn needs_host(operation: &Operation) -> bool {
-    if let Operation::Simple(Simple::Set(condition, _)) = operation {
+    if let Operation::Simple(Simple::Change(Change::Set(condition, _))) = operation {
         return condition.is_frame();
     }
     matches!(operation, Operation::On { .. })
@@ -163,7 +170,11 @@ impl Machine {
             version: StateVersion,
             program,
             at: 0,
-            frames: Self::base_frame(),
+            frames: Vec::from([Frame {
+                return_to: 0,
+                arguments: 0,
+                loops: 0,
+            }]),
             arguments: Vec::new(),
             loops: Vec::new(),
             state: RunPhase::Ready,
@@ -200,14 +211,6 @@ impl Machine {
         }
     }
 
-    fn base_frame() -> Vec<Frame> {
-        Vec::from([Frame {
-            return_to: 0,
-            arguments: 0,
-            loops: 0,
-        }])
-    }
-
     /// Runs until the fuel is used up or something outside has to happen.
     ///
     /// Each statement takes 1 from `fuel` when it begins; labels, blank lines and comments cost nothing, END
@@ -221,12 +224,17 @@ impl Machine {
         }
         let program = Arc::clone(&self.program);
         memory.switch_task(&program, self.task);
+        let mut world = World {
+            program: &program,
+            memory,
+            inputs,
+        };
         loop {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
                 RunPhase::Waiting => Stop::Step,
                 RunPhase::Ready | RunPhase::Requested(_) | RunPhase::Faulted | RunPhase::Ended => {
-                    self.compute(&program, memory.registers(), fuel)
+                    self.compute(&program, world.memory.registers(), fuel)
                 }
             };
             self.state = RunPhase::Ready;
@@ -238,9 +246,8 @@ impl Machine {
                     return Pause::Ended;
                 }
             };
-            if let Err(error) = self.execute(&program, &step.operation, memory, inputs) {
-                self.state = RunPhase::Faulted;
-                return Pause::Fault(self.fault(error));
+            if let Err(error) = self.execute(&mut world, &step.operation) {
+                return Pause::Fault(self.faulted(error));
             }
             match &self.state {
                 RunPhase::Waiting => return Pause::Waiting,
@@ -264,13 +271,16 @@ impl Machine {
         let pending = pending.clone();
         let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(error))?;
         self.state = RunPhase::Ready;
-        memory.switch_task(&self.program, self.task);
+        let program = Arc::clone(&self.program);
+        memory.switch_task(&program, self.task);
+        let mut world = World {
+            program: &program,
+            memory,
+            inputs: &NoInputs,
+        };
         for (place, number) in pending.targets.iter().zip(numbers) {
-            let program = Arc::clone(&self.program);
-            if let Err(error) = self.write(&program, memory, *place, number.into()) {
-                self.state = RunPhase::Faulted;
-                return Err(self.fault(error));
-            }
+            self.write(&mut world, *place, number.into())
+                .map_err(|error| self.faulted(error))?;
         }
         self.at += 1;
         Ok(())
@@ -283,30 +293,31 @@ impl Machine {
 
     /// To the label `RCYCLE` of the main program, calls and loops dropped; `false` (and nothing done) without one.
     pub fn go_to_rcycle(&mut self) -> bool {
-        let Some(step) = self.program.rcycle else {
-            return false;
-        };
-        self.go_to(step);
-        true
+        let step = self.program.rcycle;
+        if let Some(step) = step {
+            self.go_to(step);
+        }
+        step.is_some()
     }
 
     fn go_to(&mut self, step: usize) {
-        self.at = step;
-        self.frames = Self::base_frame();
-        self.arguments.clear();
-        self.loops.clear();
-        self.state = RunPhase::Ready;
-        self.monitors.clear();
-        self.monitors_enabled = true;
+        *self = Self {
+            at: step,
+            task: self.task,
+            ..Self::main(Arc::clone(&self.program))
+        };
     }
 
     /// File line, from 1, of the statement under way or next.
     #[must_use]
     pub fn line(&self) -> u32 {
-        self.program
-            .steps
-            .get(self.at)
-            .map_or_else(|| self.program.first_line(), |step| step.line)
+        let step = self.program.steps.get(self.at);
+        step.or(self.program.steps.first()).map_or(1, |step| step.line)
+    }
+
+    /// The operation of the step under way or next.
+    fn operation(&self) -> Option<&Operation> {
+        self.program.steps.get(self.at).map(|step| &step.operation)
     }
 
     /// Abandons the statement under way (a pending request, a `WAIT`, or one at fault) with all its parts: the next
@@ -316,14 +327,13 @@ impl Machine {
             self.state,
             RunPhase::Requested(_) | RunPhase::Waiting | RunPhase::Faulted
         ) {
-            let steps = &self.program.steps;
             loop {
                 // The action of an ON is no part of the statement.
-                self.at = match steps.get(self.at).map(|step| &step.operation) {
+                self.at = match self.operation() {
                     Some(Operation::On { after, .. }) => *after,
                     _ => self.at + 1,
                 };
-                if steps.get(self.at).is_none_or(|step| step.head) {
+                if self.program.steps.get(self.at).is_none_or(|step| step.head) {
                     break;
                 }
             }
@@ -346,7 +356,7 @@ impl Machine {
         for _ in 0..MAX_JUMPS_AHEAD {
             let step = self.program.steps.get(at)?;
             let Operation::Jump(target) = step.operation else {
-                let is_motion = matches!(step.operation, Operation::Simple(Simple::Move { .. }));
+                let is_motion = matches!(step.operation, Operation::Simple(Simple::Ask(Ask::Move { .. })));
                 return is_motion.then_some(step.line);
             };
             at = target;
@@ -358,19 +368,14 @@ impl Machine {
     /// tried, and not where the action of a monitor is over.
     #[must_use]
     pub fn begins_statement(&self) -> bool {
-        let step = self.program.steps.get(self.at).map(|step| &step.operation);
         !matches!(self.state, RunPhase::Requested(_) | RunPhase::Ended)
-            && !matches!(step, Some(Operation::HandlerEnd))
+            && !matches!(self.operation(), Some(Operation::HandlerEnd))
     }
 
     /// Whether this is the action of a monitor, and over: the motion under way is not its own.
     #[must_use]
     pub fn handler_ended(&self) -> bool {
-        let step = self.program.steps.get(self.at).map(|step| &step.operation);
-        matches!(
-            (&self.state, step),
-            (RunPhase::Ended, Some(Operation::HandlerEnd))
-        )
+        self.state == RunPhase::Ended && matches!(self.operation(), Some(Operation::HandlerEnd))
     }
 
     /// The request that waits for its answer.
@@ -383,17 +388,12 @@ impl Machine {
     }
 
     /// What expressions can look at now.
-    fn context<'a>(
-        &'a self,
-        program: &'a Program,
-        memory: &'a Memory,
-        inputs: &'a dyn Inputs,
-    ) -> evaluate::Context<'a> {
-        evaluate::Context {
+    fn context<'a>(&'a self, world: &'a World<'_>) -> Context<'a> {
+        Context {
             machine: self,
-            program,
-            memory,
-            inputs,
+            program: world.program,
+            memory: world.memory,
+            inputs: world.inputs,
         }
     }
 
@@ -414,33 +414,35 @@ impl Machine {
             message: error.message,
         }
     }
+
+    /// The fault of a statement, on which the machine stays.
+    fn faulted(&mut self, error: Box<RuntimeError>) -> Fault {
+        self.state = RunPhase::Faulted;
+        self.fault(error)
+    }
 }
 
 /// The numbers an answer holds, filled up with zeros after a cancellation (INP-10).
 fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
-    match (request, answer) {
+    let message = match (request, answer) {
         (Request::Input { expected, .. }, Answer::Values(numbers)) if numbers.len() == *expected => {
-            Ok(numbers)
+            return Ok(numbers);
         }
         (Request::Input { expected, .. }, Answer::Cancelled(mut numbers)) if numbers.len() <= *expected => {
             numbers.resize(*expected, Number::Integer(0));
-            Ok(numbers)
+            return Ok(numbers);
         }
         (Request::Input { expected, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
             let message = format!("INPUT wants {expected} numbers, found {}", numbers.len());
-            Err(RuntimeError::new(FaultKind::Range, message))
+            return RuntimeError::fail(FaultKind::Range, message);
         }
-        (Request::Input { .. }, Answer::Done) => {
-            Err(RuntimeError::new(FaultKind::Type, "INPUT wants numbers"))
-        }
-        (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => Ok(numbers),
-        (Request::Task { .. }, _) => Err(RuntimeError::new(FaultKind::Type, "TASK wants one task ID")),
-        (_, Answer::Done) => Ok(Vec::new()),
-        (_, Answer::Values(_) | Answer::Cancelled(_)) => Err(RuntimeError::new(
-            FaultKind::Type,
-            "only INPUT and TASK take numbers",
-        )),
-    }
+        (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => return Ok(numbers),
+        (Request::Input { .. }, Answer::Done) => "INPUT wants numbers",
+        (Request::Task { .. }, _) => "TASK wants one task ID",
+        (_, Answer::Done) => return Ok(Vec::new()),
+        (_, Answer::Values(_) | Answer::Cancelled(_)) => "only INPUT and TASK take numbers",
+    };
+    RuntimeError::fail(FaultKind::Type, message)
 }
 
 /// The value of an expression that is constant and a number.
@@ -451,8 +453,14 @@ pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions
 /// The value of an expression that is constant.
 pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value> {
     let program = Program::empty(options);
-    let (machine, memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
-    machine.context(&program, &memory, &NoInputs).evaluate(expression)
+    let world = World {
+        program: &program,
+        memory: &mut Memory::new(&program),
+        inputs: &NoInputs,
+    };
+    Machine::main(Arc::clone(&program))
+        .context(&world)
+        .evaluate(expression)
 }
 
 /// The world of a constant: none.

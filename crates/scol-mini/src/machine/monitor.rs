@@ -7,6 +7,7 @@ use alloc::boxed::Box;
 use alloc::format;
 use alloc::sync::Arc;
 
+use super::evaluate::World;
 use super::{Machine, Result, RunPhase, RuntimeError};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
@@ -47,7 +48,7 @@ impl Machine {
         self.monitors.retain(|monitor| monitor.on != on);
         if self.monitors.len() >= MAX_MONITORS {
             let message = format!("a task has at most {MAX_MONITORS} monitors");
-            return Err(RuntimeError::new(FaultKind::Range, message));
+            return RuntimeError::fail(FaultKind::Range, message);
         }
         let depth = self.frames.len();
         self.monitors.push(Monitor {
@@ -79,6 +80,11 @@ impl Machine {
         }
         let program = Arc::clone(&self.program);
         memory.switch_task(&program, self.task);
+        let world = World {
+            program: &program,
+            memory,
+            inputs,
+        };
         for index in 0..self.monitors.len() {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
@@ -89,7 +95,7 @@ impl Machine {
             let Operation::On { condition, jump, .. } = &step.operation else {
                 continue;
             };
-            match self.context(&program, memory, inputs).truth(condition) {
+            match self.context(&world).truth(condition) {
                 Ok(true) if !monitor.last_value => {
                     self.monitors.remove(index);
                     return Ok(Some(self.triggered(monitor, *jump)));
@@ -139,10 +145,8 @@ impl Machine {
         let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {
             let step = program.steps.get(monitor.on);
-            let jump = matches!(
-                step.map(|step| &step.operation),
-                Some(Operation::On { jump: true, .. })
-            );
+            let on = step.map(|step| &step.operation);
+            let jump = matches!(on, Some(Operation::On { jump: true, .. }));
             !jump || monitor.depth <= depth
         });
     }

@@ -7,14 +7,12 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 use super::arithmetic::convert;
-use super::evaluate::Context;
+use super::evaluate::{Context, World};
 use super::{Machine, Result, RuntimeError};
 use crate::MAX_SUBSCRIPTS;
-use crate::memory::Memory;
-use crate::program::Program;
 use crate::request::FaultKind;
 use crate::tree::{Expression, Node, Reference, Variable};
-use crate::value::{Number, Value};
+use crate::value::{Number, Value, ValueKind};
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,16 +54,10 @@ impl Context<'_> {
                     Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
                         Ok(ValuePlace::Argument(at))
                     }
-                    None => Err(RuntimeError::new(
-                        FaultKind::Undefined,
-                        format!("{name} was not handed over"),
-                    )),
+                    None => RuntimeError::fail(FaultKind::Undefined, format!("{name} was not handed over")),
                 }
             }
-            Reference::Unresolved => Err(RuntimeError::new(
-                FaultKind::Undefined,
-                format!("{name} has no value"),
-            )),
+            Reference::Unresolved => RuntimeError::fail(FaultKind::Undefined, format!("{name} has no value")),
         }
     }
 
@@ -112,15 +104,10 @@ impl Context<'_> {
 
     /// The argument that an expression passes: a variable by reference, everything else by value.
     pub fn argument(&self, expression: &Expression) -> Result<Argument> {
-        match &expression.node {
-            Node::Variable(variable) => self.place(variable).map(Argument::Place),
-            Node::Literal(_)
-            | Node::Component(..)
-            | Node::Unary(..)
-            | Node::Binary(..)
-            | Node::Function(..)
-            | Node::System(_) => self.evaluate(expression).map(Argument::from_value),
+        if let Node::Variable(variable) = &expression.node {
+            return self.place(variable).map(Argument::Place);
         }
+        self.evaluate(expression).map(Argument::from_value)
     }
 }
 
@@ -133,29 +120,26 @@ impl Argument {
 
 impl Machine {
     /// Stores a value, converted to the kind of its place; the first value of a variable fixes the kind.
-    pub(super) fn write(
-        &mut self,
-        program: &Program,
-        memory: &mut Memory,
-        place: ValuePlace,
-        value: Value,
-    ) -> Result<()> {
+    pub(super) fn write(&mut self, world: &mut World<'_>, place: ValuePlace, value: Value) -> Result<()> {
         match place {
             ValuePlace::Cell { slot, cell } => {
-                let kind = memory.kind(slot).unwrap_or_else(|| value.kind());
-                memory.store(program, slot, cell, convert(value, kind)?);
+                let kind = world.memory.kind(slot).unwrap_or_else(|| value.kind());
+                let value = convert(value, kind)?;
+                world.memory.store(world.program, slot, cell, value);
             }
-            ValuePlace::Argument(at) => match self.arguments.get_mut(at) {
-                Some(held @ Argument::Number(Number::Integer(_))) => {
-                    *held = Argument::from_value(convert(value, crate::ValueKind::Integer)?);
-                }
-                Some(held @ Argument::Number(Number::Real(_))) => {
-                    *held = Argument::from_value(convert(value, crate::ValueKind::Real)?);
-                }
-                Some(held @ Argument::Unset) => *held = Argument::from_value(value),
-                Some(Argument::Vector(held)) => *held = convert(value, held.kind())?,
-                Some(Argument::Place(_)) | None => {}
-            },
+            ValuePlace::Argument(at) => {
+                let Some(held) = self.arguments.get_mut(at) else {
+                    return Ok(());
+                };
+                let kind = match held {
+                    Argument::Number(Number::Integer(_)) => ValueKind::Integer,
+                    Argument::Number(Number::Real(_)) => ValueKind::Real,
+                    Argument::Vector(held) => held.kind(),
+                    Argument::Unset => value.kind(),
+                    Argument::Place(_) => return Ok(()),
+                };
+                *held = Argument::from_value(convert(value, kind)?);
+            }
         }
         Ok(())
     }

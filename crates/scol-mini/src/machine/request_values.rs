@@ -15,21 +15,48 @@ use super::print::field;
 use super::{PendingRequest, Result, RuntimeError};
 use crate::conditions::{Accuracy, Condition, Conditions};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
-use crate::tree::{Expression, Item, MotionKind, Node, Simple, Variable};
-use crate::value::{Frame as System, Position, Value};
+use crate::tree::{Ask, Change, Expression, Item, MotionKind, Node, PerAxis, Variable};
+use crate::value::{Frame, Position, Value};
 
 /// Text that clears a receive buffer instead of being sent (BUF-03).
 const BUFFER_RESET: &str = "BUFFRESET";
 /// Most axes `MOVEA` and `MOVEI` can name.
-const MAX_AXIS: i32 = 8;
+pub(super) const MAX_AXIS: u8 = 8;
 
 impl Context<'_> {
+    /// The motion conditions as a statement changes them.
+    pub fn changed(&self, change: &Change) -> Result<Conditions> {
+        let mut conditions = self.memory.conditions().clone();
+        match change {
+            Change::Set(condition, value) => self.set(&mut conditions, *condition, value)?,
+            Change::FreeLoad => conditions.payload = None,
+            Change::Pass(on) => conditions.passing = *on,
+            Change::Nowait(on) => conditions.nowait = *on,
+            Change::PerAxis(condition, values) => {
+                let percent = |value| self.percent("an axis", value, 0.0);
+                let values = values.iter().map(percent).collect::<Result<Vec<f64>>>()?;
+                let axes = match condition {
+                    PerAxis::Gain => &mut conditions.gain,
+                    PerAxis::Torque => &mut conditions.torque,
+                };
+                axes.iter_mut().zip(values).for_each(|(to, value)| *to = value);
+            }
+            Change::SetGain([axis, value]) => {
+                let (axis, value) = (self.axis(axis)?, self.percent("an axis", value, 0.0)?);
+                if let Some(to) = conditions.gain.get_mut(usize::from(axis) - 1) {
+                    *to = value;
+                }
+            }
+        }
+        Ok(conditions)
+    }
+
     /// Sets one condition to the value of an expression.
-    pub fn set(&self, into: &mut Conditions, condition: Condition, value: &Expression) -> Result<()> {
+    fn set(&self, into: &mut Conditions, condition: Condition, value: &Expression) -> Result<()> {
         match condition {
-            Condition::Speed => into.speed = self.percent("SPEED", value)?,
-            Condition::Accel => into.accel = self.percent("ACCEL", value)?,
-            Condition::Decel => into.decel = self.percent("DECEL", value)?,
+            Condition::Speed => into.speed = self.percent("SPEED", value, 1.0)?,
+            Condition::Accel => into.accel = self.percent("ACCEL", value, 1.0)?,
+            Condition::Decel => into.decel = self.percent("DECEL", value, 1.0)?,
             Condition::Config => {
                 into.config = configuration(self.program.options.arm, self.double(value)?)?;
             }
@@ -40,11 +67,11 @@ impl Context<'_> {
                 };
                 into.payload = Some((name(value), *load));
             }
-            Condition::Work => into.work = self.system_frame(value)?,
-            Condition::Tool => into.tool = self.system_frame(value)?,
-            Condition::Base => into.base = self.system_frame(value)?,
+            Condition::Work => into.work = self.frame(value)?,
+            Condition::Tool => into.tool = self.frame(value)?,
+            Condition::Base => into.base = self.frame(value)?,
             Condition::Pass => {
-                into.pass = self.within("PASS", value, 0.0)?;
+                into.pass = self.percent("PASS", value, 0.0)?;
                 into.passing = into.pass > 0.0;
             }
             Condition::Accur => {
@@ -53,7 +80,7 @@ impl Context<'_> {
                     1 => Accuracy::Fine,
                     other => {
                         let message = format!("ACCUR takes COARSE or FINE, found {other}");
-                        return Err(RuntimeError::new(FaultKind::Range, message));
+                        return RuntimeError::fail(FaultKind::Range, message);
                     }
                 }
             }
@@ -61,90 +88,53 @@ impl Context<'_> {
         Ok(())
     }
 
-    fn percent(&self, name: &str, value: &Expression) -> Result<f64> {
-        self.within(name, value, 1.0)
-    }
-
-    fn within(&self, name: &str, value: &Expression, least: f64) -> Result<f64> {
+    fn percent(&self, name: &str, value: &Expression, least: f64) -> Result<f64> {
         let percent = self.double(value)?;
         if (least..=100.0).contains(&percent) {
             return Ok(percent);
         }
-        Err(RuntimeError::new(
-            FaultKind::Range,
-            format!("{name} takes {least} to 100, found {percent}"),
-        ))
+        let message = format!("{name} takes {least} to 100, found {percent}");
+        RuntimeError::fail(FaultKind::Range, message)
     }
 
-    /// A gain or torque.
-    pub fn axis_percent(&self, value: &Expression) -> Result<f64> {
-        self.within("an axis", value, 0.0)
-    }
-
-    /// Gains or torques, axis 1 first.
-    pub fn per_axis(&self, values: &[Expression]) -> Result<Vec<f64>> {
-        values.iter().map(|value| self.axis_percent(value)).collect()
-    }
-
-    /// What a statement asks for; `None` for one that asks for nothing.
-    pub fn request(&self, simple: &Simple) -> Result<Option<PendingRequest>> {
+    /// What a statement asks for.
+    pub fn request(&self, ask: &Ask) -> Result<PendingRequest> {
         let mut targets = Vec::new();
-        let request = match simple {
-            Simple::Move { motion, with } => self.motion(motion, with)?,
-            Simple::Print { channel, items, cr } => self.print(*channel, items, *cr)?,
-            Simple::Input {
-                channel,
-                targets: variables,
-            } => {
+        let request = match ask {
+            Ask::Move { motion, with } => self.motion(motion, with)?,
+            Ask::Print { channel, items, cr } => self.print(*channel, items, *cr)?,
+            Ask::Input(channel, variables) => {
                 targets = self.places(variables)?;
                 Request::Input {
                     channel: *channel,
                     expected: targets.len(),
                 }
             }
-            Simple::Task { target, block, .. } => {
+            Ask::Task { target, block, .. } => {
                 targets = self.places(target.as_slice())?;
                 Request::Task { program: *block }
             }
-            Simple::Delay(seconds) => Request::Delay {
+            Ask::Delay(seconds) => Request::Delay {
                 seconds: self.seconds("DELAY", seconds)?,
             },
-            Simple::Outputs(lines) => Request::Outputs(
-                lines
-                    .iter()
-                    .map(|line| self.signal(line))
-                    .collect::<Result<_>>()?,
-            ),
-            Simple::Bcd([first, digits, value]) => Request::Outputs(self.bcd_lines(first, digits, value)?),
-            Simple::Hand { hand, open, at_once } => Request::Hand {
-                hand: *hand,
-                open: *open,
-                at_once: *at_once,
-            },
-            Simple::Pulse(line, seconds) => self.pulse(line, seconds)?,
-            Simple::Break => Request::Break,
-            Simple::Pause => Request::Pause,
-            Simple::Resume => Request::Resume,
-            Simple::Timer(seconds) => Request::SetTimer {
+            Ask::Outputs(lines) => {
+                let lines = lines.iter().map(|line| self.signal(line));
+                Request::Outputs(lines.collect::<Result<_>>()?)
+            }
+            Ask::Bcd(operands) => Request::Outputs(self.bcd_lines(operands)?),
+            Ask::Pulse([line, seconds]) => self.pulse(line, seconds)?,
+            Ask::Timer(seconds) => Request::SetTimer {
                 seconds: self.double(seconds)?,
             },
-            Simple::Yield => Request::Switch,
-            Simple::Restore(names) => Request::Restore {
+            Ask::Restore(names) => Request::Restore {
                 names: names.iter().map(|name| name.text.clone()).collect(),
             },
-            Simple::Kill(task) => Request::Kill {
+            Ask::Kill(task) => Request::Kill {
                 task: self.integer(task)?,
             },
-            Simple::Stop => Request::Stop,
-            Simple::Assign { .. }
-            | Simple::Set(..)
-            | Simple::FreeLoad
-            | Simple::Switch(..)
-            | Simple::Ignore
-            | Simple::PerAxis(..)
-            | Simple::SetGain(..) => return Ok(None),
+            Ask::Fixed(request) => request.clone(),
         };
-        Ok(Some(PendingRequest { request, targets }))
+        Ok(PendingRequest { request, targets })
     }
 
     /// The places of variables, in their order.
@@ -172,17 +162,17 @@ impl Context<'_> {
             }),
             (line, false) => {
                 let message = format!("PULOUT takes an output from 1 up, found -{line}");
-                Err(RuntimeError::new(FaultKind::Range, message))
+                RuntimeError::fail(FaultKind::Range, message)
             }
         }
     }
 
-    fn system_frame(&self, value: &Expression) -> Result<System> {
+    fn frame(&self, value: &Expression) -> Result<Frame> {
         let found = self.evaluate(value)?;
         let Value::Coordinate(trans) = found else {
             return Err(unexpected("coordinate data", &found));
         };
-        Ok(System {
+        Ok(Frame {
             name: name(value),
             trans: *trans,
         })
@@ -200,11 +190,11 @@ impl Context<'_> {
         Ok(match motion {
             MotionKind::Ptp(to) => Path::Ptp(self.position(to)?),
             MotionKind::Line(to) => Path::Line(self.position(to)?),
-            MotionKind::Arc(via, end) => Path::Arc {
+            MotionKind::Arc([via, end]) => Path::Arc {
                 via: self.position(via)?,
                 end: self.position(end)?,
             },
-            MotionKind::Arch(end, gate) => {
+            MotionKind::Arch([end, gate]) => {
                 let [rise, height, descent, ..] = self.position(gate)?.coords;
                 Path::Arch {
                     end: self.position(end)?,
@@ -213,11 +203,11 @@ impl Context<'_> {
                     descent,
                 }
             }
-            MotionKind::Axis(axis, value) => Path::Axis {
+            MotionKind::Axis([axis, value]) => Path::Axis {
                 axis: self.axis(axis)?,
                 value: self.double(value)?,
             },
-            MotionKind::AxisBy(axis, delta) => Path::AxisBy {
+            MotionKind::AxisBy([axis, delta]) => Path::AxisBy {
                 axis: self.axis(axis)?,
                 delta: self.double(delta)?,
             },
@@ -228,11 +218,11 @@ impl Context<'_> {
     pub fn axis(&self, axis: &Expression) -> Result<u8> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
-            Ok(number) if (1..=MAX_AXIS).contains(&axis) => Ok(number),
-            _ => Err(RuntimeError::new(
-                FaultKind::Range,
-                format!("axes count from 1 to {MAX_AXIS}, found {axis}"),
-            )),
+            Ok(number @ 1..=MAX_AXIS) => Ok(number),
+            _ => {
+                let message = format!("axes count from 1 to {MAX_AXIS}, found {axis}");
+                RuntimeError::fail(FaultKind::Range, message)
+            }
         }
     }
 
@@ -240,7 +230,7 @@ impl Context<'_> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
             let message = format!("{name} takes seconds from 0 up, found {seconds}");
-            return Err(RuntimeError::new(FaultKind::Range, message));
+            return RuntimeError::fail(FaultKind::Range, message);
         }
         Ok(seconds)
     }

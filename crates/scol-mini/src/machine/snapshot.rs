@@ -6,14 +6,12 @@ use alloc::sync::Arc;
 
 use super::arithmetic::double;
 use super::place::{Argument, ValuePlace};
+use super::request_values::MAX_AXIS;
 use super::{Loop, Machine, PendingRequest, RunPhase};
 use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, expect};
 use crate::{MAX_CALL_NESTING, MAX_MONITORS};
-
-/// Most axes a motion of one axis can name.
-const MAX_AXIS: u8 = 8;
 
 impl Machine {
     /// Gives a machine that was read back its program; it goes on where the one that was written was.

@@ -10,31 +10,25 @@ use crate::builtin::{Builtin, MAX_ARGUMENTS};
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
 use crate::request::Channel;
-use crate::tree::{Item, Reference, Simple, Variable};
+use crate::tree::{Ask, Item};
 
 impl Cursor<'_> {
-    /// The channel of PRINT or INPUT; `COM1` and its kin are reserved, so one word decides.
-    fn channel(&mut self) -> Option<Channel> {
-        let Some(Token::Word(word)) = self.peek() else {
-            return None;
-        };
-        let channel = match word.as_str() {
+    /// The channel of PRINT or INPUT and its comma; `COM1` and its kin are reserved, so one word decides.
+    fn channel(&mut self) -> Result<Channel, Problem> {
+        let channel = match self.peek_word() {
             "TP" => Channel::Tp,
             "COM1" => Channel::Com1,
             "IP1" => Channel::Ip1,
             "IP2" => Channel::Ip2,
-            _ => return None,
+            _ => return Ok(Channel::Tp),
         };
         self.advance();
-        Some(channel)
+        self.expect_sign(Sign::Comma)?;
+        Ok(channel)
     }
 
-    pub(super) fn print(&mut self) -> Result<Simple, Problem> {
-        self.advance();
-        let channel = self.channel();
-        if channel.is_some() {
-            self.expect_sign(Sign::Comma, ",")?;
-        }
+    pub(super) fn print(&mut self) -> Result<Ask, Problem> {
+        let channel = self.channel()?;
         let (mut items, mut cr) = (Vec::new(), false);
         loop {
             let span = self.span();
@@ -46,8 +40,8 @@ impl Cursor<'_> {
                 Some(Token::Word(word)) if word == "CR" => {
                     self.advance();
                     cr = true;
-                    if self.peek() == Some(&Token::Sign(Sign::Comma)) {
-                        return Err(Problem::new("E0102", span, "CR is the last item of a PRINT"));
+                    if self.is_next(Sign::Comma) {
+                        return Problem::fail("E0102", span, "CR is the last item of a PRINT");
                     }
                     break;
                 }
@@ -61,50 +55,23 @@ impl Cursor<'_> {
                 break;
             }
         }
-        Ok(Simple::Print {
-            channel: channel.unwrap_or(Channel::Tp),
-            items,
-            cr,
-        })
+        Ok(Ask::Print { channel, items, cr })
     }
 
-    pub(super) fn input(&mut self) -> Result<Simple, Problem> {
-        self.advance();
-        let channel = self.channel();
-        if channel.is_some() {
-            self.expect_sign(Sign::Comma, ",")?;
-        }
-        let mut targets = Vec::new();
-        loop {
-            let name = self.name("a variable")?;
-            let subscripts = if self.sign(Sign::Open) {
-                self.list(Sign::Close, ")")?
-            } else {
-                Vec::new()
-            };
-            targets.push(Variable {
-                name,
-                reference: Reference::Unresolved,
-                subscripts,
-            });
-            if !self.sign(Sign::Comma) {
-                return Ok(Simple::Input {
-                    channel: channel.unwrap_or(Channel::Tp),
-                    targets,
-                });
-            }
-        }
+    pub(super) fn input(&mut self) -> Result<Ask, Problem> {
+        let channel = self.channel()?;
+        let targets = self.separated(|cursor| cursor.variable("a variable"))?;
+        Ok(Ask::Input(channel, targets))
     }
 
-    pub(super) fn outputs(&mut self) -> Result<Simple, Problem> {
-        let start = self.span();
-        self.advance();
-        self.expect_sign(Sign::Open, "(")?;
-        let lines = self.list(Sign::Close, ")")?;
+    pub(super) fn outputs(&mut self) -> Result<Ask, Problem> {
+        let start = self.before();
+        self.expect_sign(Sign::Open)?;
+        let lines = self.list(Sign::Close)?;
         if lines.is_empty() || lines.len() > MAX_ARGUMENTS {
             let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.keyword());
-            return Err(Problem::new("E0206", start.to(self.before()), message));
+            return Problem::fail("E0206", start.to(self.before()), message);
         }
-        Ok(Simple::Outputs(lines))
+        Ok(Ask::Outputs(lines))
     }
 }

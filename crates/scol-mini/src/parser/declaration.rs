@@ -19,22 +19,16 @@ impl Cursor<'_> {
             return self.dim(into);
         }
         let name = self.name("a variable, DIM or END")?;
-        let mut subscripts = Vec::new();
-        if self.sign(Sign::Open) {
-            subscripts = self.bounds()?;
-        }
-        let value = if self.sign(Sign::Assign) {
-            Some(self.expression()?)
-        } else if subscripts.is_empty() {
-            None
-        } else {
+        let subscripts = self.sign(Sign::Open).then(|| self.bounds()).transpose()?;
+        let value = self.sign(Sign::Assign).then(|| self.expression()).transpose()?;
+        if value.is_none() && subscripts.is_some() {
             return Err(self.expected("\"=\"").help("an array is declared with DIM"));
-        };
+        }
         self.end_of_line()?;
         let line = line.to(self.before());
         into.push(Declaration {
             name,
-            subscripts,
+            subscripts: subscripts.unwrap_or_default(),
             dim: false,
             kind: None,
             value,
@@ -45,34 +39,23 @@ impl Cursor<'_> {
 
     /// `DIM name(n, m) AS kind, ...` with the cursor after DIM.
     pub(super) fn dim(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
-        let line = self.before();
-        let mut list = Vec::new();
-        loop {
-            let name = self.name("a variable")?;
-            let subscripts = if self.sign(Sign::Open) {
-                self.bounds()?
-            } else {
-                Vec::new()
-            };
-            let kind = if self.word("AS") { Some(self.kind()?) } else { None };
-            list.push(Declaration {
+        let start = self.before();
+        let list = self.separated(|cursor| {
+            let name = cursor.name("a variable")?;
+            let subscripts = cursor.sign(Sign::Open).then(|| cursor.bounds()).transpose()?;
+            Ok(Declaration {
                 name,
-                subscripts,
+                subscripts: subscripts.unwrap_or_default(),
                 dim: true,
-                kind,
+                kind: cursor.word("AS").then(|| cursor.kind()).transpose()?,
                 value: None,
-                line,
-            });
-            if !self.sign(Sign::Comma) {
-                break;
-            }
-        }
+                line: start,
+            })
+        })?;
         self.end_of_line()?;
-        let line = line.to(self.before());
-        into.extend(
-            list.into_iter()
-                .map(|declaration| Declaration { line, ..declaration }),
-        );
+        let line = start.to(self.before());
+        let list = list.into_iter();
+        into.extend(list.map(|declaration| Declaration { line, ..declaration }));
         Ok(())
     }
 
@@ -80,42 +63,34 @@ impl Cursor<'_> {
         let start = self.span();
         let mut list = Vec::new();
         loop {
-            let Some(bound) = (match self.peek() {
+            let bound = match self.peek() {
                 Some(Token::Integer(value)) => u32::try_from(*value).ok(),
                 _ => None,
-            }) else {
-                return Err(self.expected("a subscript"));
             };
+            list.push(bound.ok_or_else(|| self.expected("a subscript"))?);
             self.advance();
-            list.push(bound);
             if self.sign(Sign::Close) {
                 break;
             }
-            self.expect_sign(Sign::Comma, ",")?;
+            self.expect_sign(Sign::Comma)?;
         }
         if list.len() > MAX_SUBSCRIPTS {
-            let message = format!(
-                "an array has at most {MAX_SUBSCRIPTS} subscripts, found {}",
-                list.len()
-            );
-            return Err(Problem::new("E0213", start.to(self.before()), message));
+            let found = list.len();
+            let message = format!("an array has at most {MAX_SUBSCRIPTS} subscripts, found {found}");
+            return Problem::fail("E0213", start.to(self.before()), message);
         }
         Ok(list)
     }
 
     fn kind(&mut self) -> Result<ValueKind, Problem> {
-        let kind = match self.peek() {
-            Some(Token::Word(word)) => match word.as_str() {
-                "INTEGER" => Some(ValueKind::Integer),
-                "REAL" => Some(ValueKind::Real),
-                "PAYLOAD" => Some(ValueKind::Load),
-                "TRANS" => Some(ValueKind::Coordinate),
-                "POINT" => Some(ValueKind::Position),
-                _ => None,
-            },
-            _ => None,
+        let kind = match self.peek_word() {
+            "INTEGER" => ValueKind::Integer,
+            "REAL" => ValueKind::Real,
+            "PAYLOAD" => ValueKind::Load,
+            "TRANS" => ValueKind::Coordinate,
+            "POINT" => ValueKind::Position,
+            _ => return Err(self.expected("INTEGER, REAL, POINT, TRANS or PAYLOAD")),
         };
-        let kind = kind.ok_or_else(|| self.expected("INTEGER, REAL, POINT, TRANS or PAYLOAD"))?;
         self.advance();
         Ok(kind)
     }

@@ -12,8 +12,8 @@ use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
-use crate::tree::{Binary, Expression, Node, Reference, Relation, Unary, Variable};
-use crate::value::{Value, coordinates};
+use crate::tree::{Binary, Expression, Node, Unary, Variable};
+use crate::value::Value;
 
 /// The operator a token is and how tightly it binds.
 fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
@@ -24,28 +24,13 @@ fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
             "MOD" => (Binary::Modulo, 5),
             _ => return None,
         },
-        Token::Sign(sign) => match sign {
-            Sign::Equal => (Binary::Relation(Relation::Equal), 3),
-            Sign::NotEqual => (Binary::Relation(Relation::NotEqual), 3),
-            Sign::Less => (Binary::Relation(Relation::Less), 3),
-            Sign::LessEqual => (Binary::Relation(Relation::LessEqual), 3),
-            Sign::Greater => (Binary::Relation(Relation::Greater), 3),
-            Sign::GreaterEqual => (Binary::Relation(Relation::GreaterEqual), 3),
-            Sign::Plus => (Binary::Add, 4),
-            Sign::Minus => (Binary::Subtract, 4),
-            Sign::Star => (Binary::Multiply, 5),
-            Sign::Slash => (Binary::Divide, 5),
-            Sign::Caret => (Binary::Power, 6),
-            Sign::Open
-            | Sign::Close
-            | Sign::OpenBrace
-            | Sign::CloseBrace
-            | Sign::Comma
-            | Sign::Dot
-            | Sign::Colon
-            | Sign::Assign => return None,
-        },
-        Token::Integer(_) | Token::Real(_) | Token::Text(_) => return None,
+        Token::Sign(Sign::Relation(relation)) => (Binary::Relation(*relation), 3),
+        Token::Sign(Sign::Plus) => (Binary::Add, 4),
+        Token::Sign(Sign::Minus) => (Binary::Subtract, 4),
+        Token::Sign(Sign::Star) => (Binary::Multiply, 5),
+        Token::Sign(Sign::Slash) => (Binary::Divide, 5),
+        Token::Sign(Sign::Caret) => (Binary::Power, 6),
+        Token::Sign(_) | Token::Integer(_) | Token::Real(_) | Token::Text(_) => return None,
     })
 }
 
@@ -64,12 +49,9 @@ impl Cursor<'_> {
             self.advance();
             let right = self.binary(strength + 1)?;
             let span = left.span.to(right.span);
-            left = Expression {
-                node: Node::Binary(operator, Box::new(left), Box::new(right)),
-                span,
-            };
+            left = Expression::new(Node::Binary(operator, Box::new(left), Box::new(right)), span);
         }
-        if weakest == 1 && self.peek() == Some(&Token::Sign(Sign::Assign)) {
+        if weakest == 1 && self.is_next(Sign::Assign) {
             let problem = Problem::new("E0101", self.span(), "expected an operator, found \"=\"");
             return Err(problem.help("\"=\" assigns; two values are compared with \"==\""));
         }
@@ -88,17 +70,11 @@ impl Cursor<'_> {
         if operator == Unary::Minus && self.peek() == Some(&Token::Integer(-i64::from(i32::MIN))) {
             let span = start.to(self.span());
             self.advance();
-            return Ok(Expression {
-                node: Node::Literal(Value::Integer(i32::MIN)),
-                span,
-            });
+            return Ok(Expression::integer(i32::MIN, span));
         }
         let of = self.nested(Self::unary)?;
         let span = start.to(of.span);
-        Ok(Expression {
-            node: Node::Unary(operator, Box::new(of)),
-            span,
-        })
+        Ok(Expression::new(Node::Unary(operator, Box::new(of)), span))
     }
 
     fn postfix(&mut self) -> Result<Expression, Problem> {
@@ -106,34 +82,20 @@ impl Cursor<'_> {
         while self.sign(Sign::Dot) {
             let letter = self.component()?;
             let span = of.span.to(self.before());
-            of = Expression {
-                node: Node::Component(Box::new(of), letter),
-                span,
-            };
+            of = Expression::new(Node::Component(Box::new(of), letter), span);
         }
         Ok(of)
     }
 
     /// The letter after the dot of `P.X`.
     pub fn component(&mut self) -> Result<u8, Problem> {
-        let letters: &[u8] = match self.arm {
-            Arm::SixAxis => b"XYZABCUV",
-            Arm::Scara => b"XYZCT",
-        };
-        let list = letters
-            .iter()
-            .map(|l| char::from(*l))
-            .collect::<alloc::string::String>();
-        let problem = self.expected(&format!("a coordinate, one of {list}"));
-        let Some(Token::Word(word)) = self.peek() else {
-            return Err(problem);
-        };
-        match word.as_bytes() {
-            [letter] if letters.contains(letter) => {
+        let letters = self.arm.coordinates();
+        match *self.peek_word().as_bytes() {
+            [letter] if letters.contains(char::from(letter)) => {
                 self.advance();
-                Ok(*letter)
+                Ok(letter)
             }
-            _ => Err(problem),
+            _ => Err(self.expected(&format!("a coordinate, one of {letters}"))),
         }
     }
 
@@ -141,23 +103,15 @@ impl Cursor<'_> {
         let span = self.span();
         let node = match self.peek() {
             Some(Token::Integer(value)) => {
-                let Ok(value) = i32::try_from(*value) else {
-                    return Err(too_large(
-                        self.source.get(span.start..span.end).unwrap_or_default(),
-                        span,
-                    ));
-                };
+                let value = i32::try_from(*value).map_err(|_| too_large(span.text(self.source), span))?;
                 Node::Literal(Value::Integer(value))
             }
             Some(Token::Real(value)) => Node::Literal(Value::Real(*value)),
             Some(Token::Sign(Sign::Open)) => {
                 self.advance();
                 let inner = self.expression()?;
-                self.expect_sign(Sign::Close, ")")?;
-                return Ok(Expression {
-                    node: inner.node,
-                    span: span.to(self.before()),
-                });
+                self.expect_sign(Sign::Close)?;
+                return Ok(Expression::new(inner.node, span.to(self.before())));
             }
             Some(Token::Sign(Sign::OpenBrace)) => return self.braces(span),
             Some(Token::Word(word)) => return self.word_value(word, span),
@@ -168,13 +122,13 @@ impl Cursor<'_> {
             _ => return Err(self.expected("a value")),
         };
         self.advance();
-        Ok(Expression { node, span })
+        Ok(Expression::new(node, span))
     }
 
     /// `{a, b, ...}`: a vector written in place, of the kind that its statement takes.
     fn braces(&mut self, span: Span) -> Result<Expression, Problem> {
         self.advance();
-        let arguments = self.arguments(self.vector, Sign::CloseBrace, "}")?;
+        let arguments = self.arguments(self.vector, Sign::CloseBrace)?;
         self.function(self.vector, arguments, span)
     }
 
@@ -188,58 +142,44 @@ impl Cursor<'_> {
 
     /// The arguments of a function. Those of a vector may be left out, and the configuration of a POINT may be a
     /// word.
-    fn arguments(
-        &mut self,
-        builtin: Builtin,
-        close: Sign,
-        spelling: &str,
-    ) -> Result<Vec<Expression>, Problem> {
-        self.items(close, spelling, |cursor, before| {
+    fn arguments(&mut self, builtin: Builtin, close: Sign) -> Result<Vec<Expression>, Problem> {
+        self.items(close, |cursor, before| {
             if builtin.is_vector() && cursor.left_out(close) {
-                return Ok(Expression {
-                    node: Node::Literal(Value::Integer(0)),
-                    span: cursor.before(),
-                });
+                return Ok(Expression::integer(0, cursor.before()));
             }
-            let config = builtin == Builtin::Point && before == coordinates(cursor.arm);
-            match cursor.configuration_word().filter(|_| config) {
-                Some(word) => {
-                    cursor.advance();
-                    Ok(word)
-                }
-                None => cursor.expression(),
+            match builtin == Builtin::Point && before == cursor.arm.coordinates().len() {
+                true => cursor.configuration_or_value(),
+                false => cursor.expression(),
             }
         })
     }
 
     /// The next word as a configuration, if it is one and no operand of an operator; the cursor stays before it.
     fn configuration_word(&self) -> Option<Expression> {
-        let Some(Token::Word(word)) = self.peek() else {
-            return None;
-        };
         let alone = match self.peek_at(1) {
             None | Some(Token::Word(_)) => true,
             Some(Token::Sign(sign)) => matches!(sign, Sign::Comma | Sign::Close | Sign::CloseBrace),
             Some(_) => false,
         };
-        let number = builtin::configuration(word, self.arm).filter(|_| alone)?;
-        Some(Expression {
-            node: Node::Literal(Value::Integer(number)),
-            span: self.span(),
-        })
+        let number = builtin::configuration(self.peek_word(), self.arm).filter(|_| alone)?;
+        Some(Expression::integer(number, self.span()))
     }
 
-    /// The value of CONFIG: a number, words, five letters, or the digits one by one between braces.
-    pub(super) fn configuration(&mut self) -> Result<Expression, Problem> {
-        if self.peek() == Some(&Token::Sign(Sign::OpenBrace)) {
-            return self.configuration_list();
-        }
+    fn configuration_or_value(&mut self) -> Result<Expression, Problem> {
         match self.configuration_word() {
             Some(word) => {
                 self.advance();
                 Ok(word)
             }
             None => self.expression(),
+        }
+    }
+
+    /// The value of CONFIG: a number, words, five letters, or the digits one by one between braces.
+    pub(super) fn configuration(&mut self) -> Result<Expression, Problem> {
+        match self.is_next(Sign::OpenBrace) {
+            true => self.configuration_list(),
+            false => self.configuration_or_value(),
         }
     }
 
@@ -253,7 +193,7 @@ impl Cursor<'_> {
             Arm::Scara => &[1],
         };
         let mut digits: Vec<(i32, i32)> = Vec::new();
-        self.items(Sign::CloseBrace, "}", |cursor, before| {
+        self.items(Sign::CloseBrace, |cursor, before| {
             let span = cursor.span();
             let place = places.get(before).copied().ok_or_else(|| {
                 let message = format!("a configuration has {} digits, found more", places.len());
@@ -264,75 +204,60 @@ impl Cursor<'_> {
             }
             let (place, digit) = cursor.configuration_digit(place)?;
             if digits.iter().any(|(known, _)| *known == place) {
-                return Err(Problem::new("E0205", span, "this digit of CONFIG stands twice"));
+                return Problem::fail("E0205", span, "this digit of CONFIG stands twice");
             }
             digits.extend((digit > 0).then_some((place, digit)));
             cursor.advance();
             Ok(())
         })?;
         let number = digits.iter().map(|(place, digit)| place * digit).sum();
-        Ok(Expression {
-            node: Node::Literal(Value::Integer(number)),
-            span: start.to(self.before()),
-        })
+        Ok(Expression::integer(number, start.to(self.before())))
     }
 
     /// The next item of a list of digits: its place and its value. A number has the `place` where it is written.
     fn configuration_digit(&self, place: i32) -> Result<(i32, i32), Problem> {
-        match self.peek() {
-            Some(Token::Integer(0)) => return Ok((place, 0)),
-            Some(Token::Integer(1)) => return Ok((place, 1)),
-            Some(Token::Integer(2)) => return Ok((place, 2)),
+        let named = match self.peek() {
+            Some(Token::Integer(digit @ 0..=2)) => i32::try_from(*digit).ok().map(|digit| (place, digit)),
             Some(Token::Word(word)) => {
-                let number = builtin::configuration(word, self.arm);
-                let places = [1, 10, 100, 1_000, 10_000].into_iter();
-                let named = number.and_then(|number| match number {
+                builtin::configuration(word, self.arm).and_then(|number| match number {
                     0 => Some((place, 0)),
-                    _ => places
+                    _ => [1, 10, 100, 1_000, 10_000]
                         .map(|place| (place, number / place))
+                        .into_iter()
                         .find(|(place, digit)| digit * place == number && matches!(digit, 1 | 2)),
-                });
-                if let Some(named) = named {
-                    return Ok(named);
-                }
+                })
             }
-            _ => {}
-        }
-        Err(self.expected("a digit 0 to 2 or a word of the configuration"))
+            _ => None,
+        };
+        named.ok_or_else(|| self.expected("a digit 0 to 2 or a word of the configuration"))
     }
 
     fn word_value(&mut self, word: &str, span: Span) -> Result<Expression, Problem> {
-        let call = self.peek_at(1) == Some(&Token::Sign(Sign::Open));
-        if let Some(builtin) = Builtin::from_word(word) {
+        let node = if let Some(builtin) = Builtin::from_word(word) {
             self.advance();
-            self.expect_sign(Sign::Open, "(")?;
-            let arguments = self.arguments(builtin, Sign::Close, ")")?;
+            self.expect_sign(Sign::Open)?;
+            let arguments = self.arguments(builtin, Sign::Close)?;
             return self.function(builtin, arguments, span);
-        }
-        let node = if let Some(value) = builtin::constant(word, self.arm) {
+        } else if let Some(value) = builtin::constant(word, self.arm) {
             self.advance();
             Node::Literal(Value::Integer(value))
         } else if let Some(system) = System::from_word(word) {
             self.advance();
             Node::System(system)
         } else {
-            let name = self.name("a value")?;
-            let subscripts = if call {
-                self.advance();
-                self.list(Sign::Close, ")")?
-            } else {
-                Vec::new()
-            };
-            Node::Variable(Variable {
-                name,
-                reference: Reference::Unresolved,
-                subscripts,
-            })
+            Node::Variable(self.variable("a value")?)
         };
-        Ok(Expression {
-            node,
-            span: span.to(self.before()),
-        })
+        Ok(Expression::new(node, span.to(self.before())))
+    }
+
+    /// A variable, or an element of an array; `what` says what it is for.
+    pub(super) fn variable(&mut self, what: &str) -> Result<Variable, Problem> {
+        let name = self.name(what)?;
+        let subscripts = self
+            .sign(Sign::Open)
+            .then(|| self.list(Sign::Close))
+            .transpose()?;
+        Ok(Variable::new(name, subscripts.unwrap_or_default()))
     }
 
     fn function(
@@ -343,43 +268,34 @@ impl Cursor<'_> {
     ) -> Result<Expression, Problem> {
         let span = start.to(self.before());
         let (fewest, most) = builtin.arity(self.arm);
-        if arguments.len() < fewest || arguments.len() > most {
-            let count = if fewest == most {
-                format!("{most}")
-            } else if fewest == 0 {
-                format!("at most {most}")
-            } else {
-                format!("{fewest} to {most}")
-            };
-            let plural = if count == "1" { "" } else { "s" };
-            let message = format!(
-                "{} takes {count} argument{plural}, found {}",
-                builtin.keyword(),
-                arguments.len()
-            );
-            return Err(Problem::new("E0206", span, message));
+        if (fewest..=most).contains(&arguments.len()) {
+            return Ok(Expression::new(Node::Function(builtin, arguments), span));
         }
-        Ok(Expression {
-            node: Node::Function(builtin, arguments),
-            span,
-        })
+        let count = match fewest {
+            _ if fewest == most => format!("{most}"),
+            0 => format!("at most {most}"),
+            _ => format!("{fewest} to {most}"),
+        };
+        let plural = if count == "1" { "" } else { "s" };
+        let (word, found) = (builtin.keyword(), arguments.len());
+        let message = format!("{word} takes {count} argument{plural}, found {found}");
+        Problem::fail("E0206", span, message)
     }
 
     /// Expressions separated by commas up to the closing sign; may be empty.
-    pub fn list(&mut self, close: Sign, spelling: &str) -> Result<Vec<Expression>, Problem> {
-        self.items(close, spelling, |cursor, _| cursor.expression())
+    pub fn list(&mut self, close: Sign) -> Result<Vec<Expression>, Problem> {
+        self.items(close, |cursor, _| cursor.expression())
     }
 
     /// Whether the next item of a list is left out.
     fn left_out(&self, close: Sign) -> bool {
-        matches!(self.peek(), Some(Token::Sign(sign)) if *sign == Sign::Comma || *sign == close)
+        self.is_next(Sign::Comma) || self.is_next(close)
     }
 
     /// What `item` reads, called with the number of items before it, separated by commas up to the closing sign; may be empty.
     fn items<T>(
         &mut self,
         close: Sign,
-        spelling: &str,
         mut item: impl FnMut(&mut Self, usize) -> Result<T, Problem>,
     ) -> Result<Vec<T>, Problem> {
         let mut list = Vec::new();
@@ -392,7 +308,7 @@ impl Cursor<'_> {
                 return Ok(list);
             }
             if !self.sign(Sign::Comma) {
-                return Err(self.expected(&format!("\",\" or \"{spelling}\"")));
+                return Err(self.expected(&format!("\",\" or \"{}\"", close.spelling())));
             }
         }
     }

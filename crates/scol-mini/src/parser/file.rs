@@ -10,13 +10,13 @@ use super::data::DataLine;
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
-use crate::lexer::{self, Lexeme, Sign, Token};
+use crate::lexer::{self, Lexeme, Sign, Token, leading_word};
 use crate::lines::{Line, lines};
 use crate::options::LanguageOptions;
 use crate::sink::Sink;
 use crate::suggest;
-use crate::tree::{Expression, Name, Node, Reference, Statement, Variable};
-use crate::value::Value;
+use crate::tree::{Expression, Name, Statement, Variable};
+use crate::value::ValueKind;
 use crate::{MAX_DIRECT, MAX_LINE};
 
 /// Parses a whole file; what could not be parsed is reported to `sink` and left out.
@@ -74,11 +74,7 @@ struct Parser<'a> {
 impl Parser<'_> {
     /// Reports a line that does not parse.
     fn broken(&mut self, line: Line, problem: Problem) {
-        let text = self
-            .source
-            .get(line.span.start..line.span.end)
-            .unwrap_or_default()
-            .to_ascii_uppercase();
+        let text = line.span.text(self.source).to_ascii_uppercase();
         let words = text
             .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
             .filter(|word| !word.is_empty());
@@ -91,25 +87,17 @@ impl Parser<'_> {
 
     /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported.
     fn keep_loops_paired(&mut self, line: Line, text: &str) {
-        let (mut first, mut rest) = leading_word(text);
+        let (mut first, mut rest) = leading_word(text.trim_start());
         if let Some(statement) = rest.trim_start().strip_prefix(':') {
-            (first, rest) = leading_word(statement);
+            (first, rest) = leading_word(statement.trim_start());
         }
-        let name = String::from(leading_word(rest).0);
         let span = line.span;
-        let zero = || Expression {
-            node: Node::Literal(Value::Integer(0)),
-            span,
-        };
         let statement = if suggest::is_nearly(first, "FOR") && rest.contains('=') {
+            let name = Name::new(leading_word(rest.trim_start()).0, span);
             Statement::For {
-                variable: Variable {
-                    name: Name { text: name, span },
-                    reference: Reference::Unresolved,
-                    subscripts: Vec::new(),
-                },
-                from: zero(),
-                to: zero(),
+                variable: Variable::new(name, Vec::new()),
+                from: Expression::integer(0, span),
+                to: Expression::integer(0, span),
                 step: None,
             }
         } else if suggest::is_nearly(first, "NEXT") {
@@ -117,8 +105,12 @@ impl Parser<'_> {
         } else {
             return;
         };
+        self.push(line.number, span, statement);
+    }
+
+    /// Adds a statement to the present program.
+    fn push(&mut self, line: u32, span: Span, statement: Statement) {
         if let Some(block) = self.file.blocks.last_mut() {
-            let line = line.number;
             block.statements.push(Located {
                 line,
                 span,
@@ -129,30 +121,22 @@ impl Parser<'_> {
 
     /// A line outside all blocks: a misspelt heading opens its block all the same.
     fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Problem> {
-        let message = if self.after_data {
-            "nothing follows the DATA block"
-        } else {
-            "expected GLOBAL, PROGRAM or DATA"
+        let message = match self.after_data {
+            true => "nothing follows the DATA block",
+            false => "expected GLOBAL, PROGRAM or DATA",
         };
-        let place = cursor.span();
+        let (word, place) = (cursor.peek_word(), cursor.span());
         let problem = Problem::new("E0301", place, format!("{message}, found this line"));
         let problem = problem.help("every statement belongs between PROGRAM and END");
-        let word = match cursor.peek() {
-            Some(Token::Word(word)) => word.as_str(),
-            _ => "",
-        };
-        let heading = ["GLOBAL", "DATA"]
-            .into_iter()
-            .find(|known| alone && suggest::is_nearly(word, known));
-        if let Some(heading) = heading {
+        let mut headings = ["GLOBAL", "DATA", "PROGRAM"].into_iter();
+        let meant = headings.find(|known| (alone || *known == "PROGRAM") && suggest::is_nearly(word, known));
+        if let Some(heading) = meant {
             self.astray = false;
             self.sink.error(problem);
-            return self.open(heading, place);
-        }
-        if suggest::is_nearly(word, "PROGRAM") {
-            self.astray = false;
-            self.sink.error(problem);
-            return self.program(cursor);
+            return match heading {
+                "PROGRAM" => self.program(cursor),
+                _ => self.open(heading, place),
+            };
         }
         if core::mem::replace(&mut self.astray, true) {
             return Ok(());
@@ -162,18 +146,11 @@ impl Parser<'_> {
 
     fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Problem> {
         let mut cursor = Cursor::new(self.source, self.options.arm, tokens);
-        let word = match cursor.peek() {
-            Some(Token::Word(word)) => word.as_str(),
-            _ => "",
-        };
+        let word = cursor.peek_word();
         let alone = tokens.len() == 1;
         match (word, self.place) {
             ("END", Place::Outside) if core::mem::take(&mut self.astray) => Ok(()),
-            ("END", Place::Outside) => Err(Problem::new(
-                "E0303",
-                cursor.span(),
-                "END without a block to close",
-            )),
+            ("END", Place::Outside) => Problem::fail("E0303", cursor.span(), "END without a block to close"),
             ("END", _) if alone => {
                 self.close(line.number);
                 Ok(())
@@ -198,16 +175,12 @@ impl Parser<'_> {
         if word == "GLOBAL" {
             self.place = Place::Global;
             if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data {
-                return Err(Problem::new(
-                    "E0301",
-                    span,
-                    "GLOBAL must come first, and once only",
-                ));
+                return Problem::fail("E0301", span, "GLOBAL must come first, and once only");
             }
         } else {
             self.place = Place::Data;
             if self.after_data {
-                return Err(Problem::new("E0301", span, "a file has one DATA block"));
+                return Problem::fail("E0301", span, "a file has one DATA block");
             }
             self.after_data = true;
             self.file.data_heading = Some(span);
@@ -219,8 +192,8 @@ impl Parser<'_> {
     fn unclosed(&mut self, span: Span, word: &str, line: u32) {
         self.astray = false;
         if self.place != Place::Outside {
-            self.sink
-                .error(Problem::new("E0302", span, format!("expected END before {word}")));
+            let message = format!("expected END before {word}");
+            self.sink.error(Problem::new("E0302", span, message));
             self.close(line);
         }
     }
@@ -231,15 +204,17 @@ impl Parser<'_> {
         {
             block.end_line = line;
         }
-        if !self.options.sticky_work {
-            self.lonely_work();
-        }
+        self.lonely_work();
         self.work = None;
         self.place = Place::Outside;
         self.opened = None;
     }
 
+    /// Reports a WORK line without its position, unless it holds for more than one.
     fn lonely_work(&mut self) {
+        if self.options.sticky_work {
+            return;
+        }
         if let Some(name) = self.work.take() {
             let problem = Problem::new("W0404", name.span, "this WORK is not followed by a POINT");
             self.sink
@@ -253,10 +228,7 @@ impl Parser<'_> {
         self.place = Place::Program;
         self.opened = Some(span);
         let mut block = Block {
-            name: Name {
-                text: String::new(),
-                span,
-            },
+            name: Name::new("", span),
             parameters: Vec::new(),
             dims: Vec::new(),
             labels: Vec::new(),
@@ -267,11 +239,7 @@ impl Parser<'_> {
         self.file.blocks.push(block);
         heading?;
         if self.after_data {
-            return Err(Problem::new(
-                "E0301",
-                span,
-                "programs stand before the DATA block",
-            ));
+            return Problem::fail("E0301", span, "programs stand before the DATA block");
         }
         Ok(())
     }
@@ -279,19 +247,16 @@ impl Parser<'_> {
     fn data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
         match cursor.data_line()? {
             DataLine::Work(name) => {
-                if !self.options.sticky_work {
-                    self.lonely_work();
-                }
+                self.lonely_work();
                 self.work = Some(name);
             }
             DataLine::Datum(mut datum) => {
-                if datum.kind == crate::value::ValueKind::Position {
-                    datum.work = if self.options.sticky_work {
-                        self.work.clone()
-                    } else {
-                        self.work.take()
+                if datum.kind == ValueKind::Position {
+                    datum.work = match self.options.sticky_work {
+                        true => self.work.clone(),
+                        false => self.work.take(),
                     };
-                } else if !self.options.sticky_work {
+                } else {
                     self.lonely_work();
                 }
                 self.file.data.push(datum);
@@ -327,42 +292,20 @@ impl Parser<'_> {
         }
         let statement = cursor.statement_line()?;
         let span = start.to(cursor.before());
-        block.statements.push(Located {
-            line,
-            span,
-            statement,
-        });
+        self.push(line, span, statement);
         Ok(())
     }
 
     fn finish(&mut self) {
         if let Some(span) = self.opened {
-            let word = self
-                .source
-                .get(span.start..span.end)
-                .unwrap_or_default()
-                .trim()
-                .to_ascii_uppercase();
-            self.sink
-                .error(Problem::new("E0302", span, format!("this {word} has no END")));
+            let word = span.text(self.source).trim().to_ascii_uppercase();
+            let message = format!("this {word} has no END");
+            self.sink.error(Problem::new("E0302", span, message));
         } else if self.file.blocks.is_empty() {
-            let problem = Problem::new(
-                "E0304",
-                Span::default(),
-                "expected a PROGRAM, found none in the file",
-            );
-            self.sink.error(problem);
+            let message = "expected a PROGRAM, found none in the file";
+            self.sink.error(Problem::new("E0304", Span::default(), message));
         }
     }
-}
-
-/// The word a text begins with, and what follows it.
-fn leading_word(text: &str) -> (&str, &str) {
-    let text = text.trim_start();
-    let end = text
-        .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-        .unwrap_or(text.len());
-    text.split_at_checked(end).unwrap_or((text, ""))
 }
 
 /// `name` or `name(p, q)`.
@@ -373,20 +316,16 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
             let name = cursor.name("a parameter")?;
             if block.parameters.len() >= builtin::MAX_ARGUMENTS {
                 let message = format!("a program has at most {} parameters", builtin::MAX_ARGUMENTS);
-                return Err(Problem::new("E0206", name.span, message));
+                return Problem::fail("E0206", name.span, message);
             }
             if block.parameters.iter().any(|known| known.text == name.text) {
-                return Err(Problem::new(
-                    "E0205",
-                    name.span,
-                    format!("{} stands twice", name.text),
-                ));
+                return Problem::fail("E0205", name.span, format!("{} stands twice", name.text));
             }
             block.parameters.push(name);
             if cursor.sign(Sign::Close) {
                 break;
             }
-            cursor.expect_sign(Sign::Comma, ",")?;
+            cursor.expect_sign(Sign::Comma)?;
         }
     }
     cursor.end_of_line()
@@ -394,24 +333,13 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
 
 /// Parses one statement for direct execution; labels and lines of the file layout are errors.
 pub(crate) fn parse_direct(source: &str, options: &LanguageOptions) -> Result<Option<Statement>, Problem> {
-    let line = Line {
-        number: 1,
-        span: Span {
-            start: 0,
-            end: source.len(),
-        },
-    };
-    let tokens = lexer::tokens(source, line, MAX_DIRECT)?;
+    let tokens = lexer::tokens(source, Line::only(source), MAX_DIRECT)?;
     let mut cursor = Cursor::new(source, options.arm, &tokens);
     if tokens.is_empty() {
         return Ok(None);
     }
     if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
-        return Err(Problem::new(
-            "E0501",
-            cursor.span(),
-            "a label cannot be executed directly",
-        ));
+        return Problem::fail("E0501", cursor.span(), "a label cannot be executed directly");
     }
     cursor.statement_line().map(Some)
 }

@@ -21,7 +21,7 @@ use crate::builtin::{self, Builtin};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
-use crate::tree::{Name, Statement};
+use crate::tree::{Expression, Name, Statement};
 use crate::value::{Configuration, ValueKind};
 
 pub(crate) use file::{parse_direct, parse_file};
@@ -73,7 +73,7 @@ pub(crate) struct Declaration {
     pub subscripts: Vec<u32>,
     pub dim: bool,
     pub kind: Option<ValueKind>,
-    pub value: Option<crate::tree::Expression>,
+    pub value: Option<Expression>,
     /// The whole line without a comment.
     pub line: Span,
 }
@@ -129,13 +129,23 @@ impl<'a> Cursor<'a> {
         self.tokens.get(self.at + ahead).map(|lexeme| &lexeme.token)
     }
 
+    /// The next token if it is a word, in upper case as the lexer gives it; nothing if it is none.
+    pub fn peek_word(&self) -> &'a str {
+        match self.peek() {
+            Some(Token::Word(word)) => word,
+            _ => "",
+        }
+    }
+
+    /// Whether the next token is this sign.
+    pub fn is_next(&self, sign: Sign) -> bool {
+        self.peek() == Some(&Token::Sign(sign))
+    }
+
     /// The place of the next token, or of the end of the line.
     pub fn span(&self) -> Span {
-        let end = Span {
-            start: self.end,
-            end: self.end,
-        };
-        self.tokens.get(self.at).map_or(end, |lexeme| lexeme.span)
+        let next = self.tokens.get(self.at);
+        next.map_or(Span::at(self.end), |lexeme| lexeme.span)
     }
 
     /// The place of the token before.
@@ -151,14 +161,14 @@ impl<'a> Cursor<'a> {
 
     /// Takes the next token if it is this sign.
     pub fn sign(&mut self, sign: Sign) -> bool {
-        let found = self.peek() == Some(&Token::Sign(sign));
+        let found = self.is_next(sign);
         self.at += usize::from(found);
         found
     }
 
-    /// Takes the next token if it is this word, in upper case as the lexer gives it.
+    /// Takes the next token if it is this word.
     pub fn word(&mut self, word: &str) -> bool {
-        let found = matches!(self.peek(), Some(Token::Word(found)) if found == word);
+        let found = self.peek_word() == word;
         self.at += usize::from(found);
         found
     }
@@ -166,12 +176,11 @@ impl<'a> Cursor<'a> {
     /// Takes this sign.
     ///
     /// # Errors
-    /// E0101 with `spelling`, what the author should have written.
-    pub fn expect_sign(&mut self, sign: Sign, spelling: &str) -> Result<(), Problem> {
-        if self.sign(sign) {
-            Ok(())
-        } else {
-            Err(self.expected(&format!("\"{spelling}\"")))
+    /// E0101.
+    pub fn expect_sign(&mut self, sign: Sign) -> Result<(), Problem> {
+        match self.sign(sign) {
+            true => Ok(()),
+            false => Err(self.expected(&format!("\"{}\"", sign.spelling()))),
         }
     }
 
@@ -180,10 +189,9 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101.
     pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
-        if self.word(word) {
-            Ok(())
-        } else {
-            Err(self.expected(word))
+        match self.word(word) {
+            true => Ok(()),
+            false => Err(self.expected(word)),
         }
     }
 
@@ -192,19 +200,16 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101 where no word stands, E0208 for a word of the language; `what` says what the name is for.
     pub fn name(&mut self, what: &str) -> Result<Name, Problem> {
-        let span = self.span();
-        let Some(Token::Word(word)) = self.peek() else {
+        let (word, span) = (self.peek_word(), self.span());
+        if word.is_empty() {
             return Err(self.expected(what));
-        };
+        }
         if builtin::is_reserved(word, self.arm) {
             let message = format!("expected {what}, found {word}, which is a word of the language");
-            return Err(Problem::new("E0208", span, message));
+            return Problem::fail("E0208", span, message);
         }
         self.advance();
-        Ok(Name {
-            text: word.clone(),
-            span,
-        })
+        Ok(Name::new(word, span))
     }
 
     /// That nothing follows.
@@ -212,35 +217,36 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101 at what follows.
     pub fn end_of_line(&self) -> Result<(), Problem> {
-        if self.peek().is_none() {
-            Ok(())
-        } else {
-            Err(self.expected("the end of the line"))
+        match self.peek() {
+            None => Ok(()),
+            Some(_) => Err(self.expected("the end of the line")),
         }
     }
 
     /// The problem "expected this, found the next token".
     pub fn expected(&self, what: &str) -> Problem {
-        Problem::new(
-            "E0101",
-            self.span(),
-            format!("expected {what}, found {}", self.found()),
-        )
-    }
-
-    fn found(&self) -> String {
-        match self.peek() {
+        let found = match self.peek() {
             None => "the end of the line".to_string(),
             Some(Token::Word(word)) => word.clone(),
             Some(Token::Text(_)) => "a text".to_string(),
-            Some(_) => {
-                let span = self.span();
-                format!(
-                    "\"{}\"",
-                    self.source.get(span.start..span.end).unwrap_or_default()
-                )
-            }
+            Some(_) => format!("\"{}\"", self.span().text(self.source)),
+        };
+        Problem::new("E0101", self.span(), format!("expected {what}, found {found}"))
+    }
+
+    /// What `item` reads, once or more, with commas between.
+    ///
+    /// # Errors
+    /// Those of `item`.
+    pub fn separated<T>(
+        &mut self,
+        mut item: impl FnMut(&mut Self) -> Result<T, Problem>,
+    ) -> Result<Vec<T>, Problem> {
+        let mut list = Vec::from([item(self)?]);
+        while self.sign(Sign::Comma) {
+            list.push(item(self)?);
         }
+        Ok(list)
     }
 
     /// Runs `parse` one level deeper.
@@ -250,7 +256,7 @@ impl<'a> Cursor<'a> {
     pub fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Result<T, Problem>) -> Result<T, Problem> {
         if self.depth >= crate::MAX_EXPRESSION_NESTING {
             let message = format!("nested more than {} deep", crate::MAX_EXPRESSION_NESTING);
-            return Err(Problem::new("E0104", self.span(), message));
+            return Problem::fail("E0104", self.span(), message);
         }
         self.depth += 1;
         let result = parse(self);

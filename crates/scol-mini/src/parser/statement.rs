@@ -11,7 +11,10 @@ use super::Cursor;
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
-use crate::tree::{Expression, Name, Node, Reference, Simple, Statement, Unary, Variable};
+use crate::request::Request;
+use crate::tree::{
+    Ask, Change, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary, Variable,
+};
 
 impl Cursor<'_> {
     /// A statement up to the end of the line.
@@ -22,83 +25,69 @@ impl Cursor<'_> {
     }
 
     pub(super) fn statement(&mut self) -> Result<Statement, Problem> {
-        let span = self.span();
-        let Some(Token::Word(word)) = self.peek() else {
+        let (word, span) = (self.peek_word(), self.span());
+        if word.is_empty() {
             return Err(self.expected("a statement"));
-        };
-        if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
-            && let Some(condition) = builtin::condition(word)
-        {
+        }
+        if word == "IF" {
+            return self.nested(Self::branch);
+        }
+        self.advance();
+        let assigned = self.is_next(Sign::Assign);
+        if let Some(condition) = builtin::condition(word).filter(|_| assigned) {
             let value = self.setting(Some(condition))?;
-            return Ok(Statement::Simple(Simple::Set(condition, value)));
+            return Ok(Statement::Simple(Simple::Change(Change::Set(condition, value))));
         }
-        let control_flow = match word.as_str() {
-            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => return self.motion(word),
-            _ => self.flow(word)?,
-        };
-        if let Some(statement) = control_flow {
-            return Ok(statement);
-        }
-        if let Some(simple) = self.device(word)? {
-            return Ok(Statement::Simple(simple));
-        }
-        let simple = match word.as_str() {
-            "PRINT" => self.print()?,
-            "INPUT" => self.input()?,
-            "DOUT" => self.outputs()?,
-            "DELAY" => {
-                self.advance();
-                Simple::Delay(self.expression()?)
-            }
-            "FREELOAD" => self.bare(Simple::FreeLoad),
-            "STOP" => self.bare(Simple::Stop),
+        let simple = match word {
+            "FOR" => return self.for_loop(),
+            "NEXT" => return self.next(),
+            "GOTO" => return self.goto(),
+            "WAIT" => return self.expression().map(Statement::Wait),
+            "RETURN" => return Ok(Statement::Return),
             "ON" => return self.monitor(),
-            _ if builtin::is_reserved(word, self.arm) => return Err(self.misplaced(word, span)),
-            _ => return self.named(),
+            "IGNORE" => Simple::Ignore,
+            "FREELOAD" => Simple::Change(Change::FreeLoad),
+            "ENABLE" | "DISABLE" => self.switch(word == "ENABLE")?,
+            "SETGAIN" => Simple::Change(Change::SetGain(self.operands(word)?)),
+            "GAIN" if assigned => self.per_axis(PerAxis::Gain)?,
+            "TORQUE" if assigned => self.per_axis(PerAxis::Torque)?,
+            _ => match self.ask(word, assigned)? {
+                Some(ask) => Simple::Ask(ask),
+                None if builtin::is_reserved(word, self.arm) => return Err(misplaced(word, span)),
+                None => return self.named(Name::new(word, span)),
+            },
         };
         Ok(Statement::Simple(simple))
     }
 
-    fn bare(&mut self, simple: Simple) -> Simple {
-        self.advance();
-        simple
-    }
-
-    fn misplaced(&self, word: &str, span: Span) -> Problem {
-        let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
-        match word {
-            "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
-            "HERE" | "DEST" | "MOTION" | "MOTIONT" | "REMAIN" | "REMAINT" | "MODE" | "TID" | "MAXTASK" => {
-                problem.help(format!("{word} can only be read"))
-            }
-            _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
-            _ => problem,
-        }
-    }
-
-    /// Control flow; `None` when the word does not begin any.
-    fn flow(&mut self, word: &str) -> Result<Option<Statement>, Problem> {
+    /// The statement that begins with this word and asks for something; `None` when there is none.
+    fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Problem> {
+        let hand = |hand, open, at_once| Ask::Fixed(Request::Hand { hand, open, at_once });
         Ok(Some(match word {
-            "IF" => self.nested(Self::branch)?,
-            "FOR" => self.for_loop()?,
-            "NEXT" => {
-                self.advance();
-                let named = self.peek().is_some();
-                Statement::Next(if named {
-                    Some(self.name("the variable of the FOR")?)
-                } else {
-                    None
-                })
-            }
-            "GOTO" => self.goto()?,
-            "WAIT" => {
-                self.advance();
-                Statement::Wait(self.expression()?)
-            }
-            "RETURN" => {
-                self.advance();
-                Statement::Return
-            }
+            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => self.motion(word)?,
+            "PRINT" => self.print()?,
+            "INPUT" => self.input()?,
+            "DOUT" => self.outputs()?,
+            "BCDOUT" => Ask::Bcd(self.operands(word)?),
+            "PULOUT" => Ask::Pulse(self.operands(word)?),
+            "OPEN1" => hand(1, true, false),
+            "OPEN2" => hand(2, true, false),
+            "OPENI1" => hand(1, true, true),
+            "OPENI2" => hand(2, true, true),
+            "CLOSE1" => hand(1, false, false),
+            "CLOSE2" => hand(2, false, false),
+            "CLOSEI1" => hand(1, false, true),
+            "CLOSEI2" => hand(2, false, true),
+            "DELAY" => Ask::Delay(self.expression()?),
+            "TIMER" if assigned => Ask::Timer(self.setting(None)?),
+            "TASK" => self.task(None)?,
+            "KILL" => Ask::Kill(self.expression()?),
+            "RESTORE" => self.restore()?,
+            "BREAK" => Ask::Fixed(Request::Break),
+            "PAUSE" => Ask::Fixed(Request::Pause),
+            "RESUME" => Ask::Fixed(Request::Resume),
+            "SWITCH" => Ask::Fixed(Request::Switch),
+            "STOP" => Ask::Fixed(Request::Stop),
             _ => return Ok(None),
         }))
     }
@@ -108,15 +97,11 @@ impl Cursor<'_> {
         let condition = self.expression()?;
         self.expect_word("THEN")?;
         let then = Box::new(self.inner()?);
-        let otherwise = if self.word("ELSE") {
-            Some(Box::new(self.inner()?))
-        } else {
-            None
-        };
+        let otherwise = self.word("ELSE").then(|| self.inner().map(Box::new));
         Ok(Statement::If {
             condition,
             then,
-            otherwise,
+            otherwise: otherwise.transpose()?,
         })
     }
 
@@ -136,22 +121,12 @@ impl Cursor<'_> {
     }
 
     fn for_loop(&mut self) -> Result<Statement, Problem> {
-        self.advance();
-        let name = self.name("a variable")?;
-        self.expect_sign(Sign::Assign, "=")?;
+        let variable = Variable::new(self.name("a variable")?, Vec::new());
+        self.expect_sign(Sign::Assign)?;
         let from = self.expression()?;
         self.expect_word("TO")?;
         let to = self.expression()?;
-        let step = if self.word("STEP") {
-            Some(self.expression()?)
-        } else {
-            None
-        };
-        let variable = Variable {
-            name,
-            reference: Reference::Unresolved,
-            subscripts: Vec::new(),
-        };
+        let step = self.word("STEP").then(|| self.expression()).transpose()?;
         Ok(Statement::For {
             variable,
             from,
@@ -160,20 +135,18 @@ impl Cursor<'_> {
         })
     }
 
+    fn next(&mut self) -> Result<Statement, Problem> {
+        let name = self.peek().map(|_| self.name("the variable of the FOR"));
+        name.transpose().map(Statement::Next)
+    }
+
     fn goto(&mut self) -> Result<Statement, Problem> {
-        self.advance();
         if !self.sign(Sign::Open) {
-            return Ok(Statement::Goto(self.label()?));
+            return self.label().map(Statement::Goto);
         }
         let selector = self.expression()?;
-        self.expect_sign(Sign::Close, ")")?;
-        let mut labels = Vec::new();
-        loop {
-            labels.push(self.label()?);
-            if !self.sign(Sign::Comma) {
-                return Ok(Statement::Select(selector, labels));
-            }
-        }
+        self.expect_sign(Sign::Close)?;
+        Ok(Statement::Select(selector, self.separated(Self::label)?))
     }
 
     fn label(&mut self) -> Result<Name, Problem> {
@@ -184,50 +157,52 @@ impl Cursor<'_> {
         })
     }
 
-    /// An argument; a variable in parentheses is an expression (scol.md 2.2) and is passed by value.
-    fn by_value(&self, argument: Expression) -> Expression {
-        let enclosed = self
-            .source
-            .get(argument.span.start..)
-            .is_some_and(|text| text.starts_with('('));
-        if !enclosed || !matches!(argument.node, Node::Variable(_)) {
-            return argument;
-        }
-        let span = argument.span;
-        Expression {
-            node: Node::Unary(Unary::Value, Box::new(argument)),
-            span,
+    /// `ON condition DO statement`.
+    fn monitor(&mut self) -> Result<Statement, Problem> {
+        let condition = self.expression()?;
+        self.expect_word("DO")?;
+        let span = self.span();
+        let action = Box::new(self.nested(Self::statement)?);
+        match *action {
+            Statement::Simple(_) | Statement::Goto(_) | Statement::Select(..) | Statement::Call(..) => {
+                Ok(Statement::On { condition, action })
+            }
+            Statement::Wait(_)
+            | Statement::If { .. }
+            | Statement::For { .. }
+            | Statement::Next(_)
+            | Statement::Return
+            | Statement::On { .. } => {
+                let problem = Problem::new("E0103", span, "this statement cannot stand behind DO");
+                Err(problem.help("GOTO, a call, or a statement that does one thing"))
+            }
         }
     }
 
-    /// A line that begins with a name: an assignment or a call.
-    fn named(&mut self) -> Result<Statement, Problem> {
-        let name = self.name("a statement")?;
-        let list = if self.sign(Sign::Open) {
-            Some(self.list(Sign::Close, ")")?)
-        } else {
-            None
-        };
-        let component = if self.sign(Sign::Dot) {
-            Some(self.component()?)
-        } else {
-            None
-        };
+    /// An argument; a variable in parentheses is an expression (scol.md 2.2) and is passed by value.
+    fn by_value(&self, argument: Expression) -> Expression {
+        let span = argument.span;
+        if !span.text(self.source).starts_with('(') || !matches!(argument.node, Node::Variable(_)) {
+            return argument;
+        }
+        Expression::new(Node::Unary(Unary::Value, Box::new(argument)), span)
+    }
+
+    /// A line that begins with this name: an assignment or a call.
+    fn named(&mut self, name: Name) -> Result<Statement, Problem> {
+        let list = self
+            .sign(Sign::Open)
+            .then(|| self.list(Sign::Close))
+            .transpose()?;
+        let component = self.sign(Sign::Dot).then(|| self.component()).transpose()?;
         if self.sign(Sign::Assign) {
             if list.as_ref().is_some_and(Vec::is_empty) {
-                return Err(Problem::new(
-                    "E0101",
-                    self.before(),
-                    "expected a subscript between ( and )",
-                ));
+                let message = "expected a subscript between ( and )";
+                return Problem::fail("E0101", self.before(), message);
             }
-            let target = Variable {
-                name,
-                reference: Reference::Unresolved,
-                subscripts: list.unwrap_or_default(),
-            };
+            let target = Variable::new(name, list.unwrap_or_default());
             if component.is_none() && self.word("TASK") {
-                return Ok(Statement::Simple(self.task(Some(target))?));
+                return Ok(Statement::Simple(Simple::Ask(self.task(Some(target))?)));
             }
             let value = self.expression()?;
             return Ok(Statement::Simple(Simple::Assign {
@@ -239,23 +214,37 @@ impl Cursor<'_> {
         if component.is_some() {
             return Err(self.expected("\"=\""));
         }
-        if self.peek() == Some(&Token::Sign(Sign::Equal)) {
+        if self.is_next(Sign::Relation(Relation::Equal)) {
             let problem = Problem::new("E0101", self.span(), "expected \"=\", found \"==\"");
             return Err(problem.help("\"==\" compares; a value is assigned with \"=\""));
         }
-        if list.is_none() && !matches!(self.peek(), None | Some(Token::Word(_))) {
-            return Err(self.expected("\"=\" or the end of the line"));
+        if list.is_none() && self.peek().is_some() {
+            match self.peek_word() {
+                "" => return Err(self.expected("\"=\" or the end of the line")),
+                "ELSE" => {}
+                _ => {
+                    let message = format!("{} begins no statement", name.text);
+                    return Problem::fail("E0103", name.span, message);
+                }
+            }
         }
-        if let (None, Some(Token::Word(next))) = (&list, self.peek())
-            && next != "ELSE"
-        {
-            let message = format!("{} begins no statement", name.text);
-            return Err(Problem::new("E0103", name.span, message));
-        }
-        let arguments = list.unwrap_or_default();
+        let arguments = list.unwrap_or_default().into_iter();
         Ok(Statement::Call(
             name,
-            arguments.into_iter().map(|e| self.by_value(e)).collect(),
+            arguments.map(|e| self.by_value(e)).collect(),
         ))
+    }
+}
+
+/// The problem of a word of the language that begins no statement.
+fn misplaced(word: &str, span: Span) -> Problem {
+    let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
+    match word {
+        "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
+        "HERE" | "DEST" | "MOTION" | "MOTIONT" | "REMAIN" | "REMAINT" | "MODE" | "TID" | "MAXTASK" => {
+            problem.help(format!("{word} can only be read"))
+        }
+        _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
+        _ => problem,
     }
 }

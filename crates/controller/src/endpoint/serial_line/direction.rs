@@ -13,11 +13,7 @@ use ts3100_proto::text::{CR, ETX, LF};
 
 /// Bytes that are sent with the same settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct Burst {
     sender: SerialSettings,
     #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
@@ -39,11 +35,7 @@ pub struct Arrival {
 
 /// One direction of a serial line.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Direction {
     bursts: VecDeque<Burst>,
     queued: usize,

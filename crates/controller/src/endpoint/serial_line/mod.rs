@@ -18,11 +18,7 @@ use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// The settings of the host's port as far as known. An unknown setting counts as matching.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct HostSettings {
     /// Speed in bit/s.
     pub speed: Option<u32>,
@@ -36,7 +32,7 @@ pub struct HostSettings {
 
 /// The host's end of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum HostEnd {
     /// A simulated end: this crate models the time of characters and garbles them.
     Modelled(HostSettings),
@@ -143,11 +139,7 @@ fn phrases(line: SerialSettings) -> [String; 4] {
 
 /// The line of a serial port (HOST or COM1).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct SerialLine {
     /// The other end.
     pub host: HostEnd,
@@ -167,11 +159,7 @@ pub struct SerialLine {
 
 /// A peer that is gone, with bytes still on the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct DepartedPeer {
     /// Its bytes that are still on the line; later bytes belong to the next peer.
     #[cfg_attr(feature = "serde", serde(rename = "left"))]

@@ -74,7 +74,7 @@ fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
 /// Where a receiver stands. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
 /// in which the bits of both, and half a bit, are whole numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum ReceiverState {
     /// It waits for the line to fall.
     #[default]
@@ -94,11 +94,7 @@ enum ReceiverState {
 
 /// A receiver and the line it listens to: the sender's settings, and its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Receiver {
     sender: SerialSettings,
     own: SerialSettings,

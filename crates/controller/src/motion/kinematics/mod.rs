@@ -13,9 +13,9 @@ pub use unreachable::Unreachable;
 
 pub(crate) use singular::singularity;
 
-use super::pose::{Pose, Transform, normalised};
+use super::pose::{Pose, Transform, degrees, normalised, sin_cos};
 use crate::model::{AXES, ArmKind, ArmModel, Axis, Joints};
-use libm::{ceil, floor, round};
+use libm::{acos, atan2, ceil, floor, hypot, round};
 
 /// Rounding allowed at an axis limit, in the unit of the axis.
 const LIMIT_SLACK: f64 = 1e-9;
@@ -23,6 +23,8 @@ const LIMIT_SLACK: f64 = 1e-9;
 const BEYOND: f64 = 1e-9;
 /// Largest tilt a SCARA arm takes for rounding, degrees, and largest U or V where there is no such axis.
 const ROUNDING: f64 = 1e-6;
+/// Rounding allowed in the cosine of the elbow, arm stretched or folded.
+const ELBOW_ROUNDING: f64 = 1e-12;
 /// Highest configuration digit (DATA-04).
 const MAX_DIGIT: u8 = 2;
 
@@ -221,6 +223,29 @@ fn solve(
         ArmKind::SixAxis(geometry) => six_axis::solve(geometry, flange, digits, near),
         ArmKind::Scara(geometry) => scara::solve(geometry, flange, uv[0], digits),
     }
+}
+
+/// The turns of two links whose far end is `along` their first axis and `across` it, bent forward or back: that of the
+/// first, and that of the second against it, 0 to 180 degrees either way.
+fn two_links(
+    [first, second]: [f64; 2],
+    [along, across]: [f64; 2],
+    forward: bool,
+) -> Result<[f64; 2], Unreachable> {
+    let distance = hypot(across, along);
+    let cos = (distance * distance - first * first - second * second) / (2.0 * first * second);
+    if cos.abs() > 1.0 + ELBOW_ROUNDING || cos.is_nan() {
+        return Err(Unreachable::Reach {
+            distance,
+            min: (first - second).abs(),
+            max: first + second,
+        });
+    }
+    let bend = degrees(acos(cos.clamp(-1.0, 1.0)));
+    let elbow = if forward { bend } else { -bend };
+    let (sin, cos) = sin_cos(elbow);
+    let turn = atan2(across, along) - atan2(second * sin, first + second * cos);
+    Ok([degrees(turn), elbow])
 }
 
 fn within(limits: &Axis, value: f64) -> bool {

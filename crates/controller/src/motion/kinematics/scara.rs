@@ -2,13 +2,9 @@
 //!
 //! T is an additional axis whose value is part of the position. The parent module applies limits and turns.
 
-use super::{ROUNDING, Unreachable};
+use super::{ROUNDING, Unreachable, two_links};
 use crate::model::{Joints, ScaraGeometry};
-use crate::motion::pose::{Transform, about_z, degrees, normalised, sin_cos};
-use libm::{acos, atan2, hypot};
-
-/// Rounding allowed in the cosine of the elbow, arm stretched or folded.
-const ELBOW_ROUNDING: f64 = 1e-12;
+use crate::motion::pose::{Transform, about_z, normalised, sin_cos};
 
 /// Place of the flange.
 pub(super) fn flange(geometry: &ScaraGeometry, joints: &Joints) -> Transform {
@@ -40,20 +36,8 @@ pub(super) fn solve(
     if a.abs() > ROUNDING || b.abs() > ROUNDING {
         return Err(Unreachable::Tilt { a, b });
     }
-    let (first, second) = (geometry.first_arm, geometry.second_arm);
-    let distance = hypot(x, y);
-    let cos = (distance * distance - first * first - second * second) / (2.0 * first * second);
-    if cos.abs() > 1.0 + ELBOW_ROUNDING || cos.is_nan() {
-        return Err(Unreachable::Reach {
-            distance,
-            min: (first - second).abs(),
-            max: first + second,
-        });
-    }
-    let bend = degrees(acos(cos.clamp(-1.0, 1.0)));
-    let axis_2 = if digits[0] == 1 { bend } else { -bend };
-    let (sin, cos) = sin_cos(axis_2);
-    let axis_1 = degrees(atan2(y, x) - atan2(second * sin, first + second * cos));
+    let links = [geometry.first_arm, geometry.second_arm];
+    let [axis_1, axis_2] = two_links(links, [x, y], digits[0] == 1)?;
     let turned = [axis_1, axis_2, c - axis_1 - axis_2].map(normalised);
     Ok([turned[0], turned[1], z, turned[2], t, 0.0, 0.0, 0.0])
 }

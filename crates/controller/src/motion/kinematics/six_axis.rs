@@ -3,19 +3,17 @@
 //!
 //! The parent module applies limits and turns.
 
-use super::Unreachable;
+use super::{Unreachable, two_links};
 use crate::model::{Joints, SixAxisGeometry};
 use crate::motion::pose::{
     Transform, about_y, about_z, degrees, normalised, plus_times, product, sin_cos, transposed,
 };
-use libm::{acos, atan2, hypot};
+use libm::{atan2, hypot};
 
 /// Below this sine of axis 5, axes 4 and 6 turn about the same line: axis 4 stays, axis 6 does the turning.
 const WRIST_SINGULAR: f64 = 1e-9;
 /// Below this distance in mm the wrist centre is on axis 1: axis 1 stays.
 const SHOULDER_SINGULAR: f64 = 1e-9;
-/// Rounding allowed in the cosine of the elbow, arm stretched or folded.
-const ELBOW_ROUNDING: f64 = 1e-12;
 
 /// Flange axes against tool axes: the flange looks along its Z, the tool at A = B = C = 0 along the world's -Z.
 const FLIP: [[f64; 3]; 3] = [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]];
@@ -95,28 +93,13 @@ pub(super) fn solve(
     let up = z - geometry.shoulder_height;
 
     let (length, bend) = forearm(geometry);
-    let elbow = elbow_angle(geometry.upper_arm, length, hypot(front, up))?;
-    let elbow = if lefty == (digits[1] == 1) { elbow } else { -elbow };
-    let (sin, cos) = sin_cos(elbow);
-    let axis_2 = degrees(atan2(front, up) - atan2(length * sin, geometry.upper_arm + length * cos));
+    let forward = lefty == (digits[1] == 1);
+    let [axis_2, elbow] = two_links([geometry.upper_arm, length], [up, front], forward)?;
     let axis_3 = elbow - bend;
 
     let arm = product(&about_z(axis_1), &about_y(axis_2 + axis_3));
     let [axis_4, axis_5, axis_6] = wrist(&product(&transposed(&arm), &look), digits[2] == 1, near[3]);
     Ok([axis_1, axis_2, axis_3, axis_4, axis_5, axis_6, 0.0, 0.0].map(normalised))
-}
-
-/// Angle at the elbow, 0 to 180 degrees, that brings the wrist to this distance from axis 2.
-fn elbow_angle(upper: f64, fore: f64, distance: f64) -> Result<f64, Unreachable> {
-    let cos = (distance * distance - upper * upper - fore * fore) / (2.0 * upper * fore);
-    if cos.abs() > 1.0 + ELBOW_ROUNDING || cos.is_nan() {
-        return Err(Unreachable::Reach {
-            distance,
-            min: (upper - fore).abs(),
-            max: upper + fore,
-        });
-    }
-    Ok(degrees(acos(cos.clamp(-1.0, 1.0))))
 }
 
 /// Axes 4, 5, 6 of a rotation Rz(4) Ry(5) Rz(6).

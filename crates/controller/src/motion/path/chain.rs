@@ -16,7 +16,7 @@ use super::Path;
 use crate::model::ArmKind;
 use crate::model::{ArmModel, Joints};
 use crate::motion::kinematics::place;
-use crate::motion::pose::{Transform, minus, norm, plus_times};
+use crate::motion::pose::{Transform, minus, norm, plus};
 use crate::motion::profile::{PathState, Profile, Rates};
 use alloc::vec::Vec;
 use libm::sqrt;
@@ -36,11 +36,7 @@ const MAX_MOTIONS: usize = 3;
 
 /// One motion of a chain.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(in crate::motion) struct ChainedMotion {
     pub(in crate::motion) path: Path,
     /// Its course as its own SPEED, ACCEL and DECEL ask for it.
@@ -79,11 +75,13 @@ impl ChainedMotion {
     fn with_slower_start(self, times: f64) -> ChainedMotion {
         let accel = self.rates.accel / times;
         let rates = Rates { accel, ..self.rates };
-        let start = PathState {
-            place: 0.0,
-            speed: 0.0,
-        };
-        ChainedMotion::new(self.path, start, &rates, self.tool_way, self.begins)
+        ChainedMotion::new(
+            self.path,
+            PathState::at_rest(0.0),
+            &rates,
+            self.tool_way,
+            self.begins,
+        )
     }
 
     /// The same from `now` on, braking so many times as slowly, and not before `busy`, when the motion before it rests;
@@ -112,12 +110,9 @@ impl ChainedMotion {
         };
         let (from, to) = (self.path.joints_at(from), self.path.joints_at(to));
         let point = |joints: &Joints| place(&model.kind, joints).0.compose(tool).origin;
-        let way = minus(point(&to), point(&from)).map(|way| way * rate / END_PART);
-        let mut joints = to;
-        for (joint, from) in joints.iter_mut().zip(from) {
-            *joint = (*joint - from) * rate / END_PART;
-        }
-        (joints, way)
+        let way = minus(point(&to), point(&from));
+        let accel = |way: f64| way * rate / END_PART;
+        (minus(to, from).map(accel), way.map(accel))
     }
 
     fn end_time(&self) -> f64 {
@@ -135,11 +130,7 @@ impl ChainedMotion {
 
 /// Motions that overlap, in seconds from the beginning of the first.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub(in crate::motion) struct Chain {
     #[cfg_attr(feature = "serde", serde(rename = "legs"))]
     motions: Vec<ChainedMotion>,
@@ -168,12 +159,8 @@ impl Chain {
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
     pub(in crate::motion) fn top_speed(&self) -> f64 {
-        let fastest = self
-            .motions
-            .iter()
-            .map(ChainedMotion::top_speed)
-            .fold(0.0, f64::max);
-        fastest * SAMPLED_SPEED_MARGIN
+        let speeds = self.motions.iter().map(ChainedMotion::top_speed);
+        speeds.fold(0.0, f64::max) * SAMPLED_SPEED_MARGIN
     }
 
     /// Adds a motion that overlaps the last one by a part of the shorter ramp; both ramps are as much longer as it
@@ -191,12 +178,8 @@ impl Chain {
     ) -> Option<Chain> {
         let mut last = self.motions.pop()?;
         let joined = last.path.joints_at(1.0);
-        let begins = next.path.joints_at(0.0);
-        if joined
-            .iter()
-            .zip(begins)
-            .any(|(a, b)| (a - b).abs() > MAX_JOIN_GAP)
-        {
+        let gaps = minus(joined, next.path.joints_at(0.0));
+        if gaps.iter().any(|gap| gap.abs() > MAX_JOIN_GAP) {
             return None;
         }
         let times = accel_ratio(model, tool, &last, &next);
@@ -241,22 +224,18 @@ impl Chain {
         let Some(motion) = self.motions.get(current) else {
             return Joints::default();
         };
-        let mut joints = motion.joints_at(time);
+        let joints = motion.joints_at(time);
         let before = current.checked_sub(1).and_then(|index| self.motions.get(index));
-        if let Some(before) = before.filter(|before| time < before.end_time()) {
-            let (at, end) = (before.joints_at(time), before.path.joints_at(1.0));
-            for ((joint, at), end) in joints.iter_mut().zip(at).zip(end) {
-                *joint += at - end;
-            }
+        match before.filter(|before| time < before.end_time()) {
+            Some(before) => plus(joints, minus(before.joints_at(time), before.path.joints_at(1.0))),
+            None => joints,
         }
-        joints
     }
 
     /// Where the last motion ends, exactly.
     pub(in crate::motion) fn end(&self) -> Joints {
-        self.motions
-            .last()
-            .map_or(Joints::default(), |motion| motion.path.joints_at(1.0))
+        let last = self.motions.last();
+        last.map_or(Joints::default(), |motion| motion.path.joints_at(1.0))
     }
 
     /// When the motion added last begins.
@@ -271,10 +250,8 @@ impl Chain {
     }
 
     fn current(&self, time: f64) -> usize {
-        self.motions
-            .iter()
-            .rposition(|motion| motion.begins <= time)
-            .unwrap_or(0)
+        let begun = self.motions.iter().rposition(|motion| motion.begins <= time);
+        begun.unwrap_or(0)
     }
 }
 
@@ -303,7 +280,7 @@ fn accel_ratio(model: &ArmModel, tool: &Transform, last: &ChainedMotion, next: &
         .fold(0.0, f64::max);
     match (&last.path, &next.path) {
         (Path::Tool(_), Path::Tool(_)) => {
-            most.max(norm(plus_times(tool_brakes, tool_gathers, 1.0)) / model.max_tool_accel)
+            most.max(norm(plus(tool_brakes, tool_gathers)) / model.max_tool_accel)
         }
         _ => most,
     }

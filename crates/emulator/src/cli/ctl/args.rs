@@ -189,42 +189,6 @@ pub enum Command {
     },
 }
 
-/// How an answer is shown to people.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OutputStyle {
-    /// Names and values.
-    Document,
-    /// The text in it, and nothing else.
-    Text,
-    /// As it came.
-    Verbatim,
-}
-
-impl Command {
-    /// How its answer is shown.
-    pub fn output_style(&self) -> OutputStyle {
-        let is_file = matches!(
-            self,
-            Command::File {
-                action: Some(FileCommand::Get { .. })
-            }
-        );
-        let is_snapshot = matches!(
-            self,
-            Command::Snapshot {
-                action: Some(SnapshotCommand::Show { .. })
-            }
-        );
-        if is_file {
-            OutputStyle::Text
-        } else if is_snapshot || matches!(self, Command::Transcript { .. }) {
-            OutputStyle::Verbatim
-        } else {
-            OutputStyle::Document
-        }
-    }
-}
-
 #[derive(Debug, Clone, Subcommand)]
 pub enum SnapshotCommand {
     /// Keep the present state under a name

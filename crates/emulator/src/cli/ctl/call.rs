@@ -7,9 +7,10 @@ use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
     LineCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
+use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use ts3100_control::client::percent_encoded;
 use ts3100_controller::faults::Fault;
 use ts3100_driver::files;
@@ -24,7 +25,7 @@ const MAX_FILE: u64 = 128 * 1024;
 const MAX_SNAPSHOT: u64 = ts3100_control::MAX_SNAPSHOT as u64;
 
 /// A call.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct Call {
     /// `GET`, `PUT`, `POST` or `DELETE`.
     pub method: &'static str,
@@ -34,34 +35,25 @@ pub struct Call {
     pub body: Option<Value>,
 }
 
+fn call(method: &'static str, path: impl Into<String>, body: Option<Value>) -> Call {
+    let path = path.into();
+    Call { method, path, body }
+}
+
 fn get(path: impl Into<String>) -> Call {
-    Call {
-        method: "GET",
-        path: path.into(),
-        body: None,
-    }
+    call("GET", path, None)
 }
 
 fn put(path: impl Into<String>, body: Value) -> Call {
-    Call {
-        method: "PUT",
-        path: path.into(),
-        body: Some(body),
-    }
+    call("PUT", path, Some(body))
 }
 
 fn post(path: impl Into<String>, body: Value) -> Call {
-    Call {
-        method: "POST",
-        ..put(path, body)
-    }
+    call("POST", path, Some(body))
 }
 
 fn delete(path: impl Into<String>) -> Call {
-    Call {
-        method: "DELETE",
-        ..get(path)
-    }
+    call("DELETE", path, None)
 }
 
 /// A switch: shown, or set.
@@ -79,47 +71,12 @@ fn button(path: &str, action: Option<&String>) -> Call {
     action.map_or_else(|| get(path), |action| post(format!("{path}/{action}"), json!({})))
 }
 
-/// Why a command is no call.
-#[derive(Debug, thiserror::Error)]
-pub enum CallError {
-    /// A word.
-    #[error(transparent)]
-    Word(#[from] UnexpectedWord),
-    /// An action on one of several, without saying on which.
-    #[error("which {0}?")]
-    Which(&'static str),
-    /// A position without a name is to be taught.
-    #[error("a position is taught by its name")]
-    NoName,
-    /// A body that is no JSON.
-    #[error("body: {0}")]
-    Body(serde_json::Error),
-    /// A file that cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    File {
-        /// Its path.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// A file that is no JSON.
-    #[error("{}: no JSON: {reason}", path.display())]
-    NoJson {
-        /// Its path.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: serde_json::Error,
-    },
-}
-
-type CallResult<T = Call> = Result<T, CallError>;
-
 impl Call {
     /// The call a command stands for.
     ///
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
-    pub fn from_command(command: &Command, json: bool) -> CallResult {
+    pub fn from_command(command: &Command, json: bool) -> anyhow::Result<Call> {
         Ok(match command {
             Command::State => get("/state"),
             Command::Key { position: None } => get("/key-switch"),
@@ -159,15 +116,16 @@ impl Call {
                 name: None,
                 teach: true,
                 ..
-            } => return Err(CallError::NoName),
+            } => bail!("a position is taught by its name"),
             Command::Position {
                 name, value, restore, ..
             } => value_call("/positions", name.as_deref(), value, *restore)?,
             Command::File { action } => file(action.as_ref())?,
-            Command::Channel { port: None, action } => match action {
-                None => get("/channels"),
-                Some(_) => return Err(CallError::Which("port")),
-            },
+            Command::Channel {
+                port: None,
+                action: None,
+            } => get("/channels"),
+            Command::Channel { port: None, .. } => bail!("which port?"),
             Command::Channel {
                 port: Some(port),
                 action,
@@ -189,31 +147,23 @@ impl Call {
     }
 }
 
-fn snapshot(action: Option<&SnapshotCommand>) -> CallResult {
+fn snapshot(action: Option<&SnapshotCommand>) -> anyhow::Result<Call> {
+    let named = |name: &str| format!("/snapshots/{}", percent_encoded(name));
     Ok(match action {
         None => get("/snapshots"),
         Some(SnapshotCommand::Show { name: None }) => get("/snapshot"),
-        Some(SnapshotCommand::Show { name: Some(name) }) => {
-            get(format!("/snapshots/{}", percent_encoded(name)))
-        }
+        Some(SnapshotCommand::Show { name: Some(name) }) => get(named(name)),
         Some(SnapshotCommand::Load { path }) => put("/snapshot", read_json(path)?),
-        Some(SnapshotCommand::Take { name }) => {
-            put(format!("/snapshots/{}", percent_encoded(name)), json!({}))
-        }
-        Some(SnapshotCommand::Restore { name }) => {
-            post(format!("/snapshots/{}/restore", percent_encoded(name)), json!({}))
-        }
-        Some(SnapshotCommand::Delete { name }) => delete(format!("/snapshots/{}", percent_encoded(name))),
+        Some(SnapshotCommand::Take { name }) => put(named(name), json!({})),
+        Some(SnapshotCommand::Restore { name }) => post(format!("{}/restore", named(name)), json!({})),
+        Some(SnapshotCommand::Delete { name }) => delete(named(name)),
     })
 }
 
 /// A file of JSON.
-fn read_json(path: &Path) -> CallResult<Value> {
+fn read_json(path: &Path) -> anyhow::Result<Value> {
     let bytes = read(path, MAX_SNAPSHOT)?;
-    serde_json::from_slice(&bytes).map_err(|reason| CallError::NoJson {
-        path: path.to_path_buf(),
-        reason,
-    })
+    serde_json::from_slice(&bytes).with_context(|| format!("{}: no JSON", path.display()))
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
@@ -229,22 +179,19 @@ fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
     })
 }
 
-fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> CallResult {
+fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
     let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
     if !plain {
         return Err(UnexpectedWord::new("a path as a URL has it", path).into());
     }
-    let body = body.map(|body| serde_json::from_str(body).map_err(CallError::Body));
-    Ok(Call {
-        method: match method {
-            HttpMethod::Get => "GET",
-            HttpMethod::Put => "PUT",
-            HttpMethod::Post => "POST",
-            HttpMethod::Delete => "DELETE",
-        },
-        path: path.to_owned(),
-        body: body.transpose()?,
-    })
+    let body = body.map(serde_json::from_str).transpose().context("body")?;
+    let method = match method {
+        HttpMethod::Get => "GET",
+        HttpMethod::Put => "PUT",
+        HttpMethod::Post => "POST",
+        HttpMethod::Delete => "DELETE",
+    };
+    Ok(call(method, path, body))
 }
 
 fn alarms(action: Option<&AlarmsCommand>) -> Call {
@@ -283,11 +230,11 @@ fn arm_body(fault: &Fault) -> Value {
     body
 }
 
-fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>) -> CallResult {
+fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>) -> anyhow::Result<Call> {
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
-            Some(_) => Err(CallError::Which(side)),
+            Some(_) => Err(anyhow!("which {side}?")),
         };
     };
     let path = format!("/{side}s/{line}");
@@ -305,7 +252,7 @@ fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>
     })
 }
 
-fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> CallResult {
+fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> anyhow::Result<Call> {
     let Some(name) = name else {
         return Ok(get(path));
     };
@@ -321,7 +268,7 @@ fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -
     Ok(put(path, json!({"value": value, "restore": restore})))
 }
 
-fn file(action: Option<&FileCommand>) -> CallResult {
+fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
     let path = |name: &str| format!("/files/{}", percent_encoded(name));
     Ok(match action {
         None | Some(FileCommand::List) => get("/files"),
@@ -333,20 +280,17 @@ fn file(action: Option<&FileCommand>) -> CallResult {
 }
 
 /// The bytes of a file, or of standard input.
-fn read(path: &Path, most: u64) -> CallResult<Vec<u8>> {
+fn read(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
     let read = if path == Path::new("-") {
         files::read_all(io::stdin().lock(), most)
     } else {
         files::read(path, most)
     };
-    read.map_err(|reason| CallError::File {
-        path: path.to_path_buf(),
-        reason,
-    })
+    read.with_context(|| format!("cannot read {}", path.display()))
 }
 
 /// The content of a file, as text where it is one.
-fn read_content(path: &Path) -> CallResult<Value> {
+fn read_content(path: &Path) -> anyhow::Result<Value> {
     Ok(match String::from_utf8(read(path, MAX_FILE)?) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": ts3100_control::event::hex(error.as_bytes())}),
@@ -368,7 +312,7 @@ fn channel(port: &str, action: Option<&ChannelCommand>) -> Call {
     }
 }
 
-fn clock(action: Option<&ClockCommand>) -> CallResult {
+fn clock(action: Option<&ClockCommand>) -> anyhow::Result<Call> {
     Ok(match action {
         None => get("/clock"),
         Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
@@ -383,7 +327,7 @@ fn clock(action: Option<&ClockCommand>) -> CallResult {
     })
 }
 
-fn until_body(until: &WaitArgs) -> CallResult<Value> {
+fn until_body(until: &WaitArgs) -> anyhow::Result<Value> {
     Ok(wait_body(&condition(&until.condition)?, until.limits))
 }
 
@@ -396,7 +340,7 @@ fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
 }
 
 /// The words of a condition.
-fn condition(words: &[String]) -> CallResult<Value> {
+fn condition(words: &[String]) -> anyhow::Result<Value> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let state = |word| bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word));
     let number = |word: &str| {

@@ -9,8 +9,9 @@ mod show;
 
 pub use args::CtlArgs;
 
-use args::{Command, OutputStyle};
+use args::{Command, FileCommand, SnapshotCommand};
 use call::Call;
+use serde_json::Value;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
@@ -38,7 +39,7 @@ pub fn run(args: &CtlArgs) -> ExitCode {
     let call = match Call::from_command(&args.command, args.json) {
         Ok(call) => call,
         Err(error) => {
-            eprintln!("ts3100 ctl: {}", printable(&error));
+            eprintln!("ts3100 ctl: {}", printable(format_args!("{error:#}")));
             return ExitCode::from(USAGE);
         }
     };
@@ -67,22 +68,45 @@ fn client(args: &CtlArgs, call: &Call) -> Result<Client, ClientError> {
 }
 
 fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
+    let file = if let Command::Transcript { file } = &args.command {
+        file.as_ref()
+    } else {
+        None
+    };
+    if file.is_some() || matches!(args.command, Command::Events(_)) {
+        let mut answer = client.send(call.method, &call.path, None)?;
+        if answer.status >= 400 {
+            let mut text = String::new();
+            // What cannot be read is shown as far as it came.
+            let _ = io::Read::read_to_string(&mut answer.body, &mut text);
+            return Ok(refused(args.json, &text));
+        }
+        return Ok(match file {
+            Some(file) => save(answer, &file.path),
+            None => follow(answer, args.json),
+        });
+    }
     let body = call.body.as_ref().map(ToString::to_string);
-    if matches!(args.command, Command::Events(_)) {
-        return follow(client, call, args.json);
-    }
-    if let Command::Transcript { file: Some(file) } = &args.command {
-        return save(client, call, &file.path, args.json);
-    }
     let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
-    let answer = serde_json::from_str::<serde_json::Value>(&text).ok();
     if status >= 400 {
-        print_refusal(args.json, &text, answer.as_ref());
-        return Ok(ExitCode::from(REFUSED));
+        return Ok(refused(args.json, &text));
     }
-    let shown = match (&answer, args.command.output_style()) {
-        (_, OutputStyle::Verbatim) => text,
-        (Some(answer), OutputStyle::Text) if !args.json => show::file_text(answer),
+    let answer = serde_json::from_str::<Value>(&text).ok();
+    // A transcript and a snapshot are shown as they come, a file by its text.
+    let shown = match (&answer, &args.command) {
+        (
+            _,
+            Command::Transcript { .. }
+            | Command::Snapshot {
+                action: Some(SnapshotCommand::Show { .. }),
+            },
+        ) => text,
+        (
+            Some(answer),
+            Command::File {
+                action: Some(FileCommand::Get { .. }),
+            },
+        ) if !args.json => show::file_text(answer),
         (Some(answer), _) if !args.json => escape_lines(&show::format_document(answer)),
         (Some(answer), _) => format!("{answer}\n"),
         (None, _) => text,
@@ -97,47 +121,32 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Cli
     })
 }
 
-fn print_refusal(json: bool, text: &str, answer: Option<&serde_json::Value>) {
-    let words = answer.and_then(|answer| answer.get("error")?.as_str());
+fn refused(json: bool, text: &str) -> ExitCode {
     if json {
         eprintln!("{}", escape_lines(text.trim_end()));
     } else {
+        let answer = serde_json::from_str::<Value>(text).unwrap_or_default();
+        let words = answer.get("error").and_then(Value::as_str);
         eprintln!("ts3100 ctl: {}", printable(words.unwrap_or(text).trim_end()));
     }
+    ExitCode::from(REFUSED)
 }
 
 /// The answer as it comes, to a file.
-fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCode, ClientError> {
-    let mut answer = client.send(call.method, &call.path, None)?;
-    if answer.status >= 400 {
-        return Ok(read_refusal(&mut answer, json));
-    }
+fn save(mut answer: Response, path: &Path) -> ExitCode {
     answer.body.lift_size_limit();
     let written = files::replace_with(path, |file| io::copy(&mut answer.body, file).map(drop));
-    Ok(match written {
+    match written {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("ts3100 ctl: cannot write {}: {error}", path.display());
             ExitCode::from(USAGE)
         }
-    })
-}
-
-/// A refusal that has not been read yet.
-fn read_refusal(answer: &mut Response, json: bool) -> ExitCode {
-    let mut text = String::new();
-    // What cannot be read is shown as far as it came.
-    let _ = io::Read::read_to_string(&mut answer.body, &mut text);
-    print_refusal(json, &text, serde_json::from_str(&text).ok().as_ref());
-    ExitCode::from(REFUSED)
+    }
 }
 
 /// Events as they come, one a line.
-fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientError> {
-    let mut answer = client.send(call.method, &call.path, None)?;
-    if answer.status >= 400 {
-        return Ok(read_refusal(&mut answer, json));
-    }
+fn follow(mut answer: Response, json: bool) -> ExitCode {
     answer.body.lift_limits();
     let mut kind = String::new();
     for line in io::BufReader::new(answer.body).lines() {
@@ -149,7 +158,7 @@ fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientEr
         let Some(data) = line.strip_prefix("data: ") else {
             continue;
         };
-        let event = serde_json::from_str::<serde_json::Value>(data).ok();
+        let event = serde_json::from_str::<Value>(data).ok();
         let shown = match event {
             Some(event) if !json => escape_lines(&show::format_event(&kind, &event)),
             _ => format!("{data}\n"),
@@ -158,7 +167,7 @@ fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientEr
             break;
         }
     }
-    Ok(ExitCode::SUCCESS)
+    ExitCode::SUCCESS
 }
 
 /// False when nobody reads any more.

@@ -11,17 +11,14 @@ use crate::loading;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use std::time::Duration;
-use ts3100_control::printable::printable;
+use ts3100_controller::options::{ControllerType, Dialect};
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};
 
 /// Exit code when there are differences.
 const DIFFERENT: u8 = 1;
-/// Exit code when nothing could be compared.
-const UNUSABLE: u8 = 2;
 
 /// Plays the host's side of a recording (`serve --transcript`, `tap`) to the emulator in virtual time, and lists every
 /// difference between the robot's answers recorded and the emulator's, in bytes and time.
@@ -66,14 +63,14 @@ struct RobotArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Preset of the named options, as for serve
-    #[arg(long, value_name = "DIALECT")]
-    dialect: Option<args::Dialect>,
+    #[arg(long, value_name = "DIALECT", value_parser = args::described(args::DIALECTS))]
+    dialect: Option<Dialect>,
     /// Arm, as for serve
     #[arg(long, value_name = "MODEL")]
     model: Option<config::model::ModelChoice>,
     /// Controller type, as for serve
-    #[arg(long, value_name = "TYPE")]
-    controller: Option<args::Controller>,
+    #[arg(long, value_name = "TYPE", value_parser = args::described(args::CONTROLLERS))]
+    controller: Option<ControllerType>,
     /// Key switch, as for serve
     #[arg(long, value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
     key: Option<KeySwitch>,
@@ -137,19 +134,8 @@ impl From<RobotArgs> for ServeArgs {
     }
 }
 
-/// Compares and says the exit code.
-pub(super) fn run(args: &DiffArgs) -> ExitCode {
-    match compare(args) {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::from(DIFFERENT),
-        Err(error) => {
-            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
-            ExitCode::from(UNUSABLE)
-        }
-    }
-}
-
-fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
+/// Compares; the exit code.
+pub(super) fn run(args: &DiffArgs) -> anyhow::Result<u8> {
     let mut ignore = Ignore::default();
     ignore.add(&args.ignore).context("--ignore")?;
     if args.value_tolerance < 0.0 || !args.value_tolerance.is_finite() {
@@ -170,7 +156,11 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
         Vec::new()
     };
     show::show(&args.recording, &report, &suggestions, args.json)?;
-    Ok(report.differences.is_empty())
+    Ok(if report.differences.is_empty() {
+        0
+    } else {
+        DIFFERENT
+    })
 }
 
 /// The flags given, over those of a configuration file, over those of the recording.

@@ -1,18 +1,16 @@
 //! The arguments of `ts3100 host`. A command and its operands are turned into a protocol message, which
 //! `ts3100-proto` parses again, so operands obey the same grammar as on the wire.
 //!
-//! The help of a command is in its row of the table of commands; the doc comments of operands are theirs. Commands beyond the manual are in [`super::extensions`]; the exchange
-//! itself is in [`super::session`].
+//! Here are the options, and the commands whose arguments are more than operands. All others are in
+//! [`super::table`]; the exchange itself is in [`super::session`].
 
-use super::extensions::Extension;
-use super::session::HostError;
-use super::table::{TableCommand, help};
+use super::table::{help, message, rows, subcommand, word};
 use super::variable_type::VariableType;
-use clap::{Args, Subcommand};
+use clap::error::ErrorKind;
+use clap::{ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
-use ts3100_driver::pc_file;
-use ts3100_proto::command::Command;
+use ts3100_driver::pc_file::{self, NameError};
 
 /// Sends one command to a controller or an emulator and shows its answer.
 ///
@@ -54,27 +52,55 @@ pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, SecondsError> {
 }
 
 /// Any command of the table.
-#[derive(Debug, Subcommand)]
+#[derive(Debug)]
 pub(super) enum HostSubcommand {
-    #[command(flatten)]
-    Known(HostCommand),
-    #[command(flatten)]
-    Other(TableCommand),
+    /// One with arguments of its own.
+    Own(HostCommand),
+    /// A row of the table: the message with its operands.
+    Row(String),
 }
 
-/// A command with arguments of its own.
+impl Subcommand for HostSubcommand {
+    fn augment_subcommands(command: Command) -> Command {
+        let own = HostCommand::augment_subcommands(Command::new("own"));
+        command.subcommands(rows().into_iter().map(|row| {
+            let known = own.find_subcommand(word(row)).cloned();
+            // Its place in the help is the one it gets here, not the one among its own.
+            known.unwrap_or_else(|| subcommand(row)).display_order(None)
+        }))
+    }
+
+    fn augment_subcommands_for_update(command: Command) -> Command {
+        HostSubcommand::augment_subcommands(command)
+    }
+
+    fn has_subcommand(name: &str) -> bool {
+        rows().into_iter().any(|row| word(row) == name)
+    }
+}
+
+impl FromArgMatches for HostSubcommand {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<HostSubcommand, Error> {
+        let (name, arguments) = matches
+            .subcommand()
+            .ok_or_else(|| Error::new(ErrorKind::MissingSubcommand))?;
+        if HostCommand::has_subcommand(name) {
+            return HostCommand::from_arg_matches(matches).map(HostSubcommand::Own);
+        }
+        let row = rows().into_iter().find(|row| word(row) == name);
+        let row = row.ok_or_else(|| Error::new(ErrorKind::InvalidSubcommand))?;
+        Ok(HostSubcommand::Row(message(row, arguments)))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = HostSubcommand::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// A command with arguments that are no operands.
 #[derive(Debug, Subcommand)]
 pub(super) enum HostCommand {
-    #[command(about = help("SU"))]
-    Su,
-    #[command(about = help("SF"))]
-    Sf,
-    #[command(about = help("CA"))]
-    Ca,
-    #[command(about = help("VR"))]
-    Vr,
-    #[command(about = help("EU"))]
-    Eu,
     #[command(about = help("UL"))]
     Ul {
         /// File of the RAM drive
@@ -90,32 +116,11 @@ pub(super) enum HostCommand {
         /// Its name on the RAM drive
         name: Option<String>,
     },
-    #[command(about = help("ER"))]
-    Er {
-        /// File of the RAM drive
-        name: String,
-    },
-    #[command(about = help("SL"))]
-    Sl {
-        /// File of the RAM drive
-        name: String,
-    },
     #[command(about = help("RN"))]
     Rn {
         /// Wait for the SP by which the controller reports the stop; SECONDS at most
         #[arg(long, value_name = "SECONDS", num_args = 0..=1, value_parser = seconds)]
         wait: Option<Option<Duration>>,
-    },
-    #[command(about = help("SP"))]
-    Sp,
-    #[command(about = help("SO"))]
-    So,
-    #[command(about = help("BR"))]
-    Br,
-    #[command(about = help("RS"))]
-    Rs {
-        /// What
-        what: String,
     },
     #[command(about = help("MR"))]
     Mr {
@@ -148,148 +153,25 @@ pub(super) enum HostCommand {
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
-    #[command(about = help("IW"))]
-    Iw {
-        /// Line number and 0 or 1, in turn
-        #[arg(required = true)]
-        pairs: Vec<String>,
-    },
-    #[command(about = help("DO"))]
-    Do {
-        /// The statement; everything after it belongs to it
-        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
-        statement: Vec<String>,
-    },
-    #[command(about = help("EC"))]
-    Ec {
-        /// The command and its operand
-        #[arg(required = true)]
-        words: Vec<String>,
-    },
-    #[command(about = help("FD"))]
-    Fd,
-    #[command(flatten)]
-    Extension(Extension),
-}
-
-/// Which decoder an answer needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Decoder {
-    /// SU.
-    Status,
-    /// CA.
-    Directory,
-    /// VR.
-    Version,
-    /// EU.
-    History,
-    /// MR and HI.
-    Values,
-    /// SM.
-    QuickStatus,
-    /// AC and AH.
-    Alarms,
-    /// PR and VL.
-    Position,
-    /// MN.
-    Maintenance,
-}
-
-/// What an exchange consists of.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum ExchangeKind {
-    /// OK or NG.
-    Plain,
-    /// OK, then the controller's SP, within the limit if one is given.
-    RunAndWait(Option<Duration>),
-    /// OK, then the file's texts.
-    Download { file: PathBuf },
-    /// A file, kept.
-    Upload { output: Option<PathBuf> },
-    /// A file, decoded.
-    Status(Decoder),
-    /// SF: read by length.
-    SystemStatus,
-    /// IO: read by length.
-    Lines,
 }
 
 impl HostSubcommand {
-    /// The command as proto understands it.
-    ///
-    /// # Errors
-    /// [`HostError::Command`] with what was expected and found.
-    pub(super) fn parse(&self) -> Result<Command, HostError> {
-        let message = self.message()?;
-        Command::parse(message.as_bytes()).map_err(|error| HostError::Command {
-            message,
-            reason: error.to_string(),
-        })
-    }
-
-    pub(super) fn exchange_kind(&self) -> ExchangeKind {
+    /// The message it makes.
+    pub(super) fn message(&self) -> Result<String, NameError> {
         match self {
-            HostSubcommand::Known(command) => command.exchange_kind(),
-            HostSubcommand::Other(command) => command.exchange_kind(),
-        }
-    }
-
-    fn message(&self) -> Result<String, HostError> {
-        match self {
-            HostSubcommand::Known(command) => command.message(),
-            HostSubcommand::Other(command) => Ok(command.message()),
+            HostSubcommand::Own(command) => command.message(),
+            HostSubcommand::Row(message) => Ok(message.clone()),
         }
     }
 }
 
 impl HostCommand {
-    /// What is to be done with it.
-    fn exchange_kind(&self) -> ExchangeKind {
-        match self {
-            HostCommand::Su => ExchangeKind::Status(Decoder::Status),
-            HostCommand::Sf => ExchangeKind::SystemStatus,
-            HostCommand::Ca => ExchangeKind::Status(Decoder::Directory),
-            HostCommand::Vr => ExchangeKind::Status(Decoder::Version),
-            HostCommand::Eu => ExchangeKind::Status(Decoder::History),
-            HostCommand::Mr { .. } => ExchangeKind::Status(Decoder::Values),
-            HostCommand::Ul { output, .. } => ExchangeKind::Upload {
-                output: output.clone(),
-            },
-            HostCommand::Dl { file, .. } => ExchangeKind::Download { file: file.clone() },
-            HostCommand::Extension(extension) => extension.exchange_kind(),
-            HostCommand::Rn { wait: Some(limit) } => ExchangeKind::RunAndWait(*limit),
-            HostCommand::Rn { wait: None }
-            | HostCommand::Er { .. }
-            | HostCommand::Sl { .. }
-            | HostCommand::Sp
-            | HostCommand::So
-            | HostCommand::Br
-            | HostCommand::Rs { .. }
-            | HostCommand::Mw { .. }
-            | HostCommand::Iw { .. }
-            | HostCommand::Do { .. }
-            | HostCommand::Ec { .. }
-            | HostCommand::Fd => ExchangeKind::Plain,
-        }
-    }
-
-    fn message(&self) -> Result<String, HostError> {
+    fn message(&self) -> Result<String, NameError> {
         Ok(match self {
-            HostCommand::Su => "SU".to_owned(),
-            HostCommand::Sf => "SF".to_owned(),
-            HostCommand::Ca => "CA".to_owned(),
-            HostCommand::Vr => "VR".to_owned(),
-            HostCommand::Eu => "EU".to_owned(),
             HostCommand::Ul { name, .. } => format!("UL,{name}"),
             HostCommand::Dl { file, name: None } => format!("DL,{}", pc_file::drive_name(file)?),
             HostCommand::Dl { name: Some(name), .. } => format!("DL,{name}"),
-            HostCommand::Er { name } => format!("ER,{name}"),
-            HostCommand::Sl { name } => format!("SL,{name}"),
             HostCommand::Rn { .. } => "RN".to_owned(),
-            HostCommand::Sp => "SP".to_owned(),
-            HostCommand::So => "SO".to_owned(),
-            HostCommand::Br => "BR".to_owned(),
-            HostCommand::Rs { what } => format!("RS,{what}"),
             HostCommand::Mr {
                 name,
                 kind,
@@ -307,11 +189,22 @@ impl HostCommand {
                 let kind = kind.unwrap_or_default().code(name);
                 format!("MW,{} {name} {kind} {}", u8::from(*restore), values.join(" "))
             }
-            HostCommand::Iw { pairs } => format!("IW,{}", pairs.join(" ")),
-            HostCommand::Do { statement } => format!("DO,{}", statement.join(" ")),
-            HostCommand::Ec { words } => format!("EC,{}", words.join(" ")),
-            HostCommand::Fd => "FD".to_owned(),
-            HostCommand::Extension(extension) => extension.message(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_of_the_table_has_a_word_and_its_help() {
+        let words = HostSubcommand::augment_subcommands(Command::new("host"));
+        for row in rows() {
+            let found = words.find_subcommand(word(row)).map(Command::get_about);
+            let about = found.flatten().map(ToString::to_string);
+            assert_eq!(about, Some(help(row.letters)), "{}", row.name);
+        }
+        assert!(words.find_subcommand("ok").is_none());
     }
 }

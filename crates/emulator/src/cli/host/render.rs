@@ -3,7 +3,6 @@
 //! Decoding is done by `ts3100-proto`; only field names and layout are chosen here. The field names are a public
 //! format of `ts3100 host --json`.
 
-use super::args::Decoder;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use ts3100_proto::command::Number;
@@ -20,20 +19,21 @@ use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
 
 /// Decodes the content of an answer.
-///
-/// # Errors
-/// The decoder's, with what was expected and found.
-pub(super) fn decode(show: Decoder, content: &[u8]) -> Result<Value, BodyError> {
-    Ok(match show {
-        Decoder::Status => status(&StatusBody::decode(content)?),
-        Decoder::Directory => list(&ca::decode_directory(content)?, directory_entry),
-        Decoder::Version => list(&vr::decode_versions(content)?, version),
-        Decoder::History => list(&eu::decode_history(content)?, error_entry),
-        Decoder::Values => list(&mr::decode_values(content)?, number),
-        Decoder::QuickStatus => quick_status(&QuickStatus::decode(content)?),
-        Decoder::Alarms => list(&ac::decode_alarms(content)?, alarm_record),
-        Decoder::Position => position(&pr::decode_position(content)?),
-        Decoder::Maintenance => maintenance(&Maintenance::decode(content)?),
+type Decoder = fn(&[u8]) -> Result<Value, BodyError>;
+
+/// The decoder for the answer to a command; `None` if its answer is a file for the user, or is read by length.
+pub(super) fn decoder(letters: &str) -> Option<Decoder> {
+    Some(match letters {
+        "SU" => |content| StatusBody::decode(content).map(|body| status(&body)),
+        "CA" => |content| ca::decode_directory(content).map(|files| list(&files, directory_entry)),
+        "VR" => |content| vr::decode_versions(content).map(|records| list(&records, version)),
+        "EU" => |content| eu::decode_history(content).map(|entries| list(&entries, error_entry)),
+        "MR" | "HI" => |content| mr::decode_values(content).map(|values| list(&values, number)),
+        "SM" => |content| QuickStatus::decode(content).map(|status| quick_status(&status)),
+        "AC" | "AH" => |content| ac::decode_alarms(content).map(|alarms| list(&alarms, alarm_record)),
+        "PR" | "VL" => |content| pr::decode_position(content).map(|values| position(&values)),
+        "MN" => |content| Maintenance::decode(content).map(|read| maintenance(&read)),
+        _ => return None,
     })
 }
 
@@ -237,35 +237,21 @@ pub(super) fn table(value: &Value) -> String {
 }
 
 fn rows(items: &[Value], first: &Map<String, Value>) -> String {
-    let columns: Vec<(&String, usize)> = first
+    let columns: Vec<Vec<String>> = first
         .keys()
         .map(|name| {
-            let width = items
-                .iter()
-                .map(|item| cell_text(&item[name.as_str()]).len())
-                .max()
-                .unwrap_or(0);
-            (name, width.max(name.len()))
+            let cells = items.iter().map(|item| cell_text(&item[name.as_str()]));
+            std::iter::once(name.clone()).chain(cells).collect()
         })
         .collect();
     let mut text = String::new();
-    let mut line = |cells: Vec<String>| {
-        text.push_str(cells.join("  ").trim_end());
+    for row in 0..=items.len() {
+        let cells = columns.iter().map(|column| {
+            let width = column.iter().map(String::len).max().unwrap_or(0);
+            format!("{:<width$}", column[row])
+        });
+        text.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
         text.push('\n');
-    };
-    line(
-        columns
-            .iter()
-            .map(|(name, width)| format!("{name:<width$}"))
-            .collect(),
-    );
-    for item in items {
-        line(
-            columns
-                .iter()
-                .map(|(name, width)| format!("{:<width$}", cell_text(&item[name.as_str()])))
-                .collect(),
-        );
     }
     text
 }

@@ -4,13 +4,12 @@
 //! Plain blocking sockets are enough, because a host does one thing at a time. Framing and file transfer come from
 //! `ts3100-proto`. SF and IO contain arbitrary bytes and are read by length, everything else up to ETX.
 
-use super::Answer;
-use crate::loading::LoadError;
+use anyhow::{Context as _, anyhow, bail};
+use std::fmt::Display;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 use ts3100_controller::limits;
-use ts3100_driver::pc_file::NameError;
 use ts3100_proto::command::Command;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
@@ -25,99 +24,6 @@ use ts3100_proto::text::{self, Checksum, Decoded, Framing, StxRule, TextDecoder,
 const READ_BUFFER: usize = 1_024;
 /// Largest file taken from a controller: a full RAM drive and its directory are smaller.
 const MAX_CONTENT: usize = 4 * 1024 * 1024;
-
-/// Why an exchange failed.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum HostError {
-    /// The words of the command line make no command.
-    #[error("`{message}` is no command: {reason}")]
-    Command {
-        /// The message they made.
-        message: String,
-        /// What was expected and found.
-        reason: String,
-    },
-    /// The name of a file of the PC.
-    #[error(transparent)]
-    Name(#[from] NameError),
-    /// A file of the PC.
-    #[error(transparent)]
-    Load(#[from] LoadError),
-    /// No connection.
-    #[error("cannot connect to {address}: {reason}")]
-    Connect {
-        /// Where.
-        address: String,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// The connection broke.
-    #[error("expected {expected}, but the connection failed: {reason}")]
-    ConnectionFailed {
-        /// What was awaited.
-        expected: &'static str,
-        /// What the system said.
-        reason: io::Error,
-    },
-    /// The peer closed.
-    #[error(
-        "expected {expected}, but the peer closed the connection{}",
-        after_bytes(found)
-    )]
-    Closed {
-        /// What was awaited.
-        expected: &'static str,
-        /// Bytes of an unfinished text.
-        found: Vec<u8>,
-    },
-    /// Nothing came.
-    #[error("expected {expected} within {limit:?}, found {}", nothing_or(found))]
-    Timeout {
-        /// What was awaited.
-        expected: &'static str,
-        /// How long.
-        limit: Duration,
-        /// Bytes of an unfinished text.
-        found: Vec<u8>,
-    },
-    /// All of it took too long, though something came again and again.
-    #[error(
-        "expected {expected}, but the command took longer than {limit:?} (--total); found {}",
-        nothing_or(found)
-    )]
-    TotalTimeout {
-        /// What was awaited.
-        expected: &'static str,
-        /// How long.
-        limit: Duration,
-        /// Bytes of an unfinished text.
-        found: Vec<u8>,
-    },
-    /// Something else came.
-    #[error("expected {expected}, found {}", Escaped::for_reading(found))]
-    Unexpected {
-        /// What was awaited.
-        expected: &'static str,
-        /// The text that came.
-        found: Vec<u8>,
-    },
-    /// A file that is not what the command asks for.
-    #[error(
-        "the answer to {letters} cannot be read: {reason}; found {}",
-        Escaped::for_reading(found)
-    )]
-    Content {
-        /// The command.
-        letters: &'static str,
-        /// What was expected.
-        reason: String,
-        /// The content.
-        found: Vec<u8>,
-    },
-    /// The result cannot be written.
-    #[error("cannot write the result: {0}")]
-    Output(io::Error),
-}
 
 fn after_bytes(found: &[u8]) -> String {
     if found.is_empty() {
@@ -138,12 +44,33 @@ fn nothing_or(found: &[u8]) -> String {
 /// Pause between two questions for the status while a program runs.
 const STATUS_PAUSE: Duration = Duration::from_millis(100);
 
-/// How SF came: told by where its ETX stands.
-enum SfForm {
-    /// One text of eight floats a group.
-    Long,
-    /// A text of 253 data bytes: six floats a group, or the first of the manual's two texts (SF-02).
-    Full,
+/// What failed when stdout or a file does not take the result.
+pub(super) const CANNOT_WRITE: &str = "cannot write the result";
+
+/// Something else came than was expected.
+fn unexpected(expected: &str, found: &[u8]) -> anyhow::Error {
+    anyhow!("expected {expected}, found {}", Escaped::for_reading(found))
+}
+
+/// A file that is not what the command asks for.
+pub(super) fn unreadable(letters: &str, reason: &impl Display, found: &[u8]) -> anyhow::Error {
+    let found = Escaped::for_reading(found);
+    anyhow!("the answer to {letters} cannot be read: {reason}; found {found}")
+}
+
+/// How long something is waited for.
+#[derive(Clone, Copy)]
+struct Limit {
+    end: Instant,
+    length: Duration,
+}
+
+impl Limit {
+    /// From now on.
+    fn new(length: Duration) -> Limit {
+        let end = Instant::now() + length;
+        Limit { end, length }
+    }
 }
 
 /// A connection to a controller.
@@ -151,85 +78,58 @@ pub(super) struct Session {
     stream: TcpStream,
     framing: Framing,
     timeout: Duration,
-    /// When everything is to be over, and how long that is; not while the end of a program is waited for.
-    total_deadline: Option<(Instant, Duration)>,
+    /// The limit of everything; none while the end of a program is waited for.
+    total: Option<Limit>,
     decoder: TextDecoder,
     /// Received, not yet given to the decoder.
     received: Vec<u8>,
 }
 
 impl Session {
-    /// Connects. `limit` is the longest wait for the connection and for each answer, `total` for everything.
+    /// Connects. `timeout` is the longest wait for the connection and for each answer, `total` for everything.
     pub(super) fn connect(
         address: &str,
         no_stx: bool,
-        limit: Duration,
+        timeout: Duration,
         total: Duration,
-    ) -> Result<Session, HostError> {
-        let end = Instant::now() + total;
-        let refused = |reason| HostError::Connect {
-            address: address.to_owned(),
-            reason,
-        };
-        let mut last = io::Error::new(ErrorKind::NotFound, "no such address; expected HOST:PORT");
-        for candidate in address.to_socket_addrs().map_err(refused)? {
-            match TcpStream::connect_timeout(&candidate, limit) {
-                Ok(stream) => {
-                    stream.set_nodelay(true).map_err(refused)?;
-                    stream.set_write_timeout(Some(limit)).map_err(refused)?;
-                    return Ok(Session {
-                        total_deadline: Some((end, total)),
-                        ..Session::over(stream, no_stx, limit)
-                    });
-                }
-                Err(error) => last = error,
-            }
-        }
-        Err(refused(last))
-    }
-
-    fn over(stream: TcpStream, no_stx: bool, limit: Duration) -> Session {
+    ) -> anyhow::Result<Session> {
+        let total = Some(Limit::new(total));
+        let stream = dial(address, timeout).with_context(|| format!("cannot connect to {address}"))?;
         let (framing, stx) = if no_stx {
             (Framing::Bare, StxRule::Detect)
         } else {
             (Framing::Stx, StxRule::Required)
         };
-        let decoder = TextDecoder::new(TextOptions {
-            stx,
-            checksum: Checksum::None,
-        });
-        Session {
+        let checksum = Checksum::None;
+        Ok(Session {
             stream,
             framing,
-            timeout: limit,
-            total_deadline: None,
-            decoder,
+            timeout,
+            total,
+            decoder: TextDecoder::new(TextOptions { stx, checksum }),
             received: Vec::new(),
-        }
+        })
     }
 
-    /// A command that is answered by OK or NG.
-    pub(super) fn plain(&mut self, command: &Command) -> Result<Answer, HostError> {
+    /// A command that is answered by OK or NG: whether it is OK.
+    pub(super) fn plain(&mut self, command: &Command) -> anyhow::Result<bool> {
         self.send(&command.encode())?;
         self.ok_or_ng()
     }
 
-    /// The OK or NG that answers the last text sent.
-    pub(super) fn ok_or_ng(&mut self) -> Result<Answer, HostError> {
+    /// Whether the last text sent is answered by OK; false for NG.
+    pub(super) fn ok_or_ng(&mut self) -> anyhow::Result<bool> {
         const EXPECTED: &str = "OK or NG";
         let data = self.answer(EXPECTED)?;
         match Reply::parse(&data) {
-            Ok(Reply::Ok) => Ok(Answer::Positive),
-            Ok(Reply::Ng) => Ok(Answer::Negative),
-            _ => Err(HostError::Unexpected {
-                expected: EXPECTED,
-                found: data,
-            }),
+            Ok(Reply::Ok) => Ok(true),
+            Ok(Reply::Ng) => Ok(false),
+            _ => Err(unexpected(EXPECTED, &data)),
         }
     }
 
     /// A command that is answered by a file: its content without EOF; `None` if the answer is NG.
-    pub(super) fn file(&mut self, command: &Command) -> Result<Option<Vec<u8>>, HostError> {
+    pub(super) fn file(&mut self, command: &Command) -> anyhow::Result<Option<Vec<u8>>> {
         self.send(&command.encode())?;
         let data = self.answer(FILE)?;
         if matches!(Reply::parse(&data), Ok(Reply::Ng)) {
@@ -238,7 +138,7 @@ impl Session {
         self.receive(data).map(Some)
     }
 
-    fn receive(&mut self, first: Vec<u8>) -> Result<Vec<u8>, HostError> {
+    fn receive(&mut self, first: Vec<u8>) -> anyhow::Result<Vec<u8>> {
         let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
         let mut data = first;
         loop {
@@ -249,106 +149,70 @@ impl Session {
             match received {
                 Received::Complete(content) => return Ok(content),
                 Received::More => data = self.answer("the next text of the file")?,
-                Received::Refused(fault) => {
-                    return Err(HostError::Content {
-                        letters: "FL",
-                        reason: fault.to_string(),
-                        found: data,
-                    });
-                }
+                Received::Refused(fault) => return Err(unreadable("FL", &fault, &data)),
             }
         }
     }
 
     /// SF, in one text or two, of either layout; `None` if the answer is NG.
-    pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, HostError> {
+    pub(super) fn system_status(&mut self, command: &Command) -> anyhow::Result<Option<SystemStatus>> {
         self.send(&command.encode())?;
-        let whole = FL.len() + SfLayout::Eight.len() + 1;
-        let (layout, data) = match self.system_status_form()? {
-            None => return self.ng_or_unexpected(),
-            Some(SfForm::Long) => {
-                let data = self.binary(whole, SF_TEXT)?;
-                self.acknowledge()?;
-                (SfLayout::Eight, data)
-            }
-            Some(SfForm::Full) => {
-                let mut data = self.binary(text::MAX_DATA, SF_TEXT)?;
-                self.acknowledge()?;
-                let layout = SfLayout::from_first_text(data.get(FL.len()..).unwrap_or_default());
-                if layout == SfLayout::Eight {
-                    data.extend(self.binary(whole - text::MAX_DATA, SF_TEXT)?);
-                    self.acknowledge()?;
-                }
-                (layout, data)
-            }
-        };
-        let content = data
-            .get(FL.len()..FL.len() + layout.len())
-            .unwrap_or_default()
-            .to_vec();
-        let decoded = SystemStatus::decode(&content, layout);
-        let failed = |reason: String| HostError::Content {
-            letters: "SF",
-            reason,
-            found: content.clone(),
-        };
-        decoded.map(Some).map_err(|error| failed(error.to_string()))
-    }
-
-    /// Waits until the form of an SF answer is plain; `None` if what came is no FL.
-    fn system_status_form(&mut self) -> Result<Option<SfForm>, HostError> {
-        let deadline = Instant::now() + self.timeout;
-        if !self.starts_with_fl(deadline)? {
-            return Ok(None);
+        let limit = Limit::new(self.timeout);
+        if !self.starts_with_fl(limit)? {
+            return self.ng_or_unexpected();
         }
-        // In the long text names stand where the others have their ETX, and names have no control codes.
+        let whole = FL.len() + SfLayout::Eight.len() + 1;
+        // One text of eight floats a group has names where every other first text has its ETX, after 253 data bytes;
+        // names have no control codes.
         let full = self.stx_length() + text::MAX_DATA + 1;
-        self.fill(full, deadline)?;
-        let end = self.received.get(..full).unwrap_or_default();
-        Ok(Some(if end.ends_with(&[text::ETX]) {
-            SfForm::Full
+        self.fill(full, limit)?;
+        let begin = self.received.get(..full).unwrap_or_default();
+        let (layout, data) = if begin.ends_with(&[text::ETX]) {
+            let mut data = self.binary(text::MAX_DATA, SF_TEXT)?;
+            let layout = SfLayout::from_first_text(data.get(FL.len()..).unwrap_or_default());
+            // The first of the manual's two texts (SF-02).
+            if layout == SfLayout::Eight {
+                data.extend(self.binary(whole - text::MAX_DATA, SF_TEXT)?);
+            }
+            (layout, data)
         } else {
-            SfForm::Long
-        }))
+            (SfLayout::Eight, self.binary(whole, SF_TEXT)?)
+        };
+        let content = data.get(FL.len()..FL.len() + layout.len());
+        let content = content.unwrap_or_default();
+        let decoded = SystemStatus::decode(content, layout);
+        decoded
+            .map(Some)
+            .map_err(|error| unreadable("SF", &error, content))
     }
 
     /// IO, which ends with its 80 bytes (hosts 8.2); one with EOF, or EOF and CR, is read too. `None` if the answer is
     /// NG.
-    pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, HostError> {
+    pub(super) fn lines(&mut self, command: &Command) -> anyhow::Result<Option<LineWords>> {
         self.send(&command.encode())?;
-        let deadline = Instant::now() + self.timeout;
-        if !self.starts_with_fl(deadline)? {
+        let limit = Limit::new(self.timeout);
+        if !self.starts_with_fl(limit)? {
             return self.ng_or_unexpected();
         }
         let length = FL.len() + io_words::LENGTH;
         let mut ending = 0;
         for byte in [text::EOF, text::CR] {
             let at = self.stx_length() + length + ending;
-            self.fill(at + 1, deadline)?;
+            self.fill(at + 1, limit)?;
             ending += usize::from(self.received.get(at) == Some(&byte));
         }
         let data = self.binary(length + ending, "a text of IO")?;
-        self.acknowledge()?;
-        let content = data
-            .get(FL.len()..FL.len() + io_words::LENGTH)
-            .unwrap_or_default();
+        let content = data.get(FL.len()..length).unwrap_or_default();
         let decoded = io_words::decode_lines(content);
-        decoded.map(Some).map_err(|error| HostError::Content {
-            letters: "IO",
-            reason: error.to_string(),
-            found: data,
-        })
+        decoded.map(Some).map_err(|error| unreadable("IO", &error, &data))
     }
 
     /// The answer in place of a file that is read by length: `None` for NG.
-    fn ng_or_unexpected<T>(&mut self) -> Result<Option<T>, HostError> {
+    fn ng_or_unexpected<T>(&mut self) -> anyhow::Result<Option<T>> {
         let data = self.answer(FILE)?;
         match Reply::parse(&data) {
             Ok(Reply::Ng) => Ok(None),
-            _ => Err(HostError::Unexpected {
-                expected: FILE,
-                found: data,
-            }),
+            _ => Err(unexpected(FILE, &data)),
         }
     }
 
@@ -358,88 +222,73 @@ impl Session {
     }
 
     /// Waits for the beginning of an answer: whether it is an FL. An SP in front of it is reported.
-    fn starts_with_fl(&mut self, deadline: Instant) -> Result<bool, HostError> {
+    fn starts_with_fl(&mut self, limit: Limit) -> anyhow::Result<bool> {
         loop {
-            self.fill(self.stx_length() + FL.len(), deadline)?;
+            self.fill(self.stx_length() + FL.len(), limit)?;
             let start = self.received.get(self.stx_length()..).unwrap_or_default();
             if !start.starts_with(b"SP") {
                 return Ok(start.starts_with(FL));
             }
-            self.skip_unsolicited_sp(deadline)?;
+            let end = loop {
+                if let Some(end) = self.received.iter().position(|byte| *byte == text::ETX) {
+                    break end;
+                }
+                self.fill(self.received.len() + 1, limit)?;
+            };
+            self.received.drain(..=end);
+            report_unsolicited_sp();
         }
     }
 
-    /// An SP in front of an answer that is read by length.
-    fn skip_unsolicited_sp(&mut self, deadline: Instant) -> Result<(), HostError> {
-        loop {
-            if let Some(end) = self.received.iter().position(|byte| *byte == text::ETX) {
-                self.received.drain(..=end);
-                report_unsolicited_sp();
-                return Ok(());
-            }
-            let more = self.received.len() + 1;
-            self.fill(more, deadline)?;
-        }
-    }
-
-    /// A text cut by length.
-    fn binary(&mut self, length: usize, expected: &'static str) -> Result<Vec<u8>, HostError> {
+    /// A text cut by length; it is acknowledged.
+    fn binary(&mut self, length: usize, expected: &str) -> anyhow::Result<Vec<u8>> {
         self.decoder.expect_binary(length);
-        self.answer(expected)
+        let data = self.answer(expected)?;
+        self.acknowledge()?;
+        Ok(data)
     }
 
     /// Waits until the program has stopped: for the SP by which the controller says so, or, as it says nothing to hosts
     /// that send no STX (D7), by asking for its status. Returns what to print of it.
-    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<&'static str, HostError> {
+    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> anyhow::Result<&'static str> {
         const EXPECTED: &str = "SP";
-        self.total_deadline = None;
-        let deadline = limit.map(|limit| Instant::now() + limit);
+        self.total = None;
+        let limit = limit.map(Limit::new);
         if self.framing == Framing::Bare {
-            self.poll_until_stopped(deadline, limit.unwrap_or_default())?;
+            self.poll_until_stopped(limit)?;
             return Ok("stopped");
         }
-        let data = self.text(EXPECTED, deadline, limit.unwrap_or_default())?;
+        let data = self.text(EXPECTED, limit)?;
         match Reply::parse(&data) {
             Ok(Reply::Sp) => Ok(EXPECTED),
-            _ => Err(HostError::Unexpected {
-                expected: EXPECTED,
-                found: data,
-            }),
+            _ => Err(unexpected(EXPECTED, &data)),
         }
     }
 
-    fn poll_until_stopped(&mut self, deadline: Option<Instant>, limit: Duration) -> Result<(), HostError> {
-        const EXPECTED: &str = "the end of the program";
+    fn poll_until_stopped(&mut self, limit: Option<Limit>) -> anyhow::Result<()> {
         loop {
             std::thread::sleep(STATUS_PAUSE);
             let content = self.file(&Command::Su)?.unwrap_or_default();
-            let status = StatusBody::decode(&content).map_err(|error| HostError::Content {
-                letters: "SU",
-                reason: error.to_string(),
-                found: content,
-            })?;
+            let status = StatusBody::decode(&content).map_err(|error| unreadable("SU", &error, &content))?;
             if status.execution != ExecutionStatus::Running {
                 return Ok(());
             }
-            if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
-                return Err(HostError::Timeout {
-                    expected: EXPECTED,
-                    limit,
-                    found: Vec::new(),
-                });
+            if let Some(limit) = limit
+                && limit.end <= Instant::now()
+            {
+                bail!(
+                    "expected the end of the program within {:?}, found nothing",
+                    limit.length
+                );
             }
         }
     }
 
     /// Sends a text in one write.
-    pub(super) fn send(&mut self, data: &[u8]) -> Result<(), HostError> {
+    pub(super) fn send(&mut self, data: &[u8]) -> anyhow::Result<()> {
         let bytes = text::encode_text(data, self.framing, Checksum::None);
-        self.stream
-            .write_all(&bytes)
-            .map_err(|reason| HostError::ConnectionFailed {
-                expected: "to send a text",
-                reason,
-            })
+        let sent = self.stream.write_all(&bytes);
+        sent.context("expected to send a text, but the connection failed")
     }
 
     /// The pause a host should leave after a text of the controller (TRN-04).
@@ -447,16 +296,16 @@ impl Session {
         std::thread::sleep(limits::HOST_DELAY);
     }
 
-    fn acknowledge(&mut self) -> Result<(), HostError> {
+    fn acknowledge(&mut self) -> anyhow::Result<()> {
         self.pause();
         self.send(&Reply::Ok.encode())
     }
 
     /// The next text that is no SP of the controller's own accord.
-    fn answer(&mut self, expected: &'static str) -> Result<Vec<u8>, HostError> {
-        let deadline = Instant::now() + self.timeout;
+    fn answer(&mut self, expected: &str) -> anyhow::Result<Vec<u8>> {
+        let limit = Limit::new(self.timeout);
         loop {
-            let data = self.text(expected, Some(deadline), self.timeout)?;
+            let data = self.text(expected, Some(limit))?;
             if !matches!(Reply::parse(&data), Ok(Reply::Sp)) {
                 return Ok(data);
             }
@@ -464,92 +313,84 @@ impl Session {
         }
     }
 
-    fn text(
-        &mut self,
-        expected: &'static str,
-        deadline: Option<Instant>,
-        limit: Duration,
-    ) -> Result<Vec<u8>, HostError> {
+    fn text(&mut self, expected: &str, limit: Option<Limit>) -> anyhow::Result<Vec<u8>> {
         loop {
             self.decoder.push(&std::mem::take(&mut self.received));
             match self.decoder.next() {
-                Some(Decoded::Text(text)) => match text.error {
-                    None => return Ok(text.data.into()),
-                    Some(_) => {
-                        return Err(HostError::Unexpected {
-                            expected,
-                            found: text.data.into(),
-                        });
-                    }
-                },
+                Some(Decoded::Text(text)) if text.error.is_some() => {
+                    return Err(unexpected(expected, &text.data));
+                }
+                Some(Decoded::Text(text)) => return Ok(text.data.into()),
                 Some(Decoded::Skipped { bytes }) => {
                     eprintln!("ts3100 host: {bytes} bytes outside a text skipped");
                 }
-                None => self.read(expected, deadline, limit)?,
+                None => self.read(expected, limit)?,
             }
         }
     }
 
     /// Reads until so many bytes stand ready for the decoder.
-    fn fill(&mut self, length: usize, deadline: Instant) -> Result<(), HostError> {
+    fn fill(&mut self, length: usize, limit: Limit) -> anyhow::Result<()> {
         while self.received.len() < length {
             // A short answer (NG) is complete before the length is reached.
             if self.received.contains(&text::ETX) && !self.received.windows(FL.len()).any(|part| part == FL) {
                 return Ok(());
             }
-            self.read(FILE, Some(deadline), self.timeout)?;
+            self.read(FILE, Some(limit))?;
         }
         Ok(())
     }
 
-    fn read(
-        &mut self,
-        expected: &'static str,
-        deadline: Option<Instant>,
-        limit: Duration,
-    ) -> Result<(), HostError> {
-        let broken = |reason| HostError::ConnectionFailed { expected, reason };
-        let silent = |found: &[u8]| HostError::Timeout {
-            expected,
-            limit,
-            found: found.to_vec(),
-        };
+    fn read(&mut self, expected: &str, limit: Option<Limit>) -> anyhow::Result<()> {
         let now = Instant::now();
-        if let Some((end, limit)) = self.total_deadline
-            && end <= now
+        let found = &self.received;
+        if let Some(total) = self.total
+            && total.end <= now
         {
-            return Err(HostError::TotalTimeout {
-                expected,
-                limit,
-                found: self.received.clone(),
-            });
+            let (length, found) = (total.length, nothing_or(found));
+            bail!(
+                "expected {expected}, but the command took longer than {length:?} (--total); found {found}"
+            );
         }
-        let end = self.total_deadline.map(|(end, _)| end);
-        let left = match deadline.into_iter().chain(end).min() {
-            None => None,
-            Some(deadline) => match deadline.saturating_duration_since(now) {
-                Duration::ZERO => return Err(silent(&self.received)),
-                left => Some(left),
-            },
-        };
-        self.stream.set_read_timeout(left).map_err(broken)?;
+        let ends = limit.into_iter().chain(self.total).map(|limit| limit.end);
+        let left = ends.min().map(|end| end.saturating_duration_since(now));
+        if let (Some(Duration::ZERO), Some(limit)) = (left, limit) {
+            let (length, found) = (limit.length, nothing_or(found));
+            bail!("expected {expected} within {length:?}, found {found}");
+        }
         let mut buffer = [0; READ_BUFFER];
-        match self.stream.read(&mut buffer) {
-            Ok(0) => Err(HostError::Closed {
-                expected,
-                found: self.received.clone(),
-            }),
-            Ok(length) => {
-                self.received
-                    .extend_from_slice(buffer.get(..length).unwrap_or_default());
-                Ok(())
+        let configured = self.stream.set_read_timeout(left);
+        match configured.and_then(|()| self.stream.read(&mut buffer)) {
+            Ok(0) => {
+                let found = after_bytes(found);
+                bail!("expected {expected}, but the peer closed the connection{found}");
             }
+            Ok(length) => self
+                .received
+                .extend_from_slice(buffer.get(..length).unwrap_or_default()),
             // Looked at anew: one of the limits is over.
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => Ok(()),
-            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
-            Err(error) => Err(broken(error)),
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => bail!("expected {expected}, but the connection failed: {error}"),
+        }
+        Ok(())
+    }
+}
+
+/// Connects to the first address of a name that takes the connection.
+fn dial(address: &str, timeout: Duration) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(ErrorKind::NotFound, "no such address; expected HOST:PORT");
+    for candidate in address.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&candidate, timeout) {
+            Ok(stream) => {
+                stream.set_nodelay(true)?;
+                stream.set_write_timeout(Some(timeout))?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
         }
     }
+    Err(last)
 }
 
 /// Beginning of a file.

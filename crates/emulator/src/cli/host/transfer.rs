@@ -1,10 +1,9 @@
 //! DL and UL of `ts3100 host`: copies files between the PC and the RAM drive.
 //!
-//! The exchange of each text is [`super::session`]'s; names and line ends are converted by [`crate::loading`].
+//! The exchange of each text is [`super::session`]'s; names and line ends are converted by [`ts3100_driver::pc_file`].
 
-use super::Answer;
-use super::session::{HostError, Session};
-use crate::loading::LoadError;
+use super::session::{CANNOT_WRITE, Session};
+use anyhow::Context as _;
 use std::io::{self, Write};
 use std::path::Path;
 use ts3100_driver::files;
@@ -13,18 +12,13 @@ use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;
 
-/// Sends a file of the PC, with the line ends of the drive, text by text.
-pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> Result<Answer, HostError> {
-    let text = files::read(file, MAX_PC_FILE).map_err(|reason| {
-        HostError::Load(LoadError::Read {
-            path: file.to_path_buf(),
-            reason,
-        })
-    })?;
+/// Sends a file of the PC, with the line ends of the drive, text by text; false if one is answered by NG.
+pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> anyhow::Result<bool> {
+    let text = files::read(file, MAX_PC_FILE).with_context(|| format!("cannot read {}", file.display()))?;
     let content = drive_content(&text, LineEnd::Lf);
     let length = content.len();
-    if matches!(session.plain(command)?, Answer::Negative) {
-        return Ok(Answer::Negative);
+    if !session.plain(command)? {
+        return Ok(false);
     }
     let mut sender = FlSender::new(content);
     let mut texts = 0;
@@ -32,29 +26,27 @@ pub(super) fn download(session: &mut Session, command: &Command, file: &Path) ->
         session.pause();
         session.send(&data)?;
         texts += 1;
-        if matches!(session.ok_or_ng()?, Answer::Negative) {
-            return Ok(Answer::Negative);
+        if !session.ok_or_ng()? {
+            return Ok(false);
         }
     }
     println!("OK, {length} bytes in {texts} texts");
-    Ok(Answer::Positive)
+    Ok(true)
 }
 
-/// Receives a file and keeps it as it came.
+/// Receives a file and keeps it as it came; false if the answer is NG.
 pub(super) fn upload(
     session: &mut Session,
     command: &Command,
     output: Option<&Path>,
-) -> Result<Answer, HostError> {
+) -> anyhow::Result<bool> {
     let Some(content) = session.file(command)? else {
-        return Ok(Answer::Negative);
+        return Ok(false);
     };
-    match output {
-        Some(path) => files::replace(path, &content).map_err(HostError::Output)?,
-        None => io::stdout()
-            .lock()
-            .write_all(&content)
-            .map_err(HostError::Output)?,
-    }
-    Ok(Answer::Positive)
+    let written = match output {
+        Some(path) => files::replace(path, &content),
+        None => io::stdout().lock().write_all(&content),
+    };
+    written.context(CANNOT_WRITE)?;
+    Ok(true)
 }

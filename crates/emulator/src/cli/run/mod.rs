@@ -5,6 +5,7 @@
 
 mod show;
 
+use super::UNUSABLE;
 use super::check::CheckedFile;
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
@@ -13,7 +14,6 @@ use clap::{Args, Parser};
 use scol_mini::Severity;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Duration;
 use ts3100_control::printable::printable;
 use ts3100_controller::signals::Signals;
@@ -78,18 +78,8 @@ struct ServeFlags {
     args: ServeArgs,
 }
 
-/// Runs the program and says the exit code.
-pub(super) fn run(args: &RunArgs) -> ExitCode {
-    match run_program(args) {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
-            ExitCode::from(2)
-        }
-    }
-}
-
-fn run_program(args: &RunArgs) -> anyhow::Result<ExitCode> {
+/// Runs the program; the exit code.
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let words = args.model.iter().map(|model| format!("--model={model}"));
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
     let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
@@ -103,7 +93,7 @@ fn run_program(args: &RunArgs) -> anyhow::Result<ExitCode> {
         for remark in errors {
             eprintln!("{}", printable(remark.render(&source, &checked.name).trim_end()));
         }
-        return Ok(ExitCode::from(2));
+        return Ok(UNUSABLE);
     }
     if !(args.max_time > 0.0 && args.max_time <= MAX_SECONDS) {
         bail!("--max-time: expected seconds, more than 0 and at most {MAX_SECONDS}");
@@ -128,11 +118,11 @@ fn run_program(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(path) = &args.lcov {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
     }
-    Ok(ExitCode::from(match report.end {
+    Ok(match report.end {
         RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } => 0,
         RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => 1,
-        RunEnd::NoInput { .. } => 2,
-    }))
+        RunEnd::NoInput { .. } => UNUSABLE,
+    })
 }
 
 /// The records of every `--input`.

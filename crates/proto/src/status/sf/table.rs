@@ -118,28 +118,20 @@ const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
 pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
     let mut table = Table(Vec::new());
     for (key, name, kind) in HEAD {
-        table.add(key.to_string(), name.to_string(), 1, kind);
+        table.add(key, name, 1, kind);
     }
     for slot in 1..=ALARM_SLOTS {
-        table.add(
-            format!("alarm.{slot}"),
-            format!("current alarm {slot}"),
-            2,
-            SfFieldKind::Alarm,
-        );
+        let name = format!("current alarm {slot}");
+        table.add(format!("alarm.{slot}"), name, 2, SfFieldKind::Alarm);
     }
     for (key, name, size, kind) in MIDDLE {
-        table.add(key.to_string(), name.to_string(), size, kind);
+        table.add(key, name, size, kind);
     }
     for (direction, prefix) in [("input", "Din"), ("output", "Dout")] {
         for (key, name, first) in WORDS {
-            let last = first + 15;
-            table.add(
-                format!("{direction}.{key}"),
-                format!("{name} {direction} {prefix}{first}-{last}"),
-                2,
-                SfFieldKind::Lines(prefix, first),
-            );
+            let name = format!("{name} {direction} {prefix}{first}-{}", first + 15);
+            let kind = SfFieldKind::Lines(prefix, first);
+            table.add(format!("{direction}.{key}"), name, 2, kind);
         }
         for number in 1..=LAST_WORDS {
             table.add_last_word(layout, direction, prefix, number);
@@ -157,21 +149,12 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
         }
     }
     for name in ["work", "tool", "base"] {
-        table.add(
-            format!("name.{name}"),
-            format!("{name} coordinate name"),
-            NAME_LENGTH,
-            SfFieldKind::Name,
-        );
+        let words = format!("{name} coordinate name");
+        table.add(format!("name.{name}"), words, NAME_LENGTH, SfFieldKind::Name);
     }
     let left = layout.len().saturating_sub(table.end());
     if left > 0 {
-        table.add(
-            "reserved".to_string(),
-            "reserved".to_string(),
-            left,
-            SfFieldKind::Reserved,
-        );
+        table.add("reserved", "reserved", left, SfFieldKind::Reserved);
     }
     table.0
 }
@@ -201,11 +184,11 @@ impl Table {
         self.add(key, name, 2, kind);
     }
 
-    fn add(&mut self, key: String, name: String, size: usize, kind: SfFieldKind) {
+    fn add(&mut self, key: impl Into<String>, name: impl Into<String>, size: usize, kind: SfFieldKind) {
         let offset = self.end();
         self.0.push(SfField {
-            key,
-            name,
+            key: key.into(),
+            name: name.into(),
             offset,
             size,
             kind,
@@ -239,14 +222,11 @@ impl SfFieldKind {
                     .filter(|bit| word & (1 << bit) != 0)
                     .map(|bit| format!("{prefix}{}", first + bit))
                     .collect();
-                format!(
-                    "{word:04X} ({})",
-                    if lines.is_empty() {
-                        "all off".to_string()
-                    } else {
-                        lines.join(" ")
-                    }
-                )
+                if lines.is_empty() {
+                    format!("{word:04X} (all off)")
+                } else {
+                    format!("{word:04X} ({})", lines.join(" "))
+                }
             }
             SfFieldKind::Minutes => format!("{number} min"),
             SfFieldKind::Float => format!("{}", f32::from_bits(number)),
@@ -259,11 +239,8 @@ impl SfFieldKind {
 fn name(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     let (name, rest) = bytes.split_at(end);
-    if rest.iter().all(|byte| *byte == 0) {
-        format!("`{}`", name.escape_ascii())
-    } else {
-        format!("`{}`", bytes.escape_ascii())
-    }
+    let filled = rest.iter().all(|byte| *byte == 0);
+    format!("`{}`", if filled { name } else { bytes }.escape_ascii())
 }
 
 #[cfg(test)]

@@ -13,12 +13,6 @@ pub(super) const ACK: u8 = 0x10;
 /// Data bytes of a segment.
 pub(super) const MSS: usize = 1_460;
 
-/// The controller: 192.0.2.1.
-const ROBOT: [u8; 4] = [192, 0, 2, 1];
-/// Every host: 192.0.2.2.
-const HOST: [u8; 4] = [192, 0, 2, 2];
-const ROBOT_MAC: [u8; 6] = [2, 0, 0, 0, 0, 1];
-const HOST_MAC: [u8; 6] = [2, 0, 0, 0, 0, 2];
 /// Port of IP0; the others follow (ETH-05).
 const FIRST_PORT: u16 = 1_000;
 /// Ports of hosts begin here, one for each connection, and begin anew behind the last.
@@ -34,14 +28,33 @@ const HOPS: u8 = 64;
 const WINDOW: u16 = u16::MAX;
 const DO_NOT_FRAGMENT: u16 = 0x4000;
 
+/// One end of a connection.
+#[derive(Debug, Clone, Copy)]
+struct End {
+    mac: [u8; 6],
+    address: [u8; 4],
+    port: u16,
+    /// Next sequence number.
+    sequence: u32,
+}
+
+impl End {
+    /// The end whose addresses have this number: the controller is 192.0.2.1, every host 192.0.2.2.
+    const fn new(number: u8, port: u16) -> End {
+        End {
+            mac: [2, 0, 0, 0, 0, number],
+            address: [192, 0, 2, number],
+            port,
+            sequence: FIRST_SEQUENCE,
+        }
+    }
+}
+
 /// A connection as its segments see it.
 #[derive(Debug, Clone)]
 pub(super) struct Flow {
-    robot_port: u16,
-    host_port: u16,
-    /// Next sequence number of each side.
-    robot: u32,
-    host: u32,
+    robot: End,
+    host: End,
 }
 
 impl Flow {
@@ -49,87 +62,58 @@ impl Flow {
     pub(super) fn new(port: Port, number: u16) -> Flow {
         let channel = port.ethernet_index().and_then(|index| u16::try_from(index).ok());
         Flow {
-            robot_port: FIRST_PORT + channel.unwrap_or(0),
-            host_port: FIRST_HOST_PORT + number % HOST_PORTS,
-            robot: FIRST_SEQUENCE,
-            host: FIRST_SEQUENCE,
+            robot: End::new(1, FIRST_PORT + channel.unwrap_or(0)),
+            host: End::new(2, FIRST_HOST_PORT + number % HOST_PORTS),
         }
     }
 
     /// The next frame of one side. `data` has at most [`MSS`] bytes.
     pub(super) fn frame(&mut self, by: Side, flags: u8, data: &[u8], identification: u16) -> Vec<u8> {
+        let (from, to) = match by {
+            Side::Host => (&mut self.host, self.robot),
+            Side::Robot => (&mut self.robot, self.host),
+        };
+        let segment = segment(*from, to, flags, data);
         let length = u32::try_from(data.len()).unwrap_or(0);
         let advance = length + u32::from(flags & (SYN | FIN) != 0);
-        let (sequence, acknowledged) = match by {
-            Side::Host => (self.host, self.robot),
-            Side::Robot => (self.robot, self.host),
-        };
-        let acknowledged = if flags & ACK == 0 { 0 } else { acknowledged };
-        let segment = self.segment(by, flags, sequence, acknowledged, data);
-        match by {
-            Side::Host => self.host = self.host.wrapping_add(advance),
-            Side::Robot => self.robot = self.robot.wrapping_add(advance),
-        }
-        let (to, from) = match by {
-            Side::Host => (ROBOT_MAC, HOST_MAC),
-            Side::Robot => (HOST_MAC, ROBOT_MAC),
-        };
         let mut frame = Vec::with_capacity(14 + IP_HEADER + segment.len());
-        frame.extend(to);
-        frame.extend(from);
+        frame.extend(to.mac);
+        frame.extend(from.mac);
         frame.extend(IPV4_TYPE.to_be_bytes());
-        frame.extend(packet_header(by, segment.len(), identification));
+        frame.extend(packet_header(*from, to, segment.len(), identification));
         frame.extend(segment);
+        from.sequence = from.sequence.wrapping_add(advance);
         frame
     }
-
-    fn segment(&self, by: Side, flags: u8, sequence: u32, acknowledged: u32, data: &[u8]) -> Vec<u8> {
-        let (from, to) = match by {
-            Side::Host => (self.host_port, self.robot_port),
-            Side::Robot => (self.robot_port, self.host_port),
-        };
-        let mut segment = Vec::with_capacity(TCP_HEADER + data.len());
-        segment.extend(from.to_be_bytes());
-        segment.extend(to.to_be_bytes());
-        segment.extend(sequence.to_be_bytes());
-        segment.extend(acknowledged.to_be_bytes());
-        // Five words of header, no options.
-        segment.extend([5 << 4, flags]);
-        segment.extend(WINDOW.to_be_bytes());
-        segment.extend([0; 4]);
-        segment.extend_from_slice(data);
-        let (source, destination) = addresses(by);
-        let length = u16::try_from(segment.len()).unwrap_or(u16::MAX);
-        let pseudo = [
-            source.as_slice(),
-            &destination,
-            &[0, TCP],
-            &length.to_be_bytes(),
-            &segment,
-        ]
-        .concat();
-        put(&mut segment, 16, checksum(&pseudo));
-        segment
-    }
 }
 
-fn addresses(by: Side) -> ([u8; 4], [u8; 4]) {
-    match by {
-        Side::Host => (HOST, ROBOT),
-        Side::Robot => (ROBOT, HOST),
-    }
+fn segment(from: End, to: End, flags: u8, data: &[u8]) -> Vec<u8> {
+    let acknowledged = if flags & ACK == 0 { 0 } else { to.sequence };
+    let mut segment = Vec::with_capacity(TCP_HEADER + data.len());
+    segment.extend(from.port.to_be_bytes());
+    segment.extend(to.port.to_be_bytes());
+    segment.extend(from.sequence.to_be_bytes());
+    segment.extend(acknowledged.to_be_bytes());
+    // Five words of header, no options.
+    segment.extend([5 << 4, flags]);
+    segment.extend(WINDOW.to_be_bytes());
+    segment.extend([0; 4]);
+    segment.extend_from_slice(data);
+    let length = u16::try_from(segment.len()).unwrap_or(u16::MAX).to_be_bytes();
+    let pseudo = [&from.address, &to.address, &[0, TCP][..], &length, &segment].concat();
+    put(&mut segment, 16, checksum(&pseudo));
+    segment
 }
 
-fn packet_header(by: Side, length: usize, identification: u16) -> Vec<u8> {
+fn packet_header(from: End, to: End, length: usize, identification: u16) -> Vec<u8> {
     let total = u16::try_from(IP_HEADER + length).unwrap_or(u16::MAX);
-    let (source, destination) = addresses(by);
     let mut header = vec![0x45, 0];
     header.extend(total.to_be_bytes());
     header.extend(identification.to_be_bytes());
     header.extend(DO_NOT_FRAGMENT.to_be_bytes());
     header.extend([HOPS, TCP, 0, 0]);
-    header.extend(source);
-    header.extend(destination);
+    header.extend(from.address);
+    header.extend(to.address);
     let sum = checksum(&header);
     put(&mut header, 10, sum);
     header

@@ -141,10 +141,7 @@ impl Writer {
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
                 if let Some(begins) = link.new_time() {
                     // Packets stay in the order of their times.
-                    self.base += Duration::from_micros(record.at.as_micros());
-                    self.base = self
-                        .base
-                        .saturating_sub(Duration::from_micros(begins.as_micros()));
+                    self.base = at.saturating_sub(Duration::from_micros(begins.as_micros()));
                 }
             }
             RecordKind::Remark(words) => {
@@ -195,14 +192,10 @@ impl Writer {
         if !self.flows.contains_key(&line) {
             return;
         }
-        let other = match by {
-            Side::Host => Side::Robot,
-            Side::Robot => Side::Host,
-        };
         match how {
             EndReason::Closed => {
                 self.frame(at, line, by, FIN | ACK, &[], "", out);
-                self.frame(at, line, other, ACK, &[], "", out);
+                self.frame(at, line, by.other(), ACK, &[], "", out);
             }
             EndReason::Reset | EndReason::Refused => {
                 let comment = if how == EndReason::Refused {

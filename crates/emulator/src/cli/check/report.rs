@@ -1,9 +1,9 @@
 //! The diagnostics of `ts3100 check` as documents: plain JSON, and SARIF 2.1.0 (OASIS).
 //!
 //! Positions are converted from the compiler's bytes to the characters that editors and code hosts count. Which
-//! diagnostics exist is decided in `scol-mini`; the text form is in [`super::check`].
+//! diagnostics exist is decided in `scol-mini`; the text form is in [`super`].
 
-use super::check::CheckedFile;
+use super::CheckedFile;
 use scol_mini::{Diagnostic, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;

@@ -1,16 +1,17 @@
 //! `ts3100 check`: prints the diagnostics of SCOL files, as text, JSON or SARIF.
 //!
 //! The compiler in `scol-mini` finds and words the diagnostics. Here files are read and the exit code is chosen.
-//! The JSON and SARIF documents are built in [`super::check_report`].
+//! The JSON and SARIF documents are built in [`report`].
 
-use super::check_report;
+mod report;
+
+use super::{UNUSABLE, print_error};
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use ts3100_control::printable::printable;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
@@ -55,20 +56,11 @@ enum CheckOutcome {
     Unreadable = 2,
 }
 
-/// Checks every file.
-pub(super) fn run(args: &CheckArgs) -> ExitCode {
-    let around = args.model.read().and_then(|model| {
-        let arm = model.language();
-        let points = args.points.as_deref().map(|path| read_points(path, arm));
-        Ok((arm, points.transpose()?.unwrap_or_default()))
-    });
-    let (arm, points) = match around {
-        Ok(around) => around,
-        Err(error) => {
-            eprintln!("ts3100: {}", printable(error));
-            return ExitCode::from(CheckOutcome::Unreadable as u8);
-        }
-    };
+/// Checks every file; the exit code.
+pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
+    let arm = args.model.read()?.language();
+    let points = args.points.as_deref().map(|path| read_points(path, arm));
+    let points = points.transpose()?.unwrap_or_default();
     let options = LanguageOptions {
         arm,
         ..LanguageOptions::default()
@@ -79,30 +71,22 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     for path in &args.files {
         let file = CheckedFile::check(path, &options, &points);
         worst = worst.max(outcome(&file, args.deny_warnings));
-        let written = match (args.format, &file.result) {
-            (_, Err(error)) => {
-                eprintln!("ts3100: {}", printable(format_args!("{}: {error}", file.name)));
-                Ok(())
-            }
-            (CheckFormat::Text, Ok(_)) => write_text(&file, &mut stdout),
-            (CheckFormat::Json | CheckFormat::Sarif, Ok(_)) => Ok(()),
-        };
-        if written.is_err() {
-            return ExitCode::from(CheckOutcome::Unreadable as u8);
+        if let Err(error) = &file.result {
+            print_error(format_args!("{}: {error}", file.name));
         }
         if args.format != CheckFormat::Text {
             files.push(file);
+        } else if write_text(&file, &mut stdout).is_err() {
+            return Ok(UNUSABLE);
         }
     }
     let document = match args.format {
-        CheckFormat::Text => return ExitCode::from(worst as u8),
-        CheckFormat::Json => check_report::json(&files),
-        CheckFormat::Sarif => check_report::sarif(&files),
+        CheckFormat::Text => return Ok(worst as u8),
+        CheckFormat::Json => report::json(&files),
+        CheckFormat::Sarif => report::sarif(&files),
     };
-    if writeln!(stdout, "{document:#}").is_err() {
-        return ExitCode::from(CheckOutcome::Unreadable as u8);
-    }
-    ExitCode::from(worst as u8)
+    let written = writeln!(stdout, "{document:#}");
+    Ok(written.map_or(UNUSABLE, |()| worst as u8))
 }
 
 fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {

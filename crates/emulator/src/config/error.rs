@@ -1,0 +1,97 @@
+//! What can be wrong with a configuration, and the reading of the text files that it names.
+
+use super::options::OptionError;
+use std::fmt::Display;
+use std::io;
+use std::path::{Path, PathBuf};
+use ts3100_control::ControlError;
+use ts3100_controller::faults::FaultError;
+use ts3100_driver::files;
+
+/// Largest configuration file in bytes.
+const MAX_FILE: u64 = 1024 * 1024;
+
+/// Why the configuration cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {reason}", path.display())]
+    File {
+        /// Path of the file.
+        path: PathBuf,
+        /// The error of the operating system.
+        reason: io::Error,
+    },
+    /// A file or a value is not valid.
+    #[error("{origin}: {reason}")]
+    Invalid {
+        /// The file or variable.
+        origin: String,
+        /// What was expected and found, and where in the file.
+        reason: String,
+    },
+    /// `--set` without `=`.
+    #[error("expected KEY=VALUE after --set, found `{0}`")]
+    Pair(String),
+    /// A named option is unknown or its value does not fit.
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    /// The table of points is not valid.
+    #[error("{}:{reason}", path.display())]
+    Points {
+        /// Path of the file.
+        path: PathBuf,
+        /// Line, column, what was expected and found.
+        reason: scol_mini::PointsError,
+    },
+    /// The settings of the control interface are not valid.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// Two ways to one serial port.
+    #[error("{port} can be reached in one way only: choose {first} or {second}")]
+    SerialTwice {
+        /// HOST or COM1.
+        port: ts3100_controller::Port,
+        /// The first flag given for the port.
+        first: String,
+        /// The second flag given for the port.
+        second: String,
+    },
+    /// A fault on the command line is not valid.
+    #[error("--fault: {0}")]
+    Fault(FaultError),
+    /// Two faults have the same number.
+    #[error("faults: expected a number of its own for each, found id={0} twice")]
+    FaultTwice(u32),
+    /// A file of faults is not valid.
+    #[error(transparent)]
+    FaultFile(#[from] ts3100_recording::faults::FaultFileError),
+    /// `--restore` together with flags that configure the controller.
+    #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
+    Restore(String),
+    /// The scenario is not valid.
+    #[error(transparent)]
+    Scenario(#[from] ts3100_recording::scenario::ScenarioError),
+    /// `--junit` without a scenario.
+    #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
+    JunitAlone,
+    /// Key position INTERNAL on a controller that does not have it (GEN-05).
+    #[error("the {0} has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
+    NoInternal(&'static str),
+}
+
+impl ConfigError {
+    /// What this file or variable says is not valid.
+    pub(super) fn invalid(origin: impl Display, reason: impl Display) -> ConfigError {
+        let (origin, reason) = (origin.to_string(), reason.to_string());
+        ConfigError::Invalid { origin, reason }
+    }
+}
+
+/// Reads a text file of at most [`MAX_FILE`] bytes.
+pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
+    files::read_text(path, MAX_FILE).map_err(|reason| ConfigError::File {
+        path: path.to_path_buf(),
+        reason,
+    })
+}
