@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     fn codes(source: &str) -> Vec<&'static str> {
-        let list = warnings(source, &LanguageOptions::default(), true, &BTreeSet::new());
+        let list = warnings(source, &LanguageOptions::default(), &BTreeSet::new());
         list.iter().map(|d| d.code).collect()
     }
 
