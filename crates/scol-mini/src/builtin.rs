@@ -76,19 +76,20 @@ const BUILTINS: &[(&str, Builtin)] = &[
 /// Most arguments of `MAX`, `MIN`, `DIN` and `DOUT`.
 pub(crate) const MAX_ARGUMENTS: usize = 32;
 
+/// What a table has for a word.
+fn lookup<T: Copy>(table: &[(&str, T)], word: &str) -> Option<T> {
+    let row = table.iter().find(|(spelling, _)| *spelling == word);
+    row.map(|(_, meaning)| *meaning)
+}
+
 impl Builtin {
     pub fn from_word(word: &str) -> Option<Self> {
-        BUILTINS
-            .iter()
-            .find(|(spelling, _)| *spelling == word)
-            .map(|(_, builtin)| *builtin)
+        lookup(BUILTINS, word)
     }
 
     pub fn keyword(self) -> &'static str {
-        BUILTINS
-            .iter()
-            .find(|(_, builtin)| *builtin == self)
-            .map_or("", |(spelling, _)| spelling)
+        let row = BUILTINS.iter().find(|(_, builtin)| *builtin == self);
+        row.map_or("", |(spelling, _)| spelling)
     }
 
     /// It makes a vector value: arguments left out are 0.
@@ -143,10 +144,7 @@ impl System {
     pub fn from_word(word: &str) -> Option<Self> {
         // PAYLOAD in an expression is the constructor.
         let condition = || condition(word).filter(|condition| *condition != Condition::Payload);
-        let system = SYSTEMS.iter().find(|(spelling, _)| *spelling == word);
-        system
-            .map(|(_, system)| *system)
-            .or_else(|| condition().map(System::Condition))
+        lookup(SYSTEMS, word).or_else(|| condition().map(System::Condition))
     }
 }
 
@@ -165,8 +163,7 @@ const CONDITIONS: &[(&str, Condition)] = &[
 
 /// The motion condition of this name.
 pub(crate) fn condition(word: &str) -> Option<Condition> {
-    let found = CONDITIONS.iter().find(|(spelling, _)| *spelling == word);
-    found.map(|(_, condition)| *condition)
+    lookup(CONDITIONS, word)
 }
 
 /// Constants that are the same for every arm.
@@ -199,16 +196,10 @@ const DIGITS: &[(&str, i32)] = &[
 /// (`LEFTY` 10000, `BELOW` 2000 ...), so that words add up to a configuration, and words of five letters such as
 /// `LAFSS` name a whole one.
 pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
-    let of = |table: &[(&str, i32)]| {
-        table
-            .iter()
-            .find(|(spelling, _)| *spelling == word)
-            .map(|(_, value)| *value)
-    };
-    if let Some(value) = of(COMMON) {
+    if let Some(value) = lookup(COMMON, word) {
         return Some(value);
     }
-    let digits = of(DIGITS).or_else(|| letters(word).filter(|_| !word.contains('X')))?;
+    let digits = lookup(DIGITS, word).or_else(|| letters(word).filter(|_| !word.contains('X')))?;
     match arm {
         Arm::SixAxis => Some(digits),
         Arm::Scara => (digits % 10_000 == 0).then_some(digits / 10_000),
@@ -220,7 +211,7 @@ pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
 /// names everywhere else.
 pub(crate) fn configuration(word: &str, arm: Arm) -> Option<i32> {
     constant(word, arm)
-        .filter(|_| word == "FREE" || !COMMON.iter().any(|(common, _)| *common == word))
+        .filter(|_| word == "FREE" || lookup(COMMON, word).is_none())
         .or_else(|| letters(word).filter(|_| arm == Arm::SixAxis))
 }
 
@@ -261,12 +252,8 @@ pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
     let variables = SYSTEMS.iter().map(|(word, _)| *word);
     let conditions = CONDITIONS.iter().map(|(word, _)| *word);
     let constants = COMMON.iter().chain(DIGITS).map(|(word, _)| *word);
-    let statements = STATEMENTS.iter().copied();
-    let words = functions
-        .chain(variables)
-        .chain(conditions)
-        .chain(constants)
-        .chain(statements);
+    let words = functions.chain(variables).chain(conditions).chain(constants);
+    let words = words.chain(STATEMENTS.iter().copied());
     words.filter(|word| *word != "CRE")
 }
 

@@ -59,7 +59,8 @@ pub(crate) enum Op {
         variable: Register,
         /// The step of its FOR.
         opener: u32,
-        body: Target,
+        /// The body of the loop.
+        target: Target,
     },
     Copy {
         to: Register,
@@ -92,17 +93,17 @@ pub(crate) enum Op {
         to: Register,
         a: Register,
     },
-    /// Goes on where the relation holds, to `otherwise` where it does not.
+    /// Goes on where the relation holds, to `target` where it does not.
     Branch {
         relation: Relation,
         a: Register,
         b: Register,
-        otherwise: Target,
+        target: Target,
     },
     /// Goes on unless `a` is 0.
     Truth {
         a: Register,
-        otherwise: Target,
+        target: Target,
     },
     /// A function of one or two numbers.
     Function {
@@ -185,10 +186,9 @@ impl Code {
 
     /// How many [`working_cells`](Code::working_cells) there are.
     pub fn extra_cells(&self) -> usize {
-        let temporaries = if self.instructions.is_empty() {
-            0
-        } else {
-            TEMPORARIES
+        let temporaries = match self.instructions.is_empty() {
+            true => 0,
+            false => TEMPORARIES,
         };
         temporaries + self.constants.len()
     }

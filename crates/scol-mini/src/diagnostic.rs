@@ -103,8 +103,10 @@ impl Diagnostic {
         );
         let bytes = source.as_bytes();
         let start = self.span.start.min(bytes.len());
-        let begin = line_begin(bytes, start);
-        let end = line_end(bytes, start);
+        let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        let (before, after) = bytes.split_at_checked(start).unwrap_or((bytes, &[]));
+        let begin = before.iter().rposition(is_end).map_or(0, |end| end + 1);
+        let end = start + after.iter().position(is_end).unwrap_or(after.len());
         let shown: String = String::from_utf8_lossy(bytes.get(begin..end).unwrap_or_default())
             .chars()
             .map(|c| if c.is_control() { ' ' } else { c })
@@ -126,22 +128,6 @@ impl Diagnostic {
         }
         text
     }
-}
-
-fn line_begin(bytes: &[u8], at: usize) -> usize {
-    let before = bytes.get(..at).unwrap_or_default();
-    before
-        .iter()
-        .rposition(|b| matches!(b, b'\r' | b'\n'))
-        .map_or(0, |end| end + 1)
-}
-
-fn line_end(bytes: &[u8], at: usize) -> usize {
-    let after = bytes.get(at..).unwrap_or_default();
-    at + after
-        .iter()
-        .position(|b| matches!(b, b'\r' | b'\n'))
-        .unwrap_or(after.len())
 }
 
 /// An error or warning whose line is not looked up yet.

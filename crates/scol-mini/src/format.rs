@@ -5,7 +5,6 @@
 //! too long. So formatting never changes the meaning of a program. Start with [`format`].
 
 use alloc::string::String;
-use alloc::vec::Vec;
 
 use crate::diagnostic::Span;
 use crate::lexer::{self, Lexeme, Sign, Token};
@@ -76,29 +75,30 @@ struct Layout {
 
 impl Layout {
     fn line(&mut self, source: &str, line: Line) -> String {
-        let text = source.get(line.span.start..line.span.end).unwrap_or_default();
+        let text = line.span.text(source);
         let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
             return text.into();
         };
         if tokens.windows(2).any(stuck) {
             return text.into();
         }
-        let comment = comment(source, line, &tokens);
         let depth = self.depth(&tokens);
         let mut laid = " ".repeat(depth * INDENT);
         laid.push_str(&self.spaced(source, &tokens));
+        let end = tokens.last().map_or(line.span.start, |last| last.span.end);
+        let tail = Span::new(end, line.span.end).text(source);
+        let comment = tail.trim_matches(' ');
         if !comment.is_empty() {
             if !tokens.is_empty() {
-                laid.push_str(gap(source, &tokens, comment));
+                // The blanks before a comment stay, because people line comments up. There is at least one.
+                let blanks = tail.len() - tail.trim_start_matches(' ').len();
+                laid.push_str(&" ".repeat(blanks.max(1)));
             }
             laid.push_str(&upper_remark(comment));
         }
         let laid = laid.trim_end_matches(' ');
-        if laid.len() <= MAX_LINE && same(laid, &tokens) {
-            laid.into()
-        } else {
-            text.into()
-        }
+        let fits = laid.len() <= MAX_LINE && same(laid, &tokens);
+        if fits { laid.into() } else { text.into() }
     }
 
     /// The depth of a line; goes into and out of blocks and loops with it.
@@ -139,7 +139,7 @@ impl Layout {
             if before.is_some() && self.parted(earlier, before, lexeme, tokens.get(at + 1)) {
                 text.push(' ');
             }
-            let spelling = source.get(lexeme.span.start..lexeme.span.end).unwrap_or_default();
+            let spelling = lexeme.span.text(source);
             if let Token::Text(_) = lexeme.token {
                 text.push_str(spelling);
             } else {
@@ -192,33 +192,10 @@ fn is_operator(earlier: Option<&Lexeme>, before: Option<&Lexeme>) -> bool {
     word(before) == "MOD" && is_value(earlier).is_some()
 }
 
-/// The comment of a line, without blanks around it.
-fn comment<'a>(source: &'a str, line: Line, tokens: &[Lexeme]) -> &'a str {
-    let start = tokens.last().map_or(line.span.start, |last| last.span.end);
-    source
-        .get(start..line.span.end)
-        .unwrap_or_default()
-        .trim_matches(' ')
-}
-
-/// The blanks between statement and comment stay, because people line comments up. There is at least one.
-fn gap<'a>(source: &'a str, tokens: &[Lexeme], comment: &str) -> &'a str {
-    let start = tokens.last().map_or(0, |last| last.span.end);
-    let rest = source.get(start..).unwrap_or_default();
-    let blanks = rest.len() - rest.trim_start_matches(' ').len();
-    rest.get(..blanks)
-        .filter(|gap| !gap.is_empty() && !comment.is_empty())
-        .unwrap_or(" ")
-}
-
 /// `remark` in upper case, its text as it is.
 fn upper_remark(comment: &str) -> String {
-    match (comment.get(..6), comment.get(6..)) {
-        (Some(word), Some(text)) if word.eq_ignore_ascii_case("REMARK") => {
-            let mut upper = word.to_ascii_uppercase();
-            upper.push_str(text);
-            upper
-        }
+    match comment.split_at_checked(6) {
+        Some((word, text)) if word.eq_ignore_ascii_case("REMARK") => word.to_ascii_uppercase() + text,
         _ => comment.into(),
     }
 }
@@ -234,18 +211,8 @@ fn stuck(pair: &[Lexeme]) -> bool {
 
 /// Whether a line laid out has the words it had.
 fn same(laid: &str, tokens: &[Lexeme]) -> bool {
-    let line = Line {
-        number: 1,
-        span: Span {
-            start: 0,
-            end: laid.len(),
-        },
-    };
-    let Ok(again) = lexer::tokens(laid, line, MAX_LINE) else {
-        return false;
-    };
-    let words: Vec<&Token> = again.iter().map(|lexeme| &lexeme.token).collect();
-    words.into_iter().eq(tokens.iter().map(|lexeme| &lexeme.token))
+    let again = lexer::tokens(laid, Line::only(laid), MAX_LINE);
+    again.is_ok_and(|again| again.iter().map(|l| &l.token).eq(tokens.iter().map(|l| &l.token)))
 }
 
 #[cfg(test)]

@@ -89,6 +89,21 @@ impl Sign {
     }
 }
 
+impl Lexeme {
+    /// The word this is, or nothing.
+    pub fn word(&self) -> &str {
+        match &self.token {
+            Token::Word(text) => text,
+            Token::Integer(_) | Token::Real(_) | Token::Text(_) | Token::Sign(_) => "",
+        }
+    }
+
+    /// Whether it is this sign.
+    pub fn is(&self, sign: Sign) -> bool {
+        self.token == Token::Sign(sign)
+    }
+}
+
 /// Cuts one line into tokens; a comment is left out.
 pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lexeme>, Problem> {
     check_characters(source, line, longest)?;

@@ -8,13 +8,13 @@ mod locals;
 mod snapshot;
 
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
-use crate::program::{Owner, Program, Slot, StateVersion};
+use crate::program::{Owner, Program, Slot, StateVersion, Symbols};
 use crate::value::{Frame, Trans, Value, ValueKind};
 use locals::Locals;
 
@@ -198,9 +198,9 @@ impl Memory {
     /// # Errors
     /// See [`AccessError`]; a variable without a value is `Undefined`.
     pub fn global(&self, program: &Program, name: &str, subscripts: &[i32]) -> Result<Value, AccessError> {
-        let (_, cell) = place(program, name, subscripts)?;
-        self.value(cell)
-            .ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
+        let (_, slot, index) = shared(program, name, subscripts)?;
+        let value = self.value(slot.base + index);
+        value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
 
     /// Writes a variable of GLOBAL or DATA. The kind must fit exactly; nothing is converted.
@@ -216,25 +216,24 @@ impl Memory {
         subscripts: &[i32],
         value: Value,
     ) -> Result<(), AccessError> {
-        let (slot, cell) = place(program, name, subscripts)?;
-        let old = self.value(cell);
-        let expected = self.kind(slot).unwrap_or_else(|| value.kind());
-        if expected != value.kind() {
-            let name = name.to_ascii_uppercase();
+        let (at, slot, index) = shared(program, name, subscripts)?;
+        let cell = slot.base + index;
+        let (found, expected) = (value.kind(), self.kind(at));
+        if let Some(expected) = expected.filter(|expected| *expected != found) {
             return Err(AccessError::KindMismatch {
-                name,
+                name: slot.name.clone(),
                 expected,
-                found: value.kind(),
+                found,
             });
         }
-        let value = match (value, old) {
+        let value = match (value, self.value(cell)) {
             (Value::Position(mut new), Some(Value::Position(old))) => {
                 new.work = new.work.take().or(old.work);
                 Value::Position(new)
             }
             (value, _) => value,
         };
-        self.store(program, slot, cell, value);
+        self.store(program, at, cell, value);
         Ok(())
     }
 
@@ -273,17 +272,14 @@ impl Memory {
             return;
         };
         *kind = Some(value.kind());
-        let frame = match (&value, program.symbols.slots.get(slot)) {
-            (Value::Coordinate(trans), Some(slot)) if slot.is_work => Some(Frame {
+        let slot = program.symbols.slots.get(slot).filter(|slot| slot.is_work);
+        if let (Value::Coordinate(trans), Some(slot)) = (&value, slot) {
+            self.move_work(&Arc::new(Frame {
                 name: Some(slot.name.clone()),
                 trans: Trans::clone(trans),
-            }),
-            _ => None,
-        };
-        self.put(cell, value);
-        if let Some(frame) = frame {
-            self.move_work(&Arc::new(frame));
+            }));
         }
+        self.put(cell, value);
     }
 
     fn put(&mut self, cell: usize, value: Value) {
@@ -322,43 +318,28 @@ impl Memory {
     }
 }
 
-/// Slot and cell of a variable that all programs share.
-fn place(program: &Program, name: &str, subscripts: &[i32]) -> Result<(usize, usize), AccessError> {
-    let (slot, index) = shared(program, name, subscripts)?;
-    let base = program.symbols.slots.get(slot).map_or(0, |slot| slot.base);
-    Ok((slot, base + index))
-}
-
 /// Slot and flat index of a variable that all programs share.
-pub(crate) fn shared(
-    program: &Program,
+pub(crate) fn shared<'a>(
+    program: &'a Program,
     name: &str,
     subscripts: &[i32],
-) -> Result<(usize, usize), AccessError> {
+) -> Result<(usize, &'a Slot, usize), AccessError> {
     let name = name.to_ascii_uppercase();
-    let symbols = &program.symbols;
-    let Some((at, slot)) = symbols
-        .shared
-        .get(&name)
-        .and_then(|at| Some((*at, symbols.slots.get(*at)?)))
-    else {
-        let local = symbols
-            .slots
-            .iter()
-            .any(|slot| slot.owner == Owner::Local && slot.name == name);
-        return Err(if local {
-            AccessError::NotGlobal(name)
-        } else {
-            AccessError::Unknown(name)
+    let Symbols { slots, shared, .. } = &*program.symbols;
+    let found = shared.get(&name).and_then(|at| Some((*at, slots.get(*at)?)));
+    let Some((at, slot)) = found else {
+        let mut locals = slots.iter().filter(|slot| slot.owner == Owner::Local);
+        return Err(match locals.any(|slot| slot.name == name) {
+            true => AccessError::NotGlobal(name),
+            false => AccessError::Unknown(name),
         });
     };
     match (slot.bounds.is_some(), subscripts.is_empty()) {
-        (true, true) => return Err(AccessError::IsArray(name)),
-        (false, false) => return Err(AccessError::NotArray(name)),
-        _ => {}
+        (true, true) => Err(AccessError::IsArray(name)),
+        (false, false) => Err(AccessError::NotArray(name)),
+        _ => match slot.index(subscripts) {
+            Some(index) => Ok((at, slot, index)),
+            None => Err(AccessError::Subscript(name)),
+        },
     }
-    let index = slot
-        .index(subscripts)
-        .ok_or_else(|| AccessError::Subscript(name.to_string()))?;
-    Ok((at, index))
 }

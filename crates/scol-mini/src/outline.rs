@@ -60,10 +60,13 @@ impl Outline {
                 continue;
             };
             let row = Row::new(line, tokens);
+            if row.body.is_empty() && row.label.is_none() {
+                continue;
+            }
+            let part = outline.parts.last_mut().filter(|_| place == Place::Program);
             match row.head() {
-                _ if row.body.is_empty() && row.label.is_none() => {}
                 "END" if row.body.len() == 1 => {
-                    outline.close(place, line.number);
+                    part.into_iter().for_each(|part| part.last = line.number);
                     place = Place::Outside;
                 }
                 "GLOBAL" if row.body.len() == 1 => place = Place::Global,
@@ -72,44 +75,31 @@ impl Outline {
                     outline.parts.push(Part::new(&row));
                     place = Place::Program;
                 }
-                _ => match place {
-                    Place::Global => outline.globals.push(row),
-                    Place::Data => outline.data.push(row),
-                    Place::Program => outline.program_row(row),
-                    Place::Outside => {}
+                _ => match (place, part) {
+                    (Place::Global, _) => outline.globals.push(row),
+                    (Place::Data, _) => outline.data.push(row),
+                    (Place::Program, Some(part)) => {
+                        part.last = line.number;
+                        part.rows.push(row);
+                    }
+                    (Place::Program, None) | (Place::Outside, _) => {}
                 },
             }
         }
         outline
     }
 
-    fn program_row(&mut self, row: Row) {
-        if let Some(part) = self.parts.last_mut() {
-            part.last = row.line.number;
-            part.rows.push(row);
-        }
-    }
-
-    fn close(&mut self, place: Place, line: u32) {
-        if let Some(part) = self.parts.last_mut().filter(|_| place == Place::Program) {
-            part.last = line;
-        }
-    }
-
     /// The program that holds this line.
     pub fn part_of(&self, line: u32) -> Option<&Part> {
-        self.parts
-            .iter()
-            .find(|part| part.first <= line && line <= part.last)
+        let mut parts = self.parts.iter();
+        parts.find(|part| (part.first..=part.last).contains(&line))
     }
 
     /// Names of GLOBAL and DATA and where each is declared first.
     pub fn shared(&self) -> BTreeMap<&str, Span> {
+        let globals = self.globals.iter().flat_map(Row::declared);
         let mut names = BTreeMap::new();
-        for name in self.globals.iter().flat_map(Row::declared) {
-            names.entry(name.0).or_insert(name.1);
-        }
-        for (name, span) in self.data.iter().filter_map(Row::datum) {
+        for (name, span) in globals.chain(self.data.iter().filter_map(Row::datum)) {
             names.entry(name).or_insert(span);
         }
         names
@@ -118,13 +108,8 @@ impl Outline {
 
 impl Part {
     fn new(row: &Row) -> Part {
-        let mut words = row.body.iter().skip(1).filter_map(|lexeme| {
-            let Token::Word(text) = &lexeme.token else {
-                return None;
-            };
-            let (text, span) = (text.clone(), lexeme.span);
-            Some(Name { text, span })
-        });
+        let words = row.body.iter().skip(1).filter(|lexeme| !lexeme.word().is_empty());
+        let mut words = words.map(|lexeme| Name::new(lexeme.word(), lexeme.span));
         Part {
             name: words.next(),
             parameters: words.map(|name| name.text).collect(),
@@ -134,12 +119,25 @@ impl Part {
         }
     }
 
+    /// Its name; nothing where the heading has none.
+    pub fn name(&self) -> &str {
+        self.name.as_ref().map_or("", |name| &name.text)
+    }
+
+    pub fn has_parameter(&self, name: &str) -> bool {
+        self.parameters.iter().any(|parameter| parameter == name)
+    }
+
     /// Names that `DIM` declares here.
     pub fn dims(&self) -> impl Iterator<Item = (&str, Span)> {
-        self.rows
-            .iter()
-            .filter(|row| row.head() == "DIM")
-            .flat_map(Row::declared)
+        let dims = self.rows.iter().filter(|row| row.head() == "DIM");
+        dims.flat_map(Row::declared)
+    }
+
+    /// The row that this label begins.
+    pub fn labelled(&self, label: &str) -> Option<&Row> {
+        let mut rows = self.rows.iter();
+        rows.find(|row| row.label.as_ref().is_some_and(|known| known.text == label))
     }
 }
 
@@ -147,12 +145,10 @@ impl Row {
     fn new(line: Line, mut tokens: Vec<Lexeme>) -> Row {
         let mut label = None;
         if let [first, colon, ..] = tokens.as_slice()
-            && let (Token::Word(text), Token::Sign(Sign::Colon)) = (&first.token, &colon.token)
+            && !first.word().is_empty()
+            && colon.is(Sign::Colon)
         {
-            label = Some(Name {
-                text: text.clone(),
-                span: first.span,
-            });
+            label = Some(Name::new(first.word(), first.span));
             tokens.drain(..2);
         }
         Row {
@@ -169,8 +165,8 @@ impl Row {
 
     /// The statements of the row: the whole of a plain one; of an `IF` its condition and what depends on it.
     pub fn segments(&self) -> impl Iterator<Item = &[Lexeme]> {
-        self.body
-            .split(|lexeme| matches!(word(Some(lexeme)), "THEN" | "ELSE" | "DO"))
+        let joints = |lexeme: &Lexeme| matches!(lexeme.word(), "THEN" | "ELSE" | "DO");
+        self.body.split(joints)
     }
 
     /// Names that a line of GLOBAL, or a `DIM`, declares.
@@ -178,9 +174,8 @@ impl Row {
         let mut depth = 0;
         let mut names = Vec::new();
         for (at, lexeme) in self.body.iter().enumerate() {
-            let begins = at == 0
-                || word(self.body.get(at - 1)) == "DIM"
-                || sign(self.body.get(at - 1)) == Some(Sign::Comma);
+            let before = at.checked_sub(1).and_then(|at| self.body.get(at));
+            let begins = before.is_none_or(|before| before.word() == "DIM" || before.is(Sign::Comma));
             match &lexeme.token {
                 Token::Sign(Sign::Assign) => break,
                 Token::Sign(Sign::Open) => depth += 1,
@@ -194,22 +189,21 @@ impl Row {
         names
     }
 
+    /// Whether it is a line of DATA that begins with the name.
+    fn is_bare(&self) -> bool {
+        self.body.get(1).is_some_and(|lexeme| lexeme.is(Sign::Assign))
+    }
+
     /// The kind of a line of DATA, as a word; a line that begins with the name is a POINT.
     pub fn datum_word(&self) -> &str {
-        match sign(self.body.get(1)) {
-            Some(Sign::Assign) => "POINT",
-            _ => self.head(),
-        }
+        if self.is_bare() { "POINT" } else { self.head() }
     }
 
     /// The name of a line of DATA that is no WORK.
     pub fn datum(&self) -> Option<(&str, Span)> {
-        let bare = sign(self.body.get(1)) == Some(Sign::Assign);
-        let named = self
-            .body
-            .get(usize::from(!bare))
-            .filter(|_| self.head() != "WORK")?;
-        Some((word(Some(named)), named.span)).filter(|(name, _)| !name.is_empty())
+        let named = self.body.get(usize::from(!self.is_bare()))?;
+        let is_datum = self.head() != "WORK" && !named.word().is_empty();
+        is_datum.then_some((named.word(), named.span))
     }
 }
 
@@ -220,10 +214,8 @@ pub fn print_channels(source: &str) -> Vec<&'static str> {
     let outline = Outline::new(source);
     let rows = outline.parts.iter().flat_map(|part| &part.rows);
     let mut found: Vec<&'static str> = Vec::new();
-    for segment in rows.flat_map(Row::segments) {
-        if word(segment.first()) != "PRINT" {
-            continue;
-        }
+    let segments = rows.flat_map(Row::segments);
+    for segment in segments.filter(|segment| word(segment.first()) == "PRINT") {
         let named = word(segment.get(1));
         let channel = CHANNELS
             .iter()
@@ -241,15 +233,12 @@ pub fn print_channels(source: &str) -> Vec<&'static str> {
 pub fn starts_tasks(source: &str) -> bool {
     let outline = Outline::new(source);
     let mut rows = outline.parts.iter().flat_map(|part| &part.rows);
-    rows.any(|row| row.body.iter().any(|lexeme| word(Some(lexeme)) == "TASK"))
+    rows.any(|row| row.body.iter().any(|lexeme| lexeme.word() == "TASK"))
 }
 
 /// The word this is, or nothing.
 pub(crate) fn word(lexeme: Option<&Lexeme>) -> &str {
-    match lexeme.map(|lexeme| &lexeme.token) {
-        Some(Token::Word(text)) => text,
-        _ => "",
-    }
+    lexeme.map_or("", Lexeme::word)
 }
 
 /// The sign this is.

@@ -28,21 +28,19 @@ impl TaughtPoint {
     #[must_use]
     pub fn is_valid(&self, arm: Arm) -> bool {
         let Position { coords, config, work } = &self.position;
-        let numbers = coords
-            .iter()
-            .all(|number| libm::fabs(*number) <= f64::from(f32::MAX));
-        let digits = config.digits.iter().all(|digit| *digit <= 2);
+        let mut numbers = coords.iter().map(|number| libm::fabs(*number));
+        let numbers = numbers.all(|number| number <= f64::from(f32::MAX));
         let name = is_name(&self.name) && !builtin::is_reserved(&self.name, arm);
-        name && numbers && digits && work.is_none()
+        name && numbers && config.is_valid() && work.is_none()
     }
 }
 
 /// Whether a name of DATA can be spelt so, in upper case.
 fn is_name(name: &str) -> bool {
-    let letters = name
-        .bytes()
-        .all(|b| b.is_ascii_uppercase() || b.is_ascii_digit() || b == b'_');
-    name.starts_with(|c: char| c.is_ascii_uppercase()) && letters && name.len() <= MAX_DATA_NAME
+    let is_letter = |b: u8| b.is_ascii_uppercase() || b.is_ascii_digit() || b == b'_';
+    name.starts_with(|c: char| c.is_ascii_uppercase())
+        && name.bytes().all(is_letter)
+        && name.len() <= MAX_DATA_NAME
 }
 
 /// What is wrong with a table of points, and where.
@@ -138,17 +136,14 @@ impl<'a> Row<'a> {
     }
 
     fn width(&self, arm: Arm) -> Result<(), PointsError> {
-        let columns = columns(arm);
-        let found = self.fields.len();
+        let (columns, found) = (columns(arm), self.fields.len());
         if found == columns.len() {
             return Ok(());
         }
+        let at = found.min(columns.len()).saturating_sub(1);
         Err(PointsError {
             found: format!("{found} fields"),
-            ..self.wrong(
-                found.min(columns.len()).saturating_sub(1),
-                format!("{} fields, {}", columns.len(), columns.join(",")),
-            )
+            ..self.wrong(at, format!("{} fields, {}", columns.len(), columns.join(",")))
         })
     }
 

@@ -308,24 +308,6 @@ impl Program {
         &self.options
     }
 
-    /// The names of the PROGRAM blocks in file order, upper case; the first is the main program.
-    #[must_use]
-    pub fn program_names(&self) -> Vec<String> {
-        self.blocks.iter().map(|block| block.name.clone()).collect()
-    }
-
-    /// The main program has the label `RCYCLE`.
-    #[must_use]
-    pub fn has_rcycle(&self) -> bool {
-        self.rcycle.is_some()
-    }
-
-    /// File line of step 1, the first statement of the main program; 1 when there is none.
-    #[must_use]
-    pub fn first_line(&self) -> u32 {
-        self.steps.first().map_or(1, |step| step.line)
-    }
-
     /// The variables of GLOBAL and the names of DATA in alphabetical order, each with the upper bounds of its
     /// subscripts; a plain variable has none.
     pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {

@@ -13,7 +13,7 @@ use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::{Owner, Program};
 use crate::sink::Sink;
-use crate::value::Value;
+use crate::value::{Position, Value, ValueKind};
 
 /// The source with the initial value of `name` in GLOBAL or DATA replaced; everything else stays byte for byte.
 ///
@@ -49,24 +49,23 @@ pub fn restore_values(
     names: &[String],
 ) -> Result<String, AccessError> {
     let rewriter = Rewriter::new(source, program);
-    let symbols = &program.symbols;
     let mut edits = Vec::new();
-    for (name, at) in &symbols.shared {
-        let Some(slot) = symbols
-            .slots
-            .get(*at)
-            .filter(|_| names.is_empty() || names.contains(name))
-        else {
+    for (name, at) in &program.symbols.shared {
+        let Some(slot) = program.symbols.slots.get(*at) else {
             continue;
         };
+        let named = names.contains(name);
+        if !named && !names.is_empty() {
+            continue;
+        }
         // A taught point is not in the file yet; naming it puts it there.
-        let put = !names.is_empty() && slot.owner == Owner::Data && !rewriter.has_datum(name);
+        let put = named && slot.owner == Owner::Data && rewriter.datum(name).is_none();
         for index in 0..slot.length() {
-            let first = slot.first_value(index);
             let Some(value) = memory.value(slot.base + index) else {
                 continue;
             };
-            let selected = !names.is_empty() || slot.initial.iter().any(|(known, _)| *known == index);
+            let selected = named || slot.initial.iter().any(|(known, _)| *known == index);
+            let first = slot.first_value(index);
             let same = first.is_some_and(|first| rewriter.same(&first, &value));
             if put || (selected && !same) {
                 edits.push(rewriter.edit(name, &slot.subscripts(index), &value)?);
@@ -101,8 +100,8 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    fn has_datum(&self, name: &str) -> bool {
-        self.file.data.iter().any(|datum| datum.name.text == name)
+    fn datum(&self, name: &str) -> Option<&Datum> {
+        self.file.data.iter().find(|datum| datum.name.text == name)
     }
 
     /// Whether both are written the same way; a position does not say where its WORK lies.
@@ -115,34 +114,28 @@ impl<'a> Rewriter<'a> {
 
     fn edit(&self, name: &str, subscripts: &[i32], value: &Value) -> Result<Edit, AccessError> {
         let (source, arm) = (self.source, self.arm);
-        let (slot, _) = shared(self.program, name, subscripts)?;
-        let name = name.to_ascii_uppercase();
-        let slot = self.program.symbols.slots.get(slot);
-        let kind = slot.and_then(|slot| slot.kind);
-        if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
+        let (_, slot, _) = shared(self.program, name, subscripts)?;
+        let (name, found) = (slot.name.clone(), value.kind());
+        if let Some(expected) = slot.kind.filter(|kind| *kind != found) {
             return Err(AccessError::KindMismatch {
                 name,
                 expected,
-                found: value.kind(),
+                found,
             });
         }
         let too_large = || AccessError::TooLarge(name.clone());
-        match self.file.data.iter().find(|datum| datum.name.text == name) {
-            Some(datum) => {
-                let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
-                Ok(Edit::At(datum.value, text))
-            }
-            None if slot.is_some_and(|slot| slot.owner == Owner::Data) => {
-                let text = taught_text(value, arm).ok_or_else(too_large)?;
-                Ok(Edit::Taught(format!("POINT {name}={text}")))
-            }
-            None => {
-                let text = global_text(value, arm).ok_or_else(too_large)?;
-                let site = global_site(source, &self.file, &name, subscripts, &text);
-                let (span, text) = site.ok_or(AccessError::NotInSource(name))?;
-                Ok(Edit::At(span, text))
-            }
+        if let Some(datum) = self.datum(&name) {
+            let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
+            return Ok(Edit::At(datum.value, text));
         }
+        if slot.owner == Owner::Data {
+            let text = taught_text(value, arm).ok_or_else(too_large)?;
+            return Ok(Edit::Taught(format!("POINT {name}={text}")));
+        }
+        let text = global_text(value, arm).ok_or_else(too_large)?;
+        let site = global_site(source, &self.file, &name, subscripts, &text);
+        let (span, text) = site.ok_or(AccessError::NotInSource(name))?;
+        Ok(Edit::At(span, text))
     }
 
     /// The source with all changes.
@@ -159,15 +152,14 @@ impl<'a> Rewriter<'a> {
         }
         // Stable: elements of one array go after one line, in their order.
         changes.sort_by_key(|(span, _)| span.start);
+        let lost = || AccessError::NotInSource(String::new());
         let (mut text, mut done) = (String::new(), 0);
         for (span, change) in changes {
-            let kept = self.source.get(done..span.start);
-            text.push_str(kept.ok_or(AccessError::NotInSource(String::new()))?);
+            text.push_str(self.source.get(done..span.start).ok_or_else(lost)?);
             text.push_str(&change);
             done = span.end;
         }
-        let rest = self.source.get(done..);
-        text.push_str(rest.ok_or(AccessError::NotInSource(String::new()))?);
+        text.push_str(self.source.get(done..).ok_or_else(lost)?);
         Ok(text)
     }
 }
@@ -182,24 +174,14 @@ fn global_site(
 ) -> Option<(Span, String)> {
     let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
     let same = |d: &&&Declaration| {
-        !d.dim
-            && d.subscripts
-                .iter()
-                .copied()
-                .map(i64::from)
-                .eq(subscripts.iter().copied().map(i64::from))
+        let known = d.subscripts.iter().map(|subscript| i64::from(*subscript));
+        !d.dim && known.eq(subscripts.iter().map(|subscript| i64::from(*subscript)))
     };
     // The last line wins, as it does in the compiler.
     if let Some(found) = mine.iter().rev().find(same) {
         return Some(match &found.value {
             Some(value) => (value.span, text.to_string()),
-            None => (
-                Span {
-                    start: found.name.span.end,
-                    end: found.name.span.end,
-                },
-                format!(" = {text}"),
-            ),
+            None => (Span::at(found.name.span.end), format!(" = {text}")),
         });
     }
     let last = mine.last()?;
@@ -209,26 +191,18 @@ fn global_site(
         return alone.then(|| (last.line, format!("{name} = {text}")));
     }
     let (at, line_end) = line_end(source, last.line.end);
-    let list = subscripts
-        .iter()
-        .map(ToString::to_string)
-        .collect::<Vec<_>>()
-        .join(",");
-    Some((
-        Span { start: at, end: at },
-        format!("{line_end}{name}({list}) = {text}"),
-    ))
+    let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+    let line = format!("{line_end}{name}({}) = {text}", list.join(","));
+    Some((Span::at(at), line))
 }
 
 /// Where the line that holds `from` ends, and by what.
 fn line_end(source: &str, from: usize) -> (usize, &'static str) {
     let rest = source.get(from..).unwrap_or_default();
     let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-    let line_end = match rest.get(length..) {
-        Some(tail) if tail.starts_with("\r\n") => "\r\n",
-        Some(tail) if tail.starts_with('\n') => "\n",
-        _ => "\r",
-    };
+    let tail = rest.get(length..).unwrap_or_default();
+    let mut ends = ["\r\n", "\n"].into_iter();
+    let line_end = ends.find(|end| tail.starts_with(end)).unwrap_or("\r");
     (from + length, line_end)
 }
 
@@ -239,15 +213,13 @@ fn taught_site(source: &str, file: &File, lines: &[String]) -> (Span, String) {
     let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
     let lines = lines.join(end);
     if let Some((at, end)) = at_heading {
-        return (Span { start: at, end: at }, format!("{end}{lines}"));
+        return (Span::at(at), format!("{end}{lines}"));
     }
     let at = source.find('\u{1A}').unwrap_or(source.len());
     let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
     let begin = if open { end } else { "" };
-    (
-        Span { start: at, end: at },
-        format!("{begin}DATA{end}{lines}{end}END{end}"),
-    )
+    let block = format!("{begin}DATA{end}{lines}{end}END{end}");
+    (Span::at(at), block)
 }
 
 /// A value as GLOBAL writes it.
@@ -259,13 +231,9 @@ fn global_text(value: &Value, arm: Arm) -> Option<String> {
         Value::Load(load) => format!("PAYLOAD({})", list(&load.listed(arm))?),
         Value::Coordinate(trans) => format!("TRANS({})", list(&trans.listed(arm))?),
         Value::Position(position) => {
-            let mut numbers = position.listed(arm);
-            numbers.pop();
-            let config = position.config.number_on(arm);
-            match arm {
-                Arm::SixAxis => format!("POINT({},{config:05})", list(&numbers)?),
-                Arm::Scara => format!("POINT({},{config})", list(&numbers)?),
-            }
+            let numbers = coordinates(position, arm)?;
+            let digits = if arm == Arm::SixAxis { 5 } else { 1 };
+            format!("POINT({numbers},{:0digits$})", position.config.number_on(arm))
         }
     })
 }
@@ -275,9 +243,7 @@ fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<St
     Some(match value {
         Value::Load(load) => {
             let numbers = list(&load.listed(arm))?;
-            let braced = source
-                .get(datum.value.start..)
-                .is_some_and(|text| text.starts_with('{'));
+            let braced = datum.value.text(source).starts_with('{');
             if braced { format!("{{{numbers}}}") } else { numbers }
         }
         Value::Coordinate(trans) => list(&trans.listed(arm))?,
@@ -291,25 +257,23 @@ fn taught_text(value: &Value, arm: Arm) -> Option<String> {
     let Value::Position(position) = value else {
         return None;
     };
-    let mut numbers = position.listed(arm);
-    numbers.pop();
     let config = match (arm, position.config.number_on(arm)) {
         (_, 0) => String::new(),
         (Arm::SixAxis, number) => format!("{number:05}"),
         (Arm::Scara, 1) => "LEFTY".to_string(),
         (Arm::Scara, _) => "RIGHTY".to_string(),
     };
-    Some(format!("{}/{config}", list(&numbers)?))
+    Some(format!("{}/{config}", coordinates(position, arm)?))
+}
+
+/// The coordinates of a position, without its configuration.
+fn coordinates(position: &Position, arm: Arm) -> Option<String> {
+    list(position.coords.get(..ValueKind::Position.width(arm))?)
 }
 
 fn list(numbers: &[f64]) -> Option<String> {
-    Some(
-        numbers
-            .iter()
-            .map(|number| decimal(*number))
-            .collect::<Option<Vec<_>>>()?
-            .join(","),
-    )
+    let numbers: Option<Vec<String>> = numbers.iter().map(|number| decimal(*number)).collect();
+    Some(numbers?.join(","))
 }
 
 /// A number the lexer reads back; `None` beyond the range of a real.

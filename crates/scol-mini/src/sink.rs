@@ -59,21 +59,18 @@ impl Sink {
             return;
         }
         let line = self.starts.partition_point(|start| *start <= problem.span.start);
-        let begin = line
-            .checked_sub(1)
-            .and_then(|l| self.starts.get(l))
-            .copied()
-            .unwrap_or(0);
-        let message = match room {
-            1 => "too many errors, the rest is left out".to_string(),
-            _ => problem.message,
+        let begin = line.checked_sub(1).and_then(|line| self.starts.get(line));
+        let column = problem.span.start - begin.copied().unwrap_or(0) + 1;
+        let (code, message) = match room {
+            1 => ("E0009", "too many errors, the rest is left out".to_string()),
+            _ => (problem.code, problem.message),
         };
         self.list.push(Diagnostic {
             severity,
-            code: if room == 1 { "E0009" } else { problem.code },
+            code,
             span: problem.span,
             line: u32::try_from(line).unwrap_or(u32::MAX),
-            column: u32::try_from(problem.span.start - begin + 1).unwrap_or(u32::MAX),
+            column: u32::try_from(column).unwrap_or(u32::MAX),
             message,
             help: problem.help,
         });

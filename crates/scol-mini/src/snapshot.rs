@@ -9,8 +9,9 @@ use alloc::string::String;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::conditions::Conditions;
+use crate::options::Arm;
 use crate::program::{Program, STATE_VERSION, StateVersion};
-use crate::value::{Frame, Payload, Position, Trans, Value};
+use crate::value::{Position, Value};
 
 /// Why a state cannot be restored.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -56,14 +57,11 @@ impl<'de> Deserialize<'de> for StateVersion {
 
 /// Whether a state was written for this program.
 pub(crate) fn belongs(source: u64, program: &Program) -> Result<(), RestoreError> {
-    let expected = program.fingerprint();
-    if source != expected {
-        return Err(RestoreError::Program {
-            expected,
-            found: source,
-        });
+    let (expected, found) = (program.fingerprint(), source);
+    match expected == found {
+        true => Ok(()),
+        false => Err(RestoreError::Program { expected, found }),
     }
-    Ok(())
 }
 
 /// Whether a value is one the language can have.
@@ -71,8 +69,8 @@ pub(crate) fn value(value: &Value) -> Result<(), RestoreError> {
     match value {
         Value::Integer(_) => Ok(()),
         Value::Real(real) => expect(real.is_finite(), "reals that are finite"),
-        Value::Load(load) => payload(load),
-        Value::Coordinate(coordinate) => trans(coordinate),
+        Value::Load(load) => numbers(&load.listed(Arm::SixAxis)),
+        Value::Coordinate(trans) => numbers(&trans.coords),
         Value::Position(place) => position(place),
     }
 }
@@ -80,33 +78,15 @@ pub(crate) fn value(value: &Value) -> Result<(), RestoreError> {
 /// Whether a position is one the language can have.
 pub(crate) fn position(position: &Position) -> Result<(), RestoreError> {
     numbers(&position.coords)?;
-    expect(
-        position.config.digits.iter().all(|digit| *digit <= 2),
-        "configurations of digits 0 to 2",
-    )?;
-    position.work.as_deref().map_or(Ok(()), frame)
-}
-
-fn payload(load: &Payload) -> Result<(), RestoreError> {
-    numbers(&[load.mass])?;
-    numbers(&load.gravity)?;
-    numbers(&load.size)
-}
-
-fn trans(coordinate: &Trans) -> Result<(), RestoreError> {
-    numbers(&coordinate.coords)
-}
-
-fn frame(frame: &Frame) -> Result<(), RestoreError> {
-    trans(&frame.trans)
+    expect(position.config.is_valid(), "configurations of digits 0 to 2")?;
+    let frame = position.work.as_deref();
+    frame.map_or(Ok(()), |frame| numbers(&frame.trans.coords))
 }
 
 /// Whether all numbers are finite.
 pub(crate) fn numbers(numbers: &[f64]) -> Result<(), RestoreError> {
-    expect(
-        numbers.iter().all(|number| number.is_finite()),
-        "numbers that are finite",
-    )
+    let finite = numbers.iter().all(|number| number.is_finite());
+    expect(finite, "numbers that are finite")
 }
 
 /// Whether a program can have set these conditions.
@@ -127,26 +107,23 @@ pub(crate) fn conditions(conditions: &Conditions) -> Result<(), RestoreError> {
         gain,
         torque,
     } = conditions;
-    let percent = |least: f64, number: &f64| (least..=100.0).contains(number);
+    let within = |least: f64, number: &f64| (least..=100.0).contains(number);
+    let mut speeds = [speed, accel, decel].into_iter();
+    let mut others = gain.iter().chain(torque).chain([pass]);
     expect(
-        [speed, accel, decel]
-            .into_iter()
-            .all(|number| percent(1.0, number)),
+        speeds.all(|number| within(1.0, number)),
         "SPEED, ACCEL and DECEL of 1 to 100",
     )?;
     expect(
-        gain.iter()
-            .chain(torque)
-            .chain([pass])
-            .all(|number| percent(0.0, number)),
+        others.all(|number| within(0.0, number)),
         "PASS, GAIN and TORQUE of 0 to 100",
     )?;
-    expect(
-        config.digits.iter().all(|digit| *digit <= 2),
-        "a CONFIG of digits 0 to 2",
-    )?;
-    [base, tool, work].into_iter().try_for_each(frame)?;
-    load.as_ref().map_or(Ok(()), |(_, load)| payload(load))
+    expect(config.is_valid(), "a CONFIG of digits 0 to 2")?;
+    for frame in [base, tool, work] {
+        numbers(&frame.trans.coords)?;
+    }
+    let load = load.as_ref().map(|(_, load)| load.listed(Arm::SixAxis));
+    numbers(&load.unwrap_or_default())
 }
 
 /// A program is written as its fingerprint, and read back as one without steps that has it.

@@ -6,13 +6,14 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use crate::MAX_SOURCE;
-use crate::builtin;
+use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
-use crate::lexer::{Lexeme, Token};
+use crate::lexer::{Lexeme, Sign, tokens};
+use crate::lines::lines;
 use crate::options::Arm;
-use crate::outline::{Outline, Part, names, word};
+use crate::outline::{Outline, Part, Row, names};
 use crate::program::Program;
+use crate::{MAX_LINE, MAX_SOURCE};
 
 /// Longest word that is compared with others.
 const MAX_WORD: usize = 24;
@@ -54,7 +55,7 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
         let remedy = match diagnostic.code {
             "E0101" | "E0103" => suggester.keyword(diagnostic),
             "E0201" if !CHANNELS.contains(&found.as_str()) => {
-                let systems = builtin::words().filter(|word| builtin::System::from_word(word).is_some());
+                let systems = builtin::words().filter(|word| System::from_word(word).is_some());
                 let names = base.symbols.shared.keys().map(String::as_str);
                 did_you_mean(&found, names.chain(systems))
             }
@@ -65,7 +66,7 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
                 let known = known || builtin::words().any(|word| word == found);
                 did_you_mean(&found, builtin::words()).filter(|_| !known)
             }
-            code => fixed(code).map(String::from),
+            code => fixed(code),
         };
         diagnostic.help = remedy.or(diagnostic.help.take());
     }
@@ -82,78 +83,70 @@ impl Suggester<'_> {
         let found = self.text(diagnostic.span);
         let part = self.outline.part_of(diagnostic.line);
         match diagnostic.code {
-            "E0103" | "E0203" if foreign(&found).is_some() => foreign(&found).map(String::from),
             "E0101" if diagnostic.message.ends_with("found \":\"") => {
                 Some("a line holds one statement; a label stands at its beginning".into())
             }
-            "E0101" | "E0103" => self.keyword(diagnostic),
-            "E0301" => self
-                .keyword(diagnostic)
-                .or_else(|| fixed("E0301").map(String::from)),
+            "E0101" => self.keyword(diagnostic),
+            "E0103" => foreign(&found).or_else(|| self.keyword(diagnostic)),
+            "E0301" => self.keyword(diagnostic).or_else(|| fixed("E0301")),
             "E0201" => self.name(&found, part, diagnostic),
             "E0202" => self.label(&found, part?),
             "E0206" => self.heading(&found),
-            "E0203" => {
+            "E0203" => foreign(&found).or_else(|| {
                 let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
                 let words = programs.map(|name| name.text.as_str());
                 let meant = did_you_mean(&found, words.chain(builtin::words()));
                 meant.or_else(|| Some(format!("add PROGRAM {} to the file", found.trim_matches('"'))))
-            }
+            }),
             "E0404" => {
                 let frames = self.outline.data.iter().filter(|row| row.head() == "TRANS");
-                did_you_mean(&found, frames.filter_map(|row| row.datum()).map(|(name, _)| name))
+                did_you_mean(&found, frames.filter_map(Row::datum).map(|(name, _)| name))
             }
-            "E0205" => self
-                .first(&found, part, diagnostic)
-                .or_else(|| Some("remove or rename one of them".into())),
-            "E0302" => Some(self.missing_end(diagnostic)),
-            code => fixed(code).map(String::from),
+            "E0205" => {
+                let first = self.first(&found, part, diagnostic);
+                first.or_else(|| Some("remove or rename one of them".into()))
+            }
+            "E0302" if diagnostic.message.starts_with("expected") => {
+                Some("every GLOBAL, PROGRAM and DATA is closed by an END of its own".into())
+            }
+            "E0302" => {
+                let last = lines(self.source).len();
+                Some(format!("add END behind line {last}, where the file ends"))
+            }
+            code => fixed(code),
         }
     }
 
     fn text(&self, span: Span) -> String {
-        let text = self.source.get(span.start..span.end).unwrap_or_default();
-        text.to_ascii_uppercase()
+        span.text(self.source).to_ascii_uppercase()
     }
 
     /// A word of the language that is misspelt: at the place of the error, or at the beginning of its statement.
     fn keyword(&self, diagnostic: &Diagnostic) -> Option<String> {
-        let line = self.line(diagnostic)?;
-        let (before, rest): (Vec<&Lexeme>, Vec<&Lexeme>) = line
-            .iter()
-            .partition(|lexeme| lexeme.span.start < diagnostic.span.start);
-        let at = rest.first().copied();
+        // A line outside all blocks has words as well.
+        let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
+        let line = tokens(self.source, *lines(self.source).get(at)?, MAX_LINE).ok()?;
+        let split = line.partition_point(|lexeme| lexeme.span.start < diagnostic.span.start);
+        let (before, rest) = line.split_at_checked(split)?;
         // The first word of the statement the error is in: after a label, THEN, ELSE or at the beginning.
-        let joints = |lexeme: &&Lexeme| {
-            matches!(word(Some(lexeme)), "THEN" | "ELSE" | "DO")
-                || lexeme.token == Token::Sign(crate::lexer::Sign::Colon)
-        };
+        let joints =
+            |lexeme: &Lexeme| matches!(lexeme.word(), "THEN" | "ELSE" | "DO") || lexeme.is(Sign::Colon);
         let begin = before.iter().rposition(joints).map_or(0, |at| at + 1);
-        let first = before.get(begin).copied();
         // A name of the file is spelt as it is meant.
         let shared = self.outline.shared();
-        [at, first]
+        // What the parser waited for comes before any other word.
+        let expected = diagnostic.message.split(", found").next().unwrap_or_default();
+        let is_reserved = |word: &&str| builtin::is_reserved(word, self.arm);
+        let words = [rest.first(), before.get(begin)]
             .into_iter()
             .flatten()
-            .map(|lexeme| word(Some(lexeme)))
-            .filter(|text| {
-                !text.is_empty() && !builtin::is_reserved(text, self.arm) && !shared.contains_key(text)
-            })
+            .map(Lexeme::word);
+        words
+            .filter(|text| !text.is_empty() && !is_reserved(text) && !shared.contains_key(text))
             .find_map(|text| {
-                // What the parser waited for comes before any other word.
-                let expected = diagnostic.message.split(", found").next().unwrap_or_default();
-                let awaited = expected
-                    .split([' ', ',', '"'])
-                    .filter(|word| builtin::is_reserved(word, self.arm));
+                let awaited = expected.split([' ', ',', '"']).filter(is_reserved);
                 did_you_mean(text, awaited).or_else(|| did_you_mean(text, builtin::words()))
             })
-    }
-
-    /// The words of the line of an error, also of a line outside all blocks.
-    fn line(&self, diagnostic: &Diagnostic) -> Option<Vec<Lexeme>> {
-        let lines = crate::lines::lines(self.source);
-        let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
-        crate::lexer::tokens(self.source, *lines.get(at)?, crate::MAX_LINE).ok()
     }
 
     fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
@@ -163,89 +156,64 @@ impl Suggester<'_> {
         let shared = self.outline.shared();
         let call = diagnostic.message.contains("no array and no function");
         let words = builtin::words().filter(|word| match call {
-            true => builtin::Builtin::from_word(word).is_some(),
-            false => builtin::System::from_word(word).is_some(),
+            true => Builtin::from_word(word).is_some(),
+            false => System::from_word(word).is_some(),
         });
-        let rows = part.map(|part| part.rows.as_slice()).unwrap_or_default();
-        let named = rows.iter().flat_map(|row| {
-            row.segments()
-                .filter_map(|segment| names(segment, self.arm).next())
-                .filter(|(_, span)| span.start != diagnostic.span.start)
-        });
-        let locals = named.map(|(name, _)| name).filter(|name| *name != found);
+        let rows = part.into_iter().flat_map(|part| &part.rows);
+        let firsts = rows
+            .flat_map(Row::segments)
+            .filter_map(|segment| names(segment, self.arm).next());
+        let locals = firsts.filter(|(name, span)| span.start != diagnostic.span.start && *name != found);
         let parameters = part.into_iter().flat_map(|part| &part.parameters);
-        let variables = shared
-            .keys()
-            .copied()
-            .chain(parameters.map(String::as_str))
-            .chain(locals);
-        did_you_mean(found, words.chain(variables))
+        let variables = shared.keys().copied().chain(parameters.map(String::as_str));
+        did_you_mean(found, words.chain(variables).chain(locals.map(|(name, _)| name)))
     }
 
     fn label(&self, found: &str, part: &Part) -> Option<String> {
         let own = part.rows.iter().filter_map(|row| row.label.as_ref());
-        if let Some(meant) = did_you_mean(found, own.map(|name| name.text.as_str())) {
-            return Some(meant);
-        }
-        let elsewhere = self.outline.parts.iter().find(|other| {
-            let labels = other.rows.iter().filter_map(|row| row.label.as_ref());
-            labels.into_iter().any(|label| label.text == found)
-        });
-        elsewhere
-            .and_then(|other| other.name.as_ref())
-            .map(|name| format!("{found} is a label of PROGRAM {}", name.text))
+        did_you_mean(found, own.map(|name| name.text.as_str())).or_else(|| {
+            let mut parts = self.outline.parts.iter();
+            let name = parts
+                .find(|other| other.labelled(found).is_some())?
+                .name
+                .as_ref()?;
+            Some(format!("{found} is a label of PROGRAM {}", name.text))
+        })
     }
 
     /// Where the first of two is declared.
     fn first(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
-        let label = diagnostic.message.starts_with("the label");
-        let program = diagnostic.message.starts_with("the program");
-        let line = if label {
-            let mut rows = part?.rows.iter();
-            let labelled = rows.find(|row| row.label.as_ref().is_some_and(|label| label.text == found));
-            labelled?.line.number
-        } else if program {
+        let line = if diagnostic.message.starts_with("the label") {
+            part?.labelled(found)?.line.number
+        } else if diagnostic.message.starts_with("the program") {
             let mut parts = self.outline.parts.iter();
-            parts
-                .find(|part| part.name.as_ref().is_some_and(|name| name.text == found))?
-                .first
+            parts.find(|part| part.name() == found)?.first
         } else {
             let shared = self.outline.shared();
             let first = shared.get(found.trim())?.start;
-            let before = self.source.get(..first).unwrap_or_default();
-            u32::try_from(crate::lines::lines(before).len()).ok()?.max(1)
+            let before = Span::new(0, first).text(self.source);
+            u32::try_from(lines(before).len()).ok()?.max(1)
         };
         (line < diagnostic.line).then(|| format!("the first one is on line {line}; rename one of them"))
     }
 
     /// How the program that is called wants its arguments.
     fn heading(&self, call: &str) -> Option<String> {
-        let called = |part: &&Part| {
-            let name = part.name.as_ref().map(|name| name.text.as_str());
-            let words = call.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-            name.is_some_and(|name| words.into_iter().any(|word| word == name))
-        };
-        let part = self.outline.parts.iter().find(called)?;
-        let name = part.name.as_ref()?;
-        let parameters = part.parameters.join(", ");
-        Some(format!(
-            "line {} declares it as {}({parameters})",
-            part.first, name.text
-        ))
-    }
-
-    fn missing_end(&self, diagnostic: &Diagnostic) -> String {
-        if diagnostic.message.starts_with("expected") {
-            return "every GLOBAL, PROGRAM and DATA is closed by an END of its own".into();
-        }
-        let last = crate::lines::lines(self.source).len();
-        format!("add END behind line {last}, where the file ends")
+        let words = call.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        let part = self
+            .outline
+            .parts
+            .iter()
+            .find(|part| words.contains(&part.name()))?;
+        let (line, name, parameters) = (part.first, part.name(), part.parameters.join(", "));
+        Some(format!("line {line} declares it as {name}({parameters})"))
     }
 }
 
 /// Remedies that depend on the code alone.
-fn fixed(code: &str) -> Option<&'static str> {
-    Some(match code {
+fn fixed(code: &str) -> Option<String> {
+    let remedy = match code {
         "E0002" => "one statement a line; a text stands between double quotes, a comment behind '",
         "E0004" => "a file holds ASCII characters only, in comments too",
         "E0006" => "close the text with \" on the same line; a text cannot hold a double quote",
@@ -273,12 +241,13 @@ fn fixed(code: &str) -> Option<&'static str> {
         "E0402" => "the digits are shoulder, elbow, wrist, axis 4, axis 6; 0 leaves one open",
         "E0403" => "shorten it: hosts reach names of at most 10 characters",
         _ => return None,
-    })
+    };
+    Some(remedy.into())
 }
 
 /// What takes the place of a word of other languages.
-fn foreign(word: &str) -> Option<&'static str> {
-    Some(match word {
+fn foreign(word: &str) -> Option<String> {
+    let remedy = match word {
         "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {
             "there are no blocks: an IF stands on one line, a FOR is closed by NEXT"
         }
@@ -291,7 +260,8 @@ fn foreign(word: &str) -> Option<&'static str> {
         "EXIT" => "leave a loop with GOTO, a program with RETURN",
         "SUB" | "FUNCTION" | "ENDSUB" => "a subprogram is a PROGRAM block of its own",
         _ => return None,
-    })
+    };
+    Some(remedy.into())
 }
 
 /// The word itself, or so near to it that it was meant.
@@ -302,29 +272,26 @@ pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
 /// The nearest of the candidates, if one is near enough.
 fn did_you_mean<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
     let most = match found.len() {
-        0 | 1 => return None,
         2..=5 => 1,
         6..=MAX_WORD => 2,
         _ => return None,
     };
-    let nearest = candidates
+    // Of words equally near the one that begins with more of the same letters.
+    let alike = |word: &str| {
+        word.bytes()
+            .zip(found.bytes())
+            .take_while(|(x, y)| x == y)
+            .count()
+    };
+    let (letters, _, word) = candidates
         .take(MAX_CANDIDATES)
         .filter(|word| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found)
-        .map(|word| (distance(found, word), usize::MAX - alike(found, word), word))
+        .map(|word| (distance(found, word), usize::MAX - alike(word), word))
         .min()?;
-    let (letters, _, word) = nearest;
     // Two letters that differ in one are no misspelling of each other unless they are swapped.
-    let short = found.len() == 2 && word.len() == 2 && !swapped(found, word);
+    let swapped = found.bytes().rev().eq(word.bytes());
+    let short = found.len() == 2 && word.len() == 2 && !swapped;
     (letters <= most && !short).then(|| format!("did you mean {word}?"))
-}
-
-/// How many letters both begin with.
-fn alike(a: &str, b: &str) -> usize {
-    a.bytes().zip(b.bytes()).take_while(|(x, y)| x == y).count()
-}
-
-fn swapped(a: &str, b: &str) -> bool {
-    a.bytes().rev().eq(b.bytes())
 }
 
 /// Fewest letters to insert, remove, replace or swap with their neighbour.
@@ -338,8 +305,7 @@ fn distance(a: &str, b: &str) -> usize {
             let at = |row: &[usize], j: usize| row.get(j).copied().unwrap_or(usize::MAX / 2);
             let replaced = at(&last, j) + usize::from(x != y);
             let mut best = replaced.min(at(&last, j + 1) + 1).min(at(&row, j) + 1);
-            let neighbours = i > 0 && j > 0 && a.get(i - 1) == Some(y) && b.get(j - 1) == Some(x);
-            if neighbours {
+            if i > 0 && j > 0 && a.get(i - 1) == Some(y) && b.get(j - 1) == Some(x) {
                 best = best.min(at(&older, j - 1) + 1);
             }
             row.push(best);

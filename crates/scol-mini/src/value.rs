@@ -158,24 +158,20 @@ impl Configuration {
     /// Reads a number of five decimal digits such as 12111, shoulder first; `None` when a digit is not 0, 1 or 2.
     #[must_use]
     pub fn from_number(number: i64) -> Option<Self> {
-        if !(0..=22_222).contains(&number) {
-            return None;
-        }
+        let mut rest = u64::try_from(number).ok()?;
         let mut digits = [0; 5];
-        let mut rest = number;
         for digit in digits.iter_mut().rev() {
-            *digit = u8::try_from(rest % 10).ok().filter(|d| *d <= 2)?;
+            *digit = (rest % 10) as u8;
             rest /= 10;
         }
-        Some(Self { digits })
+        Some(Self { digits }).filter(|config| rest == 0 && config.is_valid())
     }
 
     /// The number of five digits, shoulder first.
     #[must_use]
     pub fn number(&self) -> i64 {
-        self.digits
-            .iter()
-            .fold(0, |number, digit| number * 10 + i64::from(*digit))
+        let digits = self.digits.iter();
+        digits.fold(0, |number, digit| number * 10 + i64::from(*digit))
     }
 
     /// The configuration a program writes as `number` on this arm: five digits, or 0, 1, 2 on a SCARA.
@@ -184,10 +180,8 @@ impl Configuration {
         match arm {
             Arm::SixAxis => Self::from_number(number),
             Arm::Scara => {
-                let digit = u8::try_from(number).ok().filter(|digit| *digit <= 2)?;
-                Some(Self {
-                    digits: [digit, 0, 0, 0, 0],
-                })
+                let digits = [u8::try_from(number).ok()?, 0, 0, 0, 0];
+                Some(Self { digits }).filter(|config| config.is_valid())
             }
         }
     }
@@ -201,10 +195,9 @@ impl Configuration {
         }
     }
 
-    /// `true` when no digit is defined (`FREE`): the arm keeps its present posture.
-    #[must_use]
-    pub fn is_undefined(&self) -> bool {
-        self.digits == [0; 5]
+    /// Whether each digit is one that the arm has: 0, 1 or 2.
+    pub(crate) fn is_valid(self) -> bool {
+        self.digits.iter().all(|digit| *digit <= 2)
     }
 }
 
@@ -217,7 +210,11 @@ pub struct Position {
     /// The posture; undefined = keep the present one.
     pub config: Configuration,
     /// The coordinate system the position refers to, from a `WORK` line of DATA (DATA-09); `None` = the current one.
-    #[cfg_attr(feature = "serde", serde(with = "shared"))]
+    // A frame that several positions share is written with each; without this the field could be left out.
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "serde::Deserialize::deserialize")
+    )]
     pub work: Option<Arc<Frame>>,
 }
 
@@ -279,10 +276,8 @@ impl Trans {
     /// The numbers of MR, MW and DATA: `X Y Z A B C`, on a SCARA `X Y Z C`.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
-        Self::order(arm)
-            .iter()
-            .filter_map(|at| self.coords.get(*at).copied())
-            .collect()
+        let order = Self::order(arm).iter();
+        order.filter_map(|at| self.coords.get(*at).copied()).collect()
     }
 
     /// The opposite of [`Trans::listed`]; `None` for a wrong count.
@@ -348,23 +343,6 @@ impl Payload {
             gravity: [next(), next(), next()],
             size: [next(), next(), next()],
         }
-    }
-}
-
-/// A frame that several positions share is written down with each.
-#[cfg(feature = "serde")]
-mod shared {
-    use alloc::sync::Arc;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::Frame;
-
-    pub fn serialize<S: Serializer>(frame: &Option<Arc<Frame>>, to: S) -> Result<S::Ok, S::Error> {
-        frame.as_deref().serialize(to)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<Frame>>, D::Error> {
-        Ok(Option::<Frame>::deserialize(from)?.map(Arc::new))
     }
 }
 

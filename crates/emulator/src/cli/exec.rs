@@ -6,7 +6,7 @@
 
 use super::guard::Guard;
 use super::junit_stub;
-use super::serve::{RunOutputs, check_outputs, fail};
+use super::serve::{check_outputs, fail, serve_until};
 use crate::config::args::PortSource;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
@@ -66,10 +66,8 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
     match exec(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let code = match error
-                .downcast_ref::<CommandError>()
-                .map(|error| error.reason.kind())
-            {
+            let command = error.downcast_ref::<CommandError>();
+            let code = match command.map(|error| error.reason.kind()) {
                 None => EMULATOR_FAILED,
                 Some(io::ErrorKind::NotFound) => NOT_FOUND,
                 Some(_) => NOT_EXECUTABLE,
@@ -116,12 +114,11 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
         watched.context("the guard of the command has ended")?;
         let mut status = None;
-        let served = RunOutputs::begin(&settings, &mut launched);
-        let controller = launched
-            .run(async { status = Some(signals.forward_until_exit(&mut child).await) })
-            .await;
-        drop(guard);
-        let failed = served.finish(&args, &settings, &controller)? != 0;
+        let stop = async {
+            status = Some(signals.forward_until_exit(&mut child).await);
+            drop(guard);
+        };
+        let failed = serve_until(stop, launched, &args, &settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })
@@ -230,7 +227,7 @@ impl Signals {
     }
 
     /// Waits for the end of the command; Ctrl-C has reached it too.
-    async fn pass_on(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
         loop {
             tokio::select! {
                 status = child.wait() => return status,

@@ -139,7 +139,7 @@ fn descendants(_: i32) -> Vec<i32> {
 }
 
 #[cfg(windows)]
-struct Watched(u32);
+struct WatchedProcess(u32);
 
 #[cfg(windows)]
 impl WatchedProcess {
@@ -147,7 +147,7 @@ impl WatchedProcess {
         WatchedProcess(process)
     }
 
-    fn end(self) {
+    fn kill(self) {
         let id = self.0.to_string();
         // It may have ended just now.
         let _ = Command::new("taskkill").args(["/T", "/F", "/PID", &id]).status();

@@ -16,12 +16,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use tracing::{error, info, warn};
 use ts3100_control::printable::printable;
-use ts3100_controller::Controller;
 use ts3100_driver::files;
 use ts3100_driver::snapshot;
 use ts3100_recording::faults;
-use ts3100_recording::reports::{ReportOutcome, RunRecord};
-use ts3100_recording::scenario::{Play, ScenarioOutcome};
+use ts3100_recording::reports::ReportOutcome;
+use ts3100_recording::scenario::ScenarioOutcome;
 
 /// Exit code when an expectation of the scenario was not met.
 const SCENARIO_FAILED: u8 = 5;
@@ -79,9 +78,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             let demo = launched.has_demo;
             eprint!("{}", ready::banner(&settings, ports, &serial, control, demo));
         }
-        let served = RunOutputs::begin(&settings, &mut launched);
-        let controller = launched.run(stop).await;
-        let code = served.finish(&args, &settings, &controller)?;
+        let code = serve_until(stop, launched, &args, &settings).await?;
         info!("ended");
         Ok(code)
     })
@@ -92,63 +89,52 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
 pub(super) fn check_outputs(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
     settings.reports.prepare()?;
     faults::prepare(&settings.report)?;
-    if let Some(path) = &args.junit {
-        files::replace(path, junit_stub::document(junit_stub::NOT_FINISHED).as_bytes())
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    write_junit(args, &junit_stub::document(junit_stub::NOT_FINISHED))?;
     if let Some(path) = &args.snapshot_on_exit {
         snapshot::check_target(path)?;
     }
     Ok(())
 }
 
-/// What is recorded while an emulator is served, and written at its end; `exec` does the same.
-pub(super) struct RunOutputs {
-    play: Option<Play>,
-    evidence: RunRecord,
+/// Writes the JUnit report, where one was asked for.
+fn write_junit(args: &ServeArgs, document: &str) -> anyhow::Result<()> {
+    args.junit.as_ref().map_or(Ok(()), |path| {
+        let written = files::replace(path, document.as_bytes());
+        written.with_context(|| format!("cannot write {}", path.display()))
+    })
 }
 
-impl RunOutputs {
-    /// From now on.
-    pub(super) fn begin(settings: &Settings, launched: &mut Launched) -> RunOutputs {
-        RunOutputs {
-            play: launched.start_scenario(settings),
-            evidence: launched.run_record.clone(),
-        }
+/// Serves until `stop` completes, then writes all that was asked for; the exit code that follows from it. `exec` does
+/// the same.
+pub(super) async fn serve_until(
+    stop: impl Future<Output = ()>,
+    mut launched: Launched,
+    args: &ServeArgs,
+    settings: &Settings,
+) -> anyhow::Result<u8> {
+    let play = launched.start_scenario(settings);
+    let record = launched.run_record.clone();
+    let controller = launched.run(stop).await;
+    if let Some(path) = &args.snapshot_on_exit {
+        snapshot::write(path, &controller)?;
     }
-
-    /// Writes everything; the exit code that follows from it.
-    pub(super) fn finish(
-        self,
-        args: &ServeArgs,
-        settings: &Settings,
-        controller: &Controller,
-    ) -> anyhow::Result<u8> {
-        if let Some(path) = &args.snapshot_on_exit {
-            snapshot::write(path, controller)?;
-        }
-        let ending = settings
-            .reports
-            .write_all(&self.evidence, controller, &settings.load)?;
-        faults::write(&settings.report, controller.faults(), &self.evidence.fault_log())?;
-        log_failures(&ending);
-        let failed = match self.play {
-            Some(play) => report_scenario(&play.outcome(controller.now()), args)?,
-            None => false,
-        };
-        Ok(match ending.exit_code() {
-            0 if failed => SCENARIO_FAILED,
-            code => code,
-        })
-    }
+    let reports = &settings.reports;
+    let ending = reports.write_all(&record, &controller, &settings.load)?;
+    faults::write(&settings.report, controller.faults(), &record.fault_log())?;
+    log_failures(&ending);
+    let failed = match play {
+        Some(play) => report_scenario(&play.outcome(controller.now()), args)?,
+        None => false,
+    };
+    Ok(match ending.exit_code() {
+        0 if failed => SCENARIO_FAILED,
+        code => code,
+    })
 }
 
 /// The results of a scenario; whether it has failed.
 fn report_scenario(outcome: &ScenarioOutcome, args: &ServeArgs) -> anyhow::Result<bool> {
-    if let Some(path) = &args.junit {
-        files::replace(path, outcome.junit().as_bytes())
-            .with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    write_junit(args, &outcome.junit())?;
     for failure in outcome.failures() {
         error!(event = "scenario-failed", "scenario: {failure}");
     }

@@ -7,7 +7,7 @@ use crate::config::args::{LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
 use crate::ready;
-use anyhow::{Context as _, anyhow};
+use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
@@ -129,7 +129,7 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
                 .ok_or_else(|| anyhow!("--port-offset {}: the ports exceed 65535", args.port_offset))?,
         };
         if routes.iter().any(|route| route.port == channel.port) {
-            return Err(anyhow!("--channels: {} is given twice", channel.port));
+            bail!("--channels: {} is given twice", channel.port);
         }
         let route = Route {
             port: channel.port,
@@ -145,18 +145,16 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
             },
         };
         if own != 0 && route.listen == route.controller {
-            return Err(anyhow!(
+            bail!(
                 "{}: the tap would dial itself at {}; give --port-offset or --listen",
                 channel.port,
                 route.controller
-            ));
+            );
         }
         routes.push(route);
     }
     if !(args.connect_timeout > 0.0 && args.connect_timeout <= MAX_WAIT) {
-        return Err(anyhow!(
-            "--connect-timeout: expected seconds, more than 0 and at most {MAX_WAIT}"
-        ));
+        bail!("--connect-timeout: expected seconds, more than 0 and at most {MAX_WAIT}");
     }
     Ok(TapSettings {
         routes,

@@ -58,9 +58,7 @@ impl LogWriter {
             callsite: None,
         }
     }
-}
 
-impl LogWriter {
     /// The line with control characters spelled out. Further lines of a message are indented, so that none looks like a
     /// log line of its own; in JSON line feeds are escaped already.
     fn escaped(&self, line: &[u8]) -> Vec<u8> {

@@ -38,10 +38,9 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
 pub(crate) fn plain(steps: &[Step]) -> Code {
     let mut code = Code::default();
     for (number, step) in (0..).zip(steps) {
-        let op = if matches!(step.operation, Operation::Return) {
-            Op::Return
-        } else {
-            Op::Step
+        let op = match step.operation == Operation::Return {
+            true => Op::Return,
+            false => Op::Step,
         };
         let cost = u8::from(step.head);
         code.entries.push(number);
@@ -58,13 +57,9 @@ fn resolve(code: &mut Code) {
     let entry = |step: &mut Target| *step = entries.get(*step as usize).copied().unwrap_or(end);
     for instruction in &mut code.instructions {
         if let Op::Jump(target)
-        | Op::Next { body: target, .. }
-        | Op::Branch {
-            otherwise: target, ..
-        }
-        | Op::Truth {
-            otherwise: target, ..
-        } = &mut instruction.op
+        | Op::Next { target, .. }
+        | Op::Branch { target, .. }
+        | Op::Truth { target, .. } = &mut instruction.op
         {
             entry(target);
         }
@@ -159,29 +154,27 @@ impl Lowering<'_> {
             }
             Reference::Parameter(parameter) => {
                 let a = self.register(value)?;
-                self.push(Op::Put {
-                    parameter: narrow(parameter)?,
-                    a,
-                });
+                let parameter = narrow(parameter)?;
+                self.push(Op::Put { parameter, a });
                 Some(())
             }
             Reference::Unresolved => None,
         }
     }
 
-    fn branch(&mut self, condition: &Expression, otherwise: Target) -> Option<()> {
-        if let Node::Binary(Binary::Relation(relation), left, right) = &condition.node {
-            let (a, b) = (self.register(left)?, self.register(right)?);
-            self.push(Op::Branch {
+    fn branch(&mut self, condition: &Expression, target: Target) -> Option<()> {
+        let op = if let Node::Binary(Binary::Relation(relation), left, right) = &condition.node {
+            Op::Branch {
                 relation: *relation,
-                a,
-                b,
-                otherwise,
-            });
-            return Some(());
-        }
-        let a = self.register(condition)?;
-        self.push(Op::Truth { a, otherwise });
+                a: self.register(left)?,
+                b: self.register(right)?,
+                target,
+            }
+        } else {
+            let a = self.register(condition)?;
+            Op::Truth { a, target }
+        };
+        self.push(op);
         Some(())
     }
 
@@ -193,17 +186,15 @@ impl Lowering<'_> {
         self.push(Op::Next {
             variable,
             opener: wide(opener),
-            body: wide(opener + 1),
+            target: wide(opener + 1),
         });
         Some(())
     }
 
     fn call(&mut self, block: usize, arguments: &[Expression]) -> Option<()> {
         let entry = wide(self.blocks.get(block)?.step);
-        let arguments = arguments
-            .iter()
-            .map(|argument| self.passed(argument))
-            .collect::<Option<_>>()?;
+        let arguments = arguments.iter().map(|argument| self.passed(argument));
+        let arguments = arguments.collect::<Option<_>>()?;
         self.push(Op::Call(wide(self.code.calls.len())));
         self.code.calls.push(Call {
             arguments,
@@ -245,23 +236,17 @@ impl Lowering<'_> {
     fn compute(&mut self, expression: &Expression, to: Option<Register>) -> Option<Register> {
         if expression.is_constant() {
             let a = self.register(expression)?;
-            let to = self.target(to)?;
-            self.push(Op::Copy { to, a });
-            return Some(to);
+            return self.result(to, |to| Op::Copy { to, a });
         }
         match &expression.node {
             Node::Variable(variable) => self.variable(variable, to),
             Node::Unary(operator, of) => {
-                let a = self.register(of)?;
-                let to = self.target(to)?;
-                let operator = *operator;
-                self.push(Op::Unary { operator, to, a });
-                Some(to)
+                let (operator, a) = (*operator, self.register(of)?);
+                self.result(to, |to| Op::Unary { operator, to, a })
             }
             Node::Binary(operator, left, right) => {
                 let (a, b) = (self.register(left)?, self.register(right)?);
-                let to = self.target(to)?;
-                self.push(match *operator {
+                self.result(to, |to| match *operator {
                     Binary::Add => Op::Add { to, a, b },
                     Binary::Subtract => Op::Subtract { to, a, b },
                     Binary::Multiply => Op::Multiply { to, a, b },
@@ -271,61 +256,41 @@ impl Lowering<'_> {
                     | Binary::Divide
                     | Binary::Modulo
                     | Binary::Power) => Op::Binary { operator, to, a, b },
-                });
-                Some(to)
+                })
             }
-            Node::Function(builtin, arguments) => self.function(*builtin, arguments, to),
-            Node::Literal(_) | Node::Component(..) | Node::System(_) => None,
+            Node::Function(Builtin::Numeric(function), arguments) => {
+                let a = self.register(arguments.first()?)?;
+                let b = arguments.get(1).map_or(Some(a), |second| self.register(second))?;
+                let function = *function;
+                self.result(to, |to| Op::Function { function, to, a, b })
+            }
+            Node::Function(..) | Node::Literal(_) | Node::Component(..) | Node::System(_) => None,
         }
+    }
+
+    /// Writes an instruction with its result to `to`, or to a temporary.
+    fn result(&mut self, to: Option<Register>, op: impl FnOnce(Register) -> Op) -> Option<Register> {
+        let to = to.or_else(|| self.temporary())?;
+        self.push(op(to));
+        Some(to)
     }
 
     fn variable(&mut self, variable: &Variable, to: Option<Register>) -> Option<Register> {
         match variable.reference {
             Reference::Slot { .. } if variable.subscripts.is_empty() => {
                 let a = self.plain(variable)?;
-                let to = self.target(to)?;
-                self.push(Op::Copy { to, a });
-                Some(to)
+                self.result(to, |to| Op::Copy { to, a })
             }
             Reference::Slot { .. } => {
                 let (array, index) = self.element(variable)?;
-                let to = self.target(to)?;
-                self.push(Op::Load { to, array, index });
-                Some(to)
+                self.result(to, |to| Op::Load { to, array, index })
             }
             Reference::Parameter(parameter) => {
-                let to = self.target(to)?;
                 let parameter = narrow(parameter)?;
-                self.push(Op::Fetch { to, parameter });
-                Some(to)
+                self.result(to, |to| Op::Fetch { to, parameter })
             }
             Reference::Unresolved => None,
         }
-    }
-
-    fn function(
-        &mut self,
-        builtin: Builtin,
-        arguments: &[Expression],
-        to: Option<Register>,
-    ) -> Option<Register> {
-        let Builtin::Numeric(function) = builtin else {
-            return None;
-        };
-        let (first, second) = match arguments {
-            [only] => (only, only),
-            [first, second] => (first, second),
-            _ => return None,
-        };
-        let a = self.register(first)?;
-        let b = if arguments.len() == 2 {
-            self.register(second)?
-        } else {
-            a
-        };
-        let to = self.target(to)?;
-        self.push(Op::Function { function, to, a, b });
-        Some(to)
     }
 
     /// A plain variable that can hold a number.
@@ -364,29 +329,23 @@ impl Lowering<'_> {
             [only] => Some((array, self.register(only)?)),
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
-                let to = self.target(None)?;
-                self.push(Op::Flatten {
+                let flat = |to| Op::Flatten {
                     to,
                     a,
                     b,
                     row,
                     length,
-                });
-                Some((array, to))
+                };
+                Some((array, self.result(None, flat)?))
             }
             _ => None,
         }
     }
 
-    fn target(&mut self, to: Option<Register>) -> Option<Register> {
-        if to.is_some() {
-            return to;
-        }
-        if self.temporaries >= TEMPORARIES {
-            return None;
-        }
+    fn temporary(&mut self) -> Option<Register> {
+        let number = Some(self.temporaries).filter(|number| *number < TEMPORARIES)?;
         self.temporaries += 1;
-        narrow(self.symbols.cells + self.temporaries - 1)
+        narrow(self.symbols.cells + number)
     }
 
     fn constant(&mut self, number: Number) -> Option<Register> {

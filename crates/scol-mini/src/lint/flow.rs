@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign};
-use crate::outline::{Part, Row, sign, word};
+use crate::outline::{Part, Row, word};
 use crate::sink::Sink;
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
@@ -31,7 +31,7 @@ fn span(row: &Row) -> Span {
 /// `true` when nothing after this statement is executed.
 fn leaves(segment: &[Lexeme]) -> bool {
     match word(segment.first()) {
-        "GOTO" => sign(segment.get(1)) != Some(Sign::Open),
+        "GOTO" => !segment.get(1).is_some_and(|lexeme| lexeme.is(Sign::Open)),
         "RETURN" => true,
         _ => false,
     }
@@ -49,9 +49,8 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
             continue;
         }
         let Some((line, by)) = left else {
-            left = leaving(row)
-                .filter(|_| !broken.contains(&row.line.number))
-                .map(|by| (row.line.number, by));
+            let leaving = leaving(row).filter(|_| !broken.contains(&row.line.number));
+            left = leaving.map(|by| (row.line.number, by));
             continue;
         };
         if !reported {
@@ -68,10 +67,8 @@ fn leaving(row: &Row) -> Option<&str> {
     let segments: Vec<&[Lexeme]> = row.segments().collect();
     match segments.as_slice() {
         [only] if leaves(only) => Some(word(only.first())),
-        [condition, then, otherwise]
-            if word(condition.first()) == "IF" && leaves(then) && leaves(otherwise) =>
-        {
-            Some(word(then.first()))
+        [condition, then, otherwise] if leaves(then) && leaves(otherwise) => {
+            Some(word(then.first())).filter(|_| word(condition.first()) == "IF")
         }
         _ => None,
     }
@@ -98,9 +95,7 @@ fn overtaking(part: &Part, sink: &mut Sink) {
                         "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
                     ));
                 }
-            } else if !segment.iter().any(|l| sign(Some(l)) == Some(Sign::Assign)) && head != "IF"
-                || head == "FOR"
-            {
+            } else if head == "FOR" || head != "IF" && !segment.iter().any(|l| l.is(Sign::Assign)) {
                 moving = None;
             }
         }
@@ -126,8 +121,7 @@ fn loops(part: &Part, sink: &mut Sink) {
         for segment in row.segments() {
             changed(segment, &open, sink);
             if word(segment.first()) == "GOTO" {
-                let named = targets(segment).map(|(label, span)| (label, span, open.clone()));
-                jumps.extend(named);
+                jumps.extend(targets(segment).map(|(label, span)| (label, span, open.clone())));
             }
         }
         if row.head() == "FOR" && open.len() < crate::MAX_FOR_NESTING {
@@ -140,17 +134,9 @@ fn loops(part: &Part, sink: &mut Sink) {
         }
     }
     for (label, span, from) in jumps {
-        let inside = labels
-            .get(label)
-            .and_then(|stack| stack.get(from.len().min(stack.len())..));
-        let around = labels.get(label).map_or(&[][..], Vec::as_slice);
-        let entered = around
-            .iter()
-            .enumerate()
-            .find(|(depth, known)| from.get(*depth) != Some(known))
-            .map(|(_, known)| known)
-            .or_else(|| inside.and_then(|rest| rest.first()));
-        if let Some(entered) = entered {
+        let mut around = labels.get(label).into_iter().flatten().enumerate();
+        let entered = around.find(|(depth, known)| from.get(*depth) != Some(known));
+        if let Some((_, entered)) = entered {
             let message = format!(
                 "this jumps into the FOR {} loop of line {}, whose NEXT then finds no FOR that was begun",
                 entered.variable, entered.line
@@ -163,34 +149,27 @@ fn loops(part: &Part, sink: &mut Sink) {
 
 /// The labels of a GOTO.
 pub(super) fn targets(segment: &[Lexeme]) -> impl Iterator<Item = (&str, Span)> {
-    let close = segment.iter().rposition(|l| sign(Some(l)) == Some(Sign::Close));
-    segment
-        .get(close.map_or(1, |at| at + 1)..)
-        .unwrap_or_default()
-        .iter()
-        .map(|lexeme| (word(Some(lexeme)), lexeme.span))
-        .filter(|(label, _)| !label.is_empty())
+    let close = segment.iter().rposition(|lexeme| lexeme.is(Sign::Close));
+    let list = segment.get(close.map_or(1, |at| at + 1)..).unwrap_or_default();
+    let words = list.iter().filter(|lexeme| !lexeme.word().is_empty());
+    words.map(|lexeme| (lexeme.word(), lexeme.span))
 }
 
 /// W0608: the variable of an open loop gets a value by other means.
 fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
-    let head = word(segment.first());
-    let targets: Vec<&Lexeme> = match head {
-        "INPUT" => segment.iter().skip(1).collect(),
-        "FOR" => segment.iter().skip(1).take(1).collect(),
-        _ if sign(segment.get(1)) == Some(Sign::Assign) => segment.iter().take(1).collect(),
+    let targets = match word(segment.first()) {
+        "INPUT" => segment.get(1..),
+        "FOR" => segment.get(1..2),
+        _ if segment.get(1).is_some_and(|lexeme| lexeme.is(Sign::Assign)) => segment.get(..1),
         _ => return,
     };
-    for lexeme in targets {
-        let name = word(Some(lexeme));
-        if let Some(around) = open
+    for lexeme in targets.unwrap_or_default() {
+        let name = lexeme.word();
+        let around = open
             .iter()
-            .find(|around| around.variable == name && !name.is_empty())
-        {
-            let message = format!(
-                "{name} is changed in the FOR loop of line {} that counts it",
-                around.line
-            );
+            .find(|around| around.variable == name && !name.is_empty());
+        if let Some(Loop { line, .. }) = around {
+            let message = format!("{name} is changed in the FOR loop of line {line} that counts it");
             let problem = Problem::new("W0608", lexeme.span, message);
             sink.warning(problem.help("use another variable: this one decides how often the loop runs"));
         }

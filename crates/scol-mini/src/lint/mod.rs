@@ -32,31 +32,26 @@ pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[Taug
     if source.len() > MAX_SOURCE {
         return compilation;
     }
-    let clean = !compilation
-        .diagnostics
-        .iter()
-        .any(|d| d.severity == Severity::Error);
-    let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
-    let broken = compilation
+    let errors = compilation
         .diagnostics
         .iter()
         .filter(|d| d.severity == Severity::Error);
-    let broken = broken.map(|d| d.line).collect();
-    let warnings = warnings(source, options, clean, &broken);
+    let warnings = warnings(source, options, &errors.map(|d| d.line).collect());
+    let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
     compilation.diagnostics.extend(warnings.into_iter().take(room));
     compilation.diagnostics.sort_by_key(|d| (d.line, d.column));
     compilation
 }
 
 /// `broken` are the lines with errors.
-fn warnings(source: &str, options: &LanguageOptions, clean: bool, broken: &BTreeSet<u32>) -> Vec<Diagnostic> {
+fn warnings(source: &str, options: &LanguageOptions, broken: &BTreeSet<u32>) -> Vec<Diagnostic> {
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
     for part in &outline.parts {
         flow::lint(part, broken, &mut sink);
         values::lint(part, options, &mut sink);
     }
-    names::lint(&outline, options.arm, clean, &mut sink);
+    names::lint(&outline, options.arm, broken.is_empty(), &mut sink);
     sink.finish()
 }
 
@@ -65,7 +60,7 @@ mod tests {
     use super::*;
 
     fn codes(source: &str) -> Vec<&'static str> {
-        let list = warnings(source, &LanguageOptions::default(), true, &BTreeSet::new());
+        let list = warnings(source, &LanguageOptions::default(), &BTreeSet::new());
         list.iter().map(|d| d.code).collect()
     }
 

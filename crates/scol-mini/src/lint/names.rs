@@ -5,13 +5,14 @@
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::flow::targets;
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
-use crate::outline::{Outline, Part, Row, names, sign, word};
+use crate::outline::{Outline, Part, Row, names, word};
 use crate::sink::Sink;
 use crate::suggest::CHANNELS;
 
@@ -31,11 +32,11 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     let mut shared = outline.shared();
     let mut known: BTreeSet<&str> = BTreeSet::new();
     let mut called: BTreeSet<&str> = BTreeSet::new();
-    let parts: alloc::vec::Vec<(&Part, Uses<'_>)> = outline
+    let parts = outline
         .parts
         .iter()
-        .map(|part| (part, Uses::from_part(part, arm)))
-        .collect();
+        .map(|part| (part, Uses::from_part(part, arm)));
+    let parts: Vec<(&Part, Uses<'_>)> = parts.collect();
     let valued = valued(outline, &parts);
     for (part, uses) in &parts {
         uninitialised(part, uses, &valued, sink);
@@ -77,16 +78,12 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
 
 /// Shared names that have a value from the file or from some program.
 fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a str> {
-    let mut names: BTreeSet<&str> = outline
-        .data
-        .iter()
-        .filter_map(Row::datum)
-        .map(|(name, _)| name)
-        .collect();
+    let data = outline.data.iter().filter_map(Row::datum);
+    let mut names: BTreeSet<&str> = data.map(|(name, _)| name).collect();
     let globals = outline.globals.iter();
     let initialized = globals.filter(|row| row.head() == "DIM" || row.body.len() > 1);
     for row in initialized {
-        names.extend(row.body.iter().map(|lexeme| word(Some(lexeme))));
+        names.extend(row.body.iter().map(Lexeme::word));
     }
     let shared = outline.shared();
     for (_, uses) in parts {
@@ -97,19 +94,17 @@ fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a
 
 /// W0602: INPUT into a variable whose kind nothing has fixed.
 fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &mut Sink) {
-    let dims: BTreeSet<&str> = part.dims().map(|(name, _)| name).collect();
     for (name, span) in &uses.input {
         let has_value = uses.assigned.contains_key(name)
             || valued.contains(name)
-            || dims.contains(name)
-            || part.parameters.iter().any(|parameter| parameter == name);
+            || part.dims().any(|(dim, _)| dim == *name)
+            || part.has_parameter(name);
         if !has_value {
             let message = format!("{name} gets its kind from what the peer happens to send first");
             let problem = Problem::new("W0602", *span, message);
-            let help = if CHANNELS.contains(name) {
-                String::from("it is no channel of a program: those are TP, COM1, IP1 and IP2")
-            } else {
-                format!("give it a value before: {name} = 0 or {name} = 0.0")
+            let help = match CHANNELS.contains(name) {
+                true => String::from("it is no channel of a program: those are TP, COM1, IP1 and IP2"),
+                false => format!("give it a value before: {name} = 0 or {name} = 0.0"),
             };
             sink.warning(problem.help(help));
         }
@@ -129,9 +124,7 @@ fn labels(part: &Part, uses: &Uses<'_>, sink: &mut Sink) {
 /// W0605.
 fn unread(part: &Part, uses: &Uses<'_>, shared: &BTreeMap<&str, Span>, sink: &mut Sink) {
     for (name, span) in &uses.assigned {
-        let known = uses.used.contains(name)
-            || shared.contains_key(name)
-            || part.parameters.iter().any(|parameter| parameter == name);
+        let known = uses.used.contains(name) || shared.contains_key(name) || part.has_parameter(name);
         if !known {
             let message = format!("{name} is given a value that nothing reads");
             let problem = Problem::new("W0605", *span, message);
@@ -155,44 +148,33 @@ impl<'a> Uses<'a> {
         let head = word(segment.first());
         self.tasks(segment);
         match head {
-            "GOTO" => {
-                self.labels.extend(targets(segment).map(|(label, _)| label));
-                self.used.extend(names(segment, arm).map(|(name, _)| name));
-            }
-            "NEXT" => {}
+            "NEXT" | "" => return,
+            "GOTO" => self.labels.extend(targets(segment).map(|(label, _)| label)),
             "INPUT" => {
                 for (name, span) in names(segment, arm) {
                     self.input.entry(name).or_insert(span);
-                    self.used.insert(name);
                 }
             }
-            "" => {}
             "FOR" => {
-                let name = word(segment.get(1));
                 if let Some(lexeme) = segment.get(1) {
-                    self.assigned.entry(name).or_insert(lexeme.span);
+                    self.assigned.entry(lexeme.word()).or_insert(lexeme.span);
                 }
-                self.used.extend(names(segment, arm).map(|(name, _)| name));
             }
-            _ if builtin::is_reserved(head, arm) => {
-                self.used.extend(names(segment, arm).map(|(name, _)| name));
-            }
-            _ => self.named(head, segment, arm),
+            _ if builtin::is_reserved(head, arm) => {}
+            _ => return self.named(head, segment, arm),
         }
+        self.used.extend(names(segment, arm).map(|(name, _)| name));
     }
 
     /// An assignment or a call.
     fn named(&mut self, head: &'a str, segment: &'a [Lexeme], arm: Arm) {
-        let equals = segment
-            .iter()
-            .position(|lexeme| sign(Some(lexeme)) == Some(Sign::Assign));
-        let rest = names(segment, arm).skip(1).map(|(name, _)| name);
-        self.used.extend(rest);
-        match (equals, segment.first()) {
-            (Some(_), Some(first)) => {
+        self.used
+            .extend(names(segment, arm).skip(1).map(|(name, _)| name));
+        match segment.first() {
+            Some(first) if segment.iter().any(|lexeme| lexeme.is(Sign::Assign)) => {
                 self.assigned.entry(head).or_insert(first.span);
                 // The id of a task is of use to KILL alone.
-                if segment.iter().any(|lexeme| word(Some(lexeme)) == "TASK") {
+                if segment.iter().any(|lexeme| lexeme.word() == "TASK") {
                     self.used.insert(head);
                 }
             }
@@ -209,7 +191,7 @@ impl<'a> Uses<'a> {
     fn tasks(&mut self, segment: &'a [Lexeme]) {
         for pair in segment.windows(3) {
             if let [task, _, name] = pair
-                && word(Some(task)) == "TASK"
+                && task.word() == "TASK"
                 && let Token::Text(name) = &name.token
             {
                 // Blanks within the name do not count (scol.md 3.7).

@@ -19,17 +19,16 @@ pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
         percentages(&row.body, sink);
         for segment in row.segments() {
             if let [target, equals, value] = segment
-                && sign(Some(equals)) == Some(Sign::Assign)
+                && equals.is(Sign::Assign)
             {
-                let name = word(Some(target));
+                let name = target.word();
                 if let Token::Real(real) = value.token {
                     truncated(name, real, value, &integers, sink);
                 } else {
                     // 0: it began as something else.
                     let integer = matches!(value.token, Token::Integer(_));
-                    integers
-                        .entry(name)
-                        .or_insert(if integer { row.line.number } else { 0 });
+                    let line = if integer { row.line.number } else { 0 };
+                    integers.entry(name).or_insert(line);
                 }
             }
         }
@@ -52,7 +51,7 @@ fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u3
 fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
     for (at, window) in tokens.windows(3).enumerate() {
         let [left, slash, right] = window else { continue };
-        if sign(Some(slash)) != Some(Sign::Slash) {
+        if !slash.is(Sign::Slash) {
             continue;
         }
         if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
@@ -81,8 +80,8 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
 fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
     for window in tokens.windows(3) {
         let [name, equals, value] = window else { continue };
-        let condition = word(Some(name));
-        if !matches!(condition, "SPEED" | "ACCEL" | "DECEL") || sign(Some(equals)) != Some(Sign::Assign) {
+        let condition = name.word();
+        if !matches!(condition, "SPEED" | "ACCEL" | "DECEL") || !equals.is(Sign::Assign) {
             continue;
         }
         let outside = match value.token {

@@ -89,10 +89,9 @@ impl Machine {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
             };
-            let Some(step) = program.steps.get(monitor.on) else {
-                continue;
-            };
-            let Operation::On { condition, jump, .. } = &step.operation else {
+            let step = program.steps.get(monitor.on);
+            let operation = step.map(|step| (step.line, &step.operation));
+            let Some((line, Operation::On { condition, jump, .. })) = operation else {
                 continue;
             };
             match self.context(&world).truth(condition) {
@@ -109,7 +108,7 @@ impl Machine {
                     self.monitors.remove(index);
                     return Err(Fault {
                         kind: error.kind,
-                        line: step.line,
+                        line,
                         message: error.message,
                     });
                 }

@@ -3,6 +3,7 @@
 //! The variables are validated in `memory::snapshot`.
 
 use alloc::sync::Arc;
+use core::ops::RangeInclusive;
 
 use super::arithmetic::double;
 use super::place::{Argument, ValuePlace};
@@ -12,6 +13,9 @@ use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, expect};
 use crate::{MAX_CALL_NESTING, MAX_MONITORS};
+
+/// How many calls there are, the main program counted.
+const DEPTH: RangeInclusive<usize> = 1..=MAX_CALL_NESTING + 1;
 
 impl Machine {
     /// Gives a machine that was read back its program; it goes on where the one that was written was.
@@ -29,21 +33,14 @@ impl Machine {
         for open in &self.loops {
             check_loop(open, &program)?;
         }
-        expect(
-            self.monitors.len() <= MAX_MONITORS,
-            "no more monitors than a task has",
-        )?;
+        let few = self.monitors.len() <= MAX_MONITORS;
+        expect(few, "no more monitors than a task has")?;
         for monitor in &self.monitors {
             let on = program.steps.get(monitor.on).map(|step| &step.operation);
-            expect(
-                matches!(on, Some(Operation::On { .. })),
-                "monitors that an ON began",
-            )?;
-            let depth = 1..=MAX_CALL_NESTING + 1;
-            expect(
-                depth.contains(&monitor.depth),
-                "monitors of programs that were called",
-            )?;
+            let begun = matches!(on, Some(Operation::On { .. }));
+            expect(begun, "monitors that an ON began")?;
+            let called = DEPTH.contains(&monitor.depth);
+            expect(called, "monitors of programs that were called")?;
         }
         if let RunPhase::Requested(pending) = &self.state {
             expect(self.at < steps, "a statement that asks")?;
@@ -55,16 +52,13 @@ impl Machine {
 
     /// The frames divide the arguments and the loops among them in their order.
     fn check_frames(&self, steps: usize) -> Result<(), RestoreError> {
-        let depth = 1..=MAX_CALL_NESTING + 1;
-        expect(depth.contains(&self.frames.len()), "calls as deep as they can be")?;
+        expect(DEPTH.contains(&self.frames.len()), "calls as deep as they can be")?;
         let (mut arguments, mut loops) = (0, 0);
         for frame in &self.frames {
             expect(frame.return_to <= steps, "returns to steps of the program")?;
-            expect(
-                (arguments..=self.arguments.len()).contains(&frame.arguments)
-                    && (loops..=self.loops.len()).contains(&frame.loops),
-                "arguments and loops in the order of the calls",
-            )?;
+            let in_order = (arguments..=self.arguments.len()).contains(&frame.arguments)
+                && (loops..=self.loops.len()).contains(&frame.loops);
+            expect(in_order, "arguments and loops in the order of the calls")?;
             (arguments, loops) = (frame.arguments, frame.loops);
         }
         Ok(())
@@ -73,11 +67,10 @@ impl Machine {
 
 fn check_place(place: ValuePlace, program: &Program, arguments: usize) -> Result<(), RestoreError> {
     let exists = match place {
-        ValuePlace::Cell { slot, cell } => program
-            .symbols
-            .slots
-            .get(slot)
-            .is_some_and(|slot| (slot.base..slot.base + slot.length()).contains(&cell)),
+        ValuePlace::Cell { slot, cell } => {
+            let slot = program.symbols.slots.get(slot);
+            slot.is_some_and(|slot| (slot.base..slot.base + slot.length()).contains(&cell))
+        }
         ValuePlace::Argument(at) => at < arguments,
     };
     expect(exists, "variables of the program")
@@ -97,15 +90,11 @@ fn check_argument(argument: &Argument, program: &Program, arguments: usize) -> R
 
 fn check_loop(open: &Loop, program: &Program) -> Result<(), RestoreError> {
     let opener = program.steps.get(open.opener).map(|step| &step.operation);
-    expect(
-        matches!(opener, Some(Operation::For { exit, .. }) if *exit == open.exit),
-        "loops that a FOR began",
-    )?;
+    let begun = matches!(opener, Some(Operation::For { exit, .. }) if *exit == open.exit);
+    expect(begun, "loops that a FOR began")?;
     let (limit, step) = (double(open.limit), double(open.step));
-    expect(
-        limit.is_finite() && step.is_finite() && step != 0.0,
-        "loops with a limit, and a step that is not 0",
-    )
+    let counts = limit.is_finite() && step.is_finite() && step != 0.0;
+    expect(counts, "loops with a limit, and a step that is not 0")
 }
 
 fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) -> Result<(), RestoreError> {
@@ -128,20 +117,20 @@ fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) 
             expect(*line > 0, "outputs that count from 1")?;
             seconds(*time)
         }
-        Request::Outputs(lines) => expect(
-            lines.iter().all(|(line, _)| *line > 0),
-            "outputs that count from 1",
-        ),
+        Request::Outputs(lines) => {
+            let count = lines.iter().all(|(line, _)| *line > 0);
+            expect(count, "outputs that count from 1")
+        }
         Request::Hand { hand, .. } => expect((1..=2).contains(hand), "hand 1 or 2"),
         Request::SetTimer { seconds } => snapshot::numbers(&[*seconds]),
-        Request::Task { program: block } => expect(
-            *block < program.blocks.len() && targets.len() <= 1,
-            "a task of a program of the file",
-        ),
-        Request::Restore { names } => expect(
-            names.iter().all(|name| program.symbols.shared.contains_key(name)),
-            "names of GLOBAL and DATA",
-        ),
+        Request::Task { program: block } => {
+            let exists = *block < program.blocks.len() && targets.len() <= 1;
+            expect(exists, "a task of a program of the file")
+        }
+        Request::Restore { names } => {
+            let exist = names.iter().all(|name| program.symbols.find(name).is_some());
+            expect(exist, "names of GLOBAL and DATA")
+        }
         Request::BufferReset { .. }
         | Request::Stop
         | Request::Break

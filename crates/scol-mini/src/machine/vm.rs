@@ -91,10 +91,10 @@ impl Machine {
             Op::Next {
                 variable,
                 opener,
-                body,
+                target,
             } => {
                 if self.counted(variable, opener as usize, &mut registers)? {
-                    return Some(Next::To(body));
+                    return Some(Next::To(target));
                 }
             }
             Op::Copy { to, a } => {
@@ -116,15 +116,15 @@ impl Machine {
                 relation,
                 a,
                 b,
-                otherwise,
+                target,
             } => {
                 if !registers.holds(relation, a, b)? {
-                    return Some(Next::To(otherwise));
+                    return Some(Next::To(target));
                 }
             }
-            Op::Truth { a, otherwise } => {
+            Op::Truth { a, target } => {
                 if !truth(registers.number(a)?) {
-                    return Some(Next::To(otherwise));
+                    return Some(Next::To(target));
                 }
             }
             Op::Function { function, to, a, b } => {

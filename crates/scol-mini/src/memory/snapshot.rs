@@ -23,10 +23,8 @@ impl Memory {
         snapshot::conditions(&self.conditions)?;
         self.vectors.iter().try_for_each(snapshot::value)?;
         expect(self.parked.len() < MAX_TASKS, "no more than 4 tasks")?;
-        expect(
-            !self.parked.contains_key(&self.task),
-            "the variables of a task only once",
-        )?;
+        let once = !self.parked.contains_key(&self.task);
+        expect(once, "the variables of a task only once")?;
         let mut places = Places {
             vectors: &self.vectors,
             left: (0..self.vectors.len()).collect(),
@@ -38,10 +36,8 @@ impl Memory {
             places.check(slots, &locals.cells, &locals.kinds, range.start)?;
         }
         for at in &self.free {
-            expect(
-                places.left.remove(&(*at as usize)),
-                "free places that nothing holds",
-            )?;
+            let is_free = places.left.remove(&(*at as usize));
+            expect(is_free, "free places that nothing holds")?;
         }
         expect(places.left.is_empty(), "every place to be held or free")?;
         self.cells.all.extend(program.code.working_cells());
@@ -74,17 +70,13 @@ impl Places<'_> {
             "a kind for each variable of the program",
         )?;
         for (slot, kind) in slots.iter().zip(kinds) {
-            expect(
-                slot.kind.is_none() || slot.kind == *kind,
-                "variables of the kinds that are declared",
-            )?;
+            let as_declared = slot.kind.is_none() || slot.kind == *kind;
+            expect(as_declared, "variables of the kinds that are declared")?;
             let from = slot.base.saturating_sub(base);
             for cell in cells.get(from..from + slot.length()).unwrap_or_default() {
                 let found = self.kind(*cell)?;
-                expect(
-                    found.is_none() || found == *kind,
-                    "values of the kinds of their variables",
-                )?;
+                let fits = found.is_none() || found == *kind;
+                expect(fits, "values of the kinds of their variables")?;
             }
         }
         Ok(())
@@ -101,10 +93,8 @@ impl Places<'_> {
             Held::Vector(at) => {
                 expect(self.left.remove(&(at as usize)), "every place to be held once")?;
                 let kind = self.vectors.get(at as usize).map(Value::kind);
-                expect(
-                    kind.is_some_and(|kind| !kind.is_number()),
-                    "numbers among the values that are none nowhere",
-                )?;
+                let vector = kind.is_some_and(|kind| !kind.is_number());
+                expect(vector, "numbers among the values that are none nowhere")?;
                 kind
             }
         })

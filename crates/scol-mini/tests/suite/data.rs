@@ -209,8 +209,7 @@ fn globals_are_found_by_name_and_kind() {
         })
     );
     assert_eq!(program.variable("LOCAL"), None);
-    assert_eq!(program.program_names(), ["M"]);
-    assert_eq!(program.first_line(), 14);
+    assert_eq!(program.program_lines(), [("M", 14)]);
 }
 
 // clause: CMD-MW-01 CMD-MW-03 CMD-MW-06

@@ -32,30 +32,23 @@ pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json:
     }
 }
 
-/// How many of each kind.
-#[derive(Default)]
-struct Counts {
-    bytes: usize,
-    time: usize,
-    missing: usize,
-    surplus: usize,
-    ended: usize,
+/// The kinds of differences, in the order of the summary.
+const KINDS: [&str; 5] = ["bytes", "time", "missing", "surplus", "ended"];
+
+fn kind_of(difference: &Difference) -> &'static str {
+    match difference.kind {
+        DifferenceKind::Bytes { .. } => "bytes",
+        DifferenceKind::Time { .. } => "time",
+        DifferenceKind::Missing { .. } => "missing",
+        DifferenceKind::Surplus { .. } => "surplus",
+        DifferenceKind::Ended { .. } => "ended",
+    }
 }
 
-impl Counts {
-    fn new(report: &Report) -> Counts {
-        let mut counts = Counts::default();
-        for difference in &report.differences {
-            *match difference.kind {
-                DifferenceKind::Bytes { .. } => &mut counts.bytes,
-                DifferenceKind::Time { .. } => &mut counts.time,
-                DifferenceKind::Missing { .. } => &mut counts.missing,
-                DifferenceKind::Surplus { .. } => &mut counts.surplus,
-                DifferenceKind::Ended { .. } => &mut counts.ended,
-            } += 1;
-        }
-        counts
-    }
+/// How many differences there are of each of [`KINDS`].
+fn counts(report: &Report) -> [usize; 5] {
+    let kinds = || report.differences.iter().map(kind_of);
+    KINDS.map(|kind| kinds().filter(|other| *other == kind).count())
 }
 
 fn report_text(path: &Path, report: &Report) -> String {
@@ -68,13 +61,7 @@ fn report_text(path: &Path, report: &Report) -> String {
             describe(difference)
         );
     }
-    let Counts {
-        bytes,
-        time,
-        missing,
-        surplus,
-        ended,
-    } = Counts::new(report);
+    let [bytes, time, missing, surplus, ended] = counts(report);
     out += &format!(
         "{} inputs played, {} answers compared: {bytes} differ in bytes, {time} in time, {missing} missing, {surplus} \
          surplus, {ended} connections end otherwise",
@@ -207,17 +194,17 @@ fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
     let closer = closer
         .iter()
         .map(|Suggestion { set, left }| json!({ "set": set, "left": left }));
-    let counts = Counts::new(report);
+    let [bytes, time, missing, surplus, ended] = counts(report);
     json!({
         "transcript": path.display().to_string(),
         "equal": report.differences.is_empty(),
         "inputs": report.inputs,
         "answers": report.answers,
-        "bytes": counts.bytes,
-        "time": counts.time,
-        "missing": counts.missing,
-        "surplus": counts.surplus,
-        "ended": counts.ended,
+        "bytes": bytes,
+        "time": time,
+        "missing": missing,
+        "surplus": surplus,
+        "ended": ended,
         "moments": report.shifted,
         "ignored": report.ignored,
         "not_shown": report.more,

@@ -110,8 +110,8 @@ fn quick_status(status: &QuickStatus) -> Value {
         "emergency_switch": status.emergency_switch,
         "safety_switch": status.safety_switch,
         "servo": status.servo,
-        "master_mode": name_or_number(&QUICK_MODES, status.master_mode),
-        "run_mode": name_or_number(&QUICK_RUN_MODES, status.run_mode),
+        "master_mode": name_or_number(&QUICK_MODES, status.master_mode.into()),
+        "run_mode": name_or_number(&QUICK_RUN_MODES, status.run_mode.into()),
         "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(status.as_str())),
         "override_percent": status.override_percent,
         "alarm_level": status.alarm_level,
@@ -120,6 +120,8 @@ fn quick_status(status: &QuickStatus) -> Value {
     })
 }
 
+/// Master modes in the order of their numbers in SF.
+const MODES: [&str; 4] = ["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"];
 /// Master modes in the order of their numbers in SM.
 const QUICK_MODES: [&str; 6] = [
     "TEACHING",
@@ -133,7 +135,7 @@ const QUICK_MODES: [&str; 6] = [
 const QUICK_RUN_MODES: [&str; 4] = ["continuous", "cycle", "step", "segment"];
 
 /// The word of a number, or the number if it has none.
-fn name_or_number(words: &[&str], number: u8) -> Value {
+fn name_or_number(words: &[&str], number: u16) -> Value {
     let word = words.get(usize::from(number));
     word.map_or(json!(number), |word| json!(word))
 }
@@ -159,7 +161,7 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
         "guide_coordinate": status.guide_coordinate,
         "guide_rate": status.guide_rate,
         "guide_mode": status.guide_mode,
-        "master_mode": sf_mode(status.master_mode),
+        "master_mode": name_or_number(&MODES, status.master_mode),
         "power_on_minutes": status.power_on_minutes,
         "run_minutes": status.run_minutes,
         "inputs_on": lines_on(&status.inputs),
@@ -197,16 +199,6 @@ fn rounded(values: &[f32; 8]) -> Vec<f64> {
 
 fn alarm(level: AlarmLevel, code: u16) -> String {
     format!("{}-{code:03}", level.number())
-}
-
-fn sf_mode(code: u16) -> Value {
-    match code {
-        0 => json!("TEACHING"),
-        1 => json!("INTERNAL"),
-        2 => json!("EXT (SIG)"),
-        3 => json!("EXT (HOST)"),
-        other => json!(other),
-    }
 }
 
 /// The value for people: an object as one `name  value` line a field (none for null), a list of objects as one line each

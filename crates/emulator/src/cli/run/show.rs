@@ -81,9 +81,9 @@ impl RunPrinter {
             .get(number.saturating_sub(1))
             .map_or("", String::as_str);
         if self.json {
-            let seconds = seconds(at);
+            let time = at.as_secs_f64();
             self.statements
-                .push(|| json!({ "time": seconds, "task": task, "line": line, "text": text }));
+                .push(|| json!({ "time": time, "task": task, "line": line, "text": text }));
         } else {
             // The main program is task 1; its statements bear no number while it is alone.
             let task = if self.names_tasks {
@@ -114,9 +114,9 @@ impl RunPrinter {
     fn print_line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
         let text = String::from_utf8_lossy(line);
         if self.json {
-            let seconds = seconds(at);
+            let time = at.as_secs_f64();
             self.printed
-                .push(|| json!({ "time": seconds, "channel": channel, "text": text }));
+                .push(|| json!({ "time": time, "channel": channel, "text": text }));
             return;
         }
         let mut out = io::stdout().lock();
@@ -146,34 +146,19 @@ impl RunPrinter {
         }
         let (_, words) = describe_end(&report.end);
         eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
-        let names: &[&str] = match report.arm.world_values().len() {
+        let world = report.arm.world_values();
+        let names: &[&str] = match world.len() {
             SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
             _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
         };
-        let world: Vec<String> = names
-            .iter()
-            .zip(&report.arm.world_values())
-            .map(|(name, value)| format!("{name} {:.3}", rounded(*value)))
-            .collect();
-        eprintln!(
-            "position {}, configuration {}",
-            world.join(" "),
-            configuration(report)
-        );
-        let joints: Vec<String> = report
-            .arm
-            .joint_values()
-            .iter()
-            .map(|j| format!("{:.3}", rounded(*j)))
-            .collect();
-        eprintln!("joints {}", joints.join(" "));
-        let outputs: Vec<String> = report.outputs.iter().map(u16::to_string).collect();
-        let on = if outputs.is_empty() {
-            "none".to_owned()
-        } else {
-            outputs.join(" ")
-        };
-        eprintln!("outputs on: {on}");
+        let world = names.iter().zip(&world);
+        let world = joined(world.map(|(name, value)| format!("{name} {:.3}", rounded(*value))));
+        eprintln!("position {world}, configuration {}", configuration(report));
+        let joints = report.arm.joint_values();
+        let joints = joined(joints.iter().map(|value| format!("{:.3}", rounded(*value))));
+        eprintln!("joints {joints}");
+        let on = joined(report.outputs.iter().map(u16::to_string));
+        eprintln!("outputs on: {}", if on.is_empty() { "none" } else { &on });
         for (channel, number) in &report.unused {
             eprintln!("{channel}: {number} records unused");
         }
@@ -190,7 +175,7 @@ impl RunPrinter {
         if let RunEnd::Alarm { number, text } = &report.end {
             put("alarm", json!({ "number": number, "text": text }));
         }
-        put("seconds", seconds(report.duration));
+        put("seconds", json!(report.duration.as_secs_f64()));
         let rounded = |values: &[f64]| values.iter().map(|v| rounded(*v)).collect::<Vec<f64>>();
         put("position", json!(rounded(&report.arm.world_values())));
         put("configuration", json!(configuration(report)));
@@ -207,8 +192,8 @@ impl RunPrinter {
     }
 }
 
-fn seconds(at: Duration) -> Value {
-    json!(at.as_secs_f64())
+fn joined(values: impl Iterator<Item = String>) -> String {
+    values.collect::<Vec<_>>().join(" ")
 }
 
 /// To the thousandth of a micrometre, and no minus before a zero.
