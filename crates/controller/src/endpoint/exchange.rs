@@ -152,11 +152,7 @@ impl Endpoints {
             }
             match decoded {
                 Decoded::Skipped { bytes } => {
-                    robot.event(Event::Dropped {
-                        port,
-                        bytes,
-                        reason: "outside a text",
-                    });
+                    robot.dropped(port, bytes, "outside a text");
                     let message = format!("{bytes} bytes that belong to no text are skipped");
                     robot.report(&rules::BYTES_OUTSIDE, port, &[], message);
                 }
@@ -186,7 +182,7 @@ impl Endpoints {
             };
             let (port, bytes) = (session.port, session.give_up());
             session.history.file_refused = download;
-            robot.event(Event::Dropped { port, bytes, reason });
+            robot.dropped(port, bytes, reason);
             robot.report(rule, port, &[], reason);
         }
     }
@@ -207,11 +203,7 @@ impl Endpoints {
             robot.report(&rules::NO_STX, port, &data, message);
         }
         if self.is_early(robot, port, &data) && robot.config.options.strict_50ms {
-            robot.event(Event::Dropped {
-                port,
-                bytes: data.len(),
-                reason: "strict_50ms",
-            });
+            robot.dropped(port, data.len(), "strict_50ms");
         } else if let Some(error) = error {
             self.broken_text(robot, port, &data, &error);
         } else if self.is_block(robot, port, &data) {

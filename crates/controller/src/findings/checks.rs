@@ -303,7 +303,7 @@ impl Endpoints {
 /// Whether something was found since so many outputs were waiting.
 fn has_finding_since(robot: &Robot, outputs: usize) -> bool {
     let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
-    robot.waiting().skip(outputs).any(finding)
+    robot.outputs.iter().skip(outputs).any(finding)
 }
 
 fn begins_file(data: &[u8]) -> bool {

@@ -11,7 +11,6 @@ use crate::panel::{ControlRight, KeySwitch};
 use crate::robot::Robot;
 use alloc::format;
 use alloc::vec::Vec;
-use thiserror::Error;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 
@@ -57,19 +56,6 @@ const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST
 /// Inputs that ACK does not answer; they act in EXT (SIG) only (PRM-LEG-08, S40, S41). EX_SVON before RUN: with
 /// `sig.strobe = required` one STROBE can do both.
 const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
-
-/// Why a command input had no effect.
-#[derive(Debug, Clone, PartialEq, Error)]
-enum SignalError {
-    #[error("servo power is on already (SV_RDY)")]
-    ServoOn,
-    #[error("a reset is accepted only in stop mode")]
-    Running,
-    #[error("of several inputs at once only the first is processed")]
-    NotFirst,
-    #[error(transparent)]
-    Operate(#[from] OperateError),
-}
 
 impl Robot {
     /// Ends the pulses of outputs that are over, and drives the inputs whose time has come.
@@ -138,9 +124,9 @@ impl Robot {
             return;
         }
         let result = match line {
-            din::RUN => self.start().map_err(SignalError::from),
-            din::EX_SVON if self.panel.state().servo => Err(SignalError::ServoOn),
-            din::EX_SVON => self.servo_on().map_err(SignalError::from),
+            din::RUN => self.start(),
+            din::EX_SVON if self.panel.state().servo => Err(OperateError::ServoOn),
+            din::EX_SVON => self.servo_on(),
             din::ALM_RST => {
                 self.reset_alarms();
                 Ok(())
@@ -154,12 +140,12 @@ impl Robot {
         self.answer_signal(line, result);
     }
 
-    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), SignalError> {
+    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), OperateError> {
         self.first_at_once()?;
         if self.executor.status() == ExecutionStatus::Running {
-            return Err(SignalError::Running);
+            return Err(OperateError::NotStopped);
         }
-        Ok(self.reset_program(reset)?)
+        self.reset_program(reset)
     }
 
     /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
@@ -167,14 +153,14 @@ impl Robot {
     ///
     /// # Errors
     /// Another was the first.
-    fn first_at_once(&self) -> Result<(), SignalError> {
+    fn first_at_once(&self) -> Result<(), OperateError> {
         if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
-            return Err(SignalError::NotFirst);
+            return Err(OperateError::NotFirst);
         }
         Ok(())
     }
 
-    fn answer_signal(&mut self, line: u16, result: Result<(), SignalError>) {
+    fn answer_signal(&mut self, line: u16, result: Result<(), OperateError>) {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
             Ok(()) => {

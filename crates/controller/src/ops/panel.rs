@@ -41,6 +41,12 @@ pub(crate) enum OperateError {
     NoFile,
     #[error("the program has no label RCYCLE")]
     NoRcycle,
+    #[error("servo power is on already (SV_RDY)")]
+    ServoOn,
+    #[error("a reset is accepted only in stop mode")]
+    NotStopped,
+    #[error("of several inputs at once only the first is processed")]
+    NotFirst,
     #[error(transparent)]
     Select(#[from] SelectError),
 }
