@@ -16,7 +16,6 @@ use crate::robot::Robot;
 use crate::time::Time;
 use alloc::format;
 use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
@@ -86,12 +85,6 @@ impl Endpoints {
                 format!("{port}: the peer left"),
             );
         }
-    }
-
-    /// The protocol ports that have a peer.
-    pub(crate) fn protocol_peers(&self) -> Vec<Port> {
-        let with_peer = self.sessions.values().filter(|session| session.peer.is_some());
-        with_peer.map(|session| session.port).collect()
     }
 
     /// Bytes have come through, the last of them at `at`.

@@ -47,11 +47,6 @@ impl Endpoints {
         busy.filter_map(due).min()
     }
 
-    /// Whether characters are on the line of this port.
-    pub(crate) fn line_is_busy(&self, port: Port) -> bool {
-        self.lines.get(&port).is_some_and(SerialLine::is_busy)
-    }
-
     /// Whether the robot has to keep silent because a character of the host is under way.
     pub(crate) fn line_is_taken(&self, robot: &Robot, port: Port) -> bool {
         self.is_half_duplex(robot, port) && self.lines.get(&port).is_some_and(|line| line.inbound.is_busy())

@@ -189,27 +189,23 @@ impl Robot {
 
     /// Lets the system outputs show the present state (SF-39).
     pub(crate) fn show_state(&mut self) {
-        let mode = self.panel.state().master_mode();
-        let alarm = !self.alarms.active().is_empty();
+        let state = self.panel.state();
+        let mode = state.master_mode();
+        let by_host = matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther);
+        let ready = !state.emergency_stop && !self.alarms.blocks_start();
         let shown = [
-            (dout::EMG_ST, self.panel.state().emergency_stop),
-            (dout::SV_RDY, self.panel.state().servo),
+            (dout::EMG_ST, state.emergency_stop),
+            (dout::SV_RDY, state.servo),
             (dout::TEACH, mode == MasterMode::Teaching),
             (dout::INT, mode == MasterMode::Internal),
             (dout::EXTSIG, mode == MasterMode::ExtSig),
-            (
-                dout::EXTHOST,
-                matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther),
-            ),
-            (
-                dout::SYS_RDY,
-                !self.panel.state().emergency_stop && !self.alarms.blocks_start(),
-            ),
+            (dout::EXTHOST, by_host),
+            (dout::SYS_RDY, ready),
             (dout::AUTORUN, self.executor.program_runs()),
             (dout::LOW_ST, self.is_slow()),
-            (dout::CYC_ST, self.panel.state().run_mode == RunMode::Cycle),
-            (dout::BT_ALM, self.panel.state().battery_low),
-            (dout::ALARM, alarm),
+            (dout::CYC_ST, state.run_mode == RunMode::Cycle),
+            (dout::BT_ALM, state.battery_low),
+            (dout::ALARM, !self.alarms.active().is_empty()),
         ];
         for (line, on) in shown {
             if self.signals.output(line) != on {
