@@ -12,7 +12,7 @@ const EXPECTS_PER_THOUSAND: usize = 2;
 
 /// Crate, the only dependencies it may name, and how many of them there may be.
 const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
-    ("proto", &["bytes", "thiserror", "serde"], 2),
+    ("proto", &["bytes", "nom", "thiserror", "serde"], 3),
     ("scol-mini", &["libm", "thiserror", "serde"], 3),
     (
         "controller",

@@ -3,13 +3,16 @@
 //! The controller knows whether the variable exists and which form of values its arm takes.
 
 use crate::command::number::number;
-use crate::command::operand::Operands;
+use crate::command::operand::{Operands, list, separator, whole};
 use crate::command::variable::variable;
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
 use alloc::format;
 use alloc::string::String;
 use core::fmt::Write;
+use nom::Parser;
+use nom::combinator::map_opt;
+use nom::error::context;
 
 /// Values for a SCARA: X Y Z C.
 const SCARA_VALUES: usize = 4;
@@ -45,15 +48,10 @@ impl ZsFrame {
 /// `frame name values`.
 pub(super) fn zs(operands: Operands<'_>) -> Result<Command, CommandError> {
     const FRAME: &str = "1 (work) or 2 (tool)";
-    let frame = |digits: &str| digits.parse().ok().and_then(ZsFrame::from_code);
-    let (frame, name, values) = operands.parse(FRAME, |cursor| {
-        let frame = cursor.digits(FRAME, frame)?;
-        let name = variable(cursor.separator()?)?;
-        let values = cursor
-            .separator()?
-            .list(|cursor| number(cursor).map(Number::as_f64))?;
-        Ok((frame, name, values))
-    })?;
+    let frame = context(FRAME, map_opt(whole("", 0..=u8::MAX), ZsFrame::from_code));
+    let values = list(number.map(Number::as_f64));
+    let grammar = (frame, separator, variable, separator, values);
+    let (frame, (), name, (), values) = operands.parse(FRAME, grammar)?;
     if matches!(values.len(), SCARA_VALUES | SIX_AXIS_VALUES) {
         Ok(Command::Zs { frame, name, values })
     } else {

@@ -3,16 +3,20 @@
 //! The page of the manual is lost; the forms are those of public clients (CMD-EC-01 to CMD-EC-04, hosts 2). The
 //! controller gives them their effect.
 
-use crate::command::operand::{Cursor, Operands};
+use crate::command::operand::{GrammarError, Operands, ParseResult, whole};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
+use nom::Parser;
+use nom::character::complete::{alpha1, space1};
+use nom::combinator::map_opt;
+use nom::error::context;
+use nom::sequence::preceded;
 
 /// Letters that an abbreviated operation mode must have at least.
 const SHORTEST: usize = 2;
 /// Full speed in percent.
 const FULL: u8 = 100;
-const EXPECTED: &str = "MODE, OVRD or BREAK";
 
 /// An internal command of EC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +81,7 @@ impl RunMode {
 
 /// `MODE word`, `OVRD percent` or `BREAK`.
 pub(super) fn ec(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.parse(EXPECTED, internal).map(Command::Ec)
+    operands.parse("MODE, OVRD or BREAK", internal).map(Command::Ec)
 }
 
 /// The operands as the vendor's client library sends them.
@@ -90,33 +94,30 @@ pub(super) fn encode(internal: InternalCommand) -> String {
     }
 }
 
-fn internal(cursor: &mut Cursor<'_>) -> Result<InternalCommand, CommandError> {
-    let unread = *cursor;
-    let word = cursor.word(EXPECTED, |letter| letter.is_ascii_alphabetic(), Some)?;
+fn internal(input: &str) -> ParseResult<'_, InternalCommand> {
+    let (rest, word) = alpha1(input)?;
     match word.to_ascii_uppercase().as_str() {
         "MODE" => {
-            blank(cursor)?;
-            let expected = "STEP, CONTINUOUS, CYCLE or SEGMENT";
-            let mode = cursor.word(
-                expected,
-                |letter| letter.is_ascii_alphabetic(),
-                RunMode::from_word,
-            )?;
-            Ok(InternalCommand::Mode(mode))
+            let word = map_opt(alpha1, RunMode::from_word);
+            let mode = context("STEP, CONTINUOUS, CYCLE or SEGMENT", word);
+            preceded(blank, mode).map(InternalCommand::Mode).parse(rest)
         }
         "OVRD" => {
-            blank(cursor)?;
-            let percent = cursor.whole("a percentage from 1 to 100", 1..=FULL)?;
-            Ok(InternalCommand::Override(percent))
+            let percent = whole("a percentage from 1 to 100", 1..=FULL);
+            preceded(blank, percent)
+                .map(InternalCommand::Override)
+                .parse(rest)
         }
-        "BREAK" => Ok(InternalCommand::Break),
-        _ => Err(unread.error(EXPECTED)),
+        "BREAK" => Ok((rest, InternalCommand::Break)),
+        _ => Err(nom::Err::Error(GrammarError {
+            rest: input,
+            expected: "MODE, OVRD or BREAK",
+        })),
     }
 }
 
-fn blank(cursor: &mut Cursor<'_>) -> Result<(), CommandError> {
-    let some = |blanks: &str| (!blanks.is_empty()).then_some(());
-    cursor.word("a blank", |letter| letter == ' ', some)
+fn blank(input: &str) -> ParseResult<'_, ()> {
+    context("a blank", space1).map(|_| ()).parse(input)
 }
 
 #[cfg(test)]

@@ -2,9 +2,12 @@
 //!
 //! How far, how fast and in which coordinates is set by MD, RT and SC before, see `request.rs`.
 
-use crate::command::operand::Operands;
+use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
 use core::ops::RangeInclusive;
+use nom::character::complete::anychar;
+use nom::combinator::map_opt;
+use nom::error::context;
 
 /// The axes that SF has room for (SF-42).
 const AXES: RangeInclusive<u8> = 1..=8;
@@ -44,12 +47,10 @@ impl JogDirection {
 /// The grammar `axis sign`.
 pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
     const AXIS: &str = "an axis from 1 to 8";
-    let sign = |sign: &str| sign.chars().next().and_then(JogDirection::from_sign);
-    operands.parse(AXIS, |cursor| {
-        let axis = cursor.whole(AXIS, AXES)?;
-        let motion = cursor.separator()?.take("+, - or !", 1, sign)?;
-        Ok(Command::Jg { axis, motion })
-    })
+    let motion = context("+, - or !", map_opt(anychar, JogDirection::from_sign));
+    operands
+        .parse(AXIS, (whole(AXIS, AXES), separator, motion))
+        .map(|(axis, (), motion)| Command::Jg { axis, motion })
 }
 
 #[cfg(test)]

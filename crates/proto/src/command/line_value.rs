@@ -2,8 +2,12 @@
 //!
 //! The controller knows which numbers are lines. IW, which sets single lines, is in `lines.rs`.
 
-use crate::command::operand::{Cursor, Operands};
+use crate::command::operand::{GrammarError, Operands, separator, whole};
 use crate::command::{Command, CommandError};
+use nom::Parser;
+use nom::combinator::verify;
+use nom::error::context;
+use nom::sequence::terminated;
 
 /// Lines that one HI may read (ste80722 S14).
 pub const MAX_LINES_READ: u8 = 32;
@@ -17,32 +21,31 @@ const VALUE: &str = "a value that the lines can show";
 
 /// `first count`.
 pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.parse(FIRST, |cursor| {
-        let (first, count) = lines(cursor, MAX_LINES_READ, COUNT_READ)?;
-        Ok(Command::Hi { first, count })
-    })
+    operands
+        .parse(FIRST, lines(MAX_LINES_READ, COUNT_READ))
+        .map(|(first, count)| Command::Hi { first, count })
 }
 
 /// `first count value`.
 pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.parse(FIRST, |cursor| {
-        let (first, count) = lines(cursor, MAX_LINES_WRITTEN, COUNT_WRITTEN)?;
-        let value = cursor
-            .separator()?
-            .whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count)))?;
-        Ok(Command::Ho { first, count, value })
-    })
+    let value = |(first, count): (u16, u8)| {
+        whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count))).map(move |value| (first, count, value))
+    };
+    let grammar = terminated(lines(MAX_LINES_WRITTEN, COUNT_WRITTEN), separator).flat_map(value);
+    operands
+        .parse(FIRST, grammar)
+        .map(|(first, count, value)| Command::Ho { first, count, value })
 }
 
 /// A first line and a count, which stay within the numbers of lines.
-fn lines(cursor: &mut Cursor<'_>, most: u8, expected: &str) -> Result<(u16, u8), CommandError> {
-    let unread = *cursor;
-    let first: u16 = cursor.whole(FIRST, 0..=u16::MAX)?;
-    let count = cursor.separator()?.whole(expected, 1..=most)?;
-    match first.checked_add(u16::from(count) - 1) {
-        Some(_) => Ok((first, count)),
-        None => Err(unread.error(FIRST)),
-    }
+fn lines<'a>(
+    most: u8,
+    expected: &'static str,
+) -> impl Parser<&'a str, Output = (u16, u8), Error = GrammarError<'a>> {
+    let count = whole(expected, 1..=most);
+    let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
+    let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();
+    context(FIRST, verify(numbers, last))
 }
 
 #[cfg(test)]

@@ -2,15 +2,17 @@
 //!
 //! The controller knows which numbers are lines (CMD-IW-04). HI and HO are in `line_value.rs`.
 
-use crate::command::operand::{Cursor, Operands};
+use crate::command::operand::{Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use nom::Parser;
+use nom::character::complete::one_of;
+use nom::error::context;
 
 /// Lines an IW may force (CMD-IW-02).
 pub const MAX_LINES: usize = 32;
-const LINE: &str = "a line number";
 
 /// One line that IW forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +25,7 @@ pub struct LineWrite {
 
 /// `line state`, repeated; blanks or commas between all of them (CMD-IW-03).
 pub(super) fn iw(operands: Operands<'_>) -> Result<Command, CommandError> {
-    let lines = operands.parse(LINE, |cursor| cursor.list(pair))?;
+    let lines = operands.parse("a line number", list(pair))?;
     if lines.len() > MAX_LINES {
         let error = operands.malformed(&format!("at most {MAX_LINES} lines"), 0);
         return Err(error);
@@ -40,10 +42,15 @@ pub(super) fn encode(lines: &[LineWrite]) -> String {
     pairs.join(" ")
 }
 
-fn pair(cursor: &mut Cursor<'_>) -> Result<LineWrite, CommandError> {
-    let line = cursor.whole(LINE, 0..=u16::MAX)?;
-    let on = cursor.separator()?.flag("0 or 1")?;
-    Ok(LineWrite { line, on })
+fn pair(input: &str) -> ParseResult<'_, LineWrite> {
+    let line = whole("a line number", 0..=u16::MAX);
+    let state = context("0 or 1", one_of("01"));
+    (line, separator, state)
+        .map(|(line, (), state)| LineWrite {
+            line,
+            on: state == '1',
+        })
+        .parse(input)
 }
 
 #[cfg(test)]

@@ -2,10 +2,12 @@
 //!
 //! Operands use the grammar below, [`crate::status::mr`] the type.
 
-use crate::command::CommandError;
-use crate::command::operand::Cursor;
+use crate::command::operand::{ParseResult, number_token};
 use alloc::format;
 use core::fmt;
+use nom::Parser;
+use nom::combinator::map_opt;
+use nom::error::context;
 
 /// Decimals a real is written with at least, as the vendor's client library does (hosts 2).
 const DECIMALS: usize = 3;
@@ -74,8 +76,8 @@ impl fmt::Display for Number {
 }
 
 /// The grammar of a number among operands.
-pub(super) fn number(cursor: &mut Cursor<'_>) -> Result<Number, CommandError> {
-    cursor.number("a number", Number::parse)
+pub(super) fn number(input: &str) -> ParseResult<'_, Number> {
+    context("a number", map_opt(number_token, Number::parse)).parse(input)
 }
 
 #[cfg(test)]

@@ -8,11 +8,77 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::str::FromStr;
+use nom::branch::alt;
+use nom::bytes::complete::take_while1;
+use nom::character::complete::{char, digit1, space0, space1};
+use nom::combinator::{cut, eof, map_opt, not};
+use nom::error::{ContextError, ErrorKind, ParseError, context};
+use nom::multi::separated_list1;
+use nom::sequence::preceded;
+use nom::{IResult, Parser};
 
 /// Letters of a command, before its comma.
 const LETTERS: usize = 2;
 /// What must follow the last operand.
 const END: &str = "the end of the message";
+
+/// What a grammar expected, and the input from there on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct GrammarError<'a> {
+    pub(super) rest: &'a str,
+    pub(super) expected: &'static str,
+}
+
+impl<'a> ParseError<&'a str> for GrammarError<'a> {
+    fn from_error_kind(rest: &'a str, _: ErrorKind) -> GrammarError<'a> {
+        GrammarError { rest, expected: "" }
+    }
+
+    fn append(_: &'a str, _: ErrorKind, other: GrammarError<'a>) -> GrammarError<'a> {
+        other
+    }
+}
+
+impl<'a> ContextError<&'a str> for GrammarError<'a> {
+    /// The innermost expectation wins, at the start of what it names.
+    fn add_context(rest: &'a str, expected: &'static str, other: GrammarError<'a>) -> GrammarError<'a> {
+        if other.expected.is_empty() {
+            GrammarError { rest, expected }
+        } else {
+            other
+        }
+    }
+}
+
+/// Result of a grammar.
+pub(super) type ParseResult<'a, T> = IResult<&'a str, T, GrammarError<'a>>;
+
+/// Between operands: blanks, or a comma with or without them (Table 5.1 prints commas, the formats blanks).
+pub(super) fn separator(input: &str) -> ParseResult<'_, ()> {
+    let comma = (space0, char(','), space0).map(|_| ());
+    context("a blank", alt((comma, space1.map(|_| ())))).parse(input)
+}
+
+/// Operands of one kind, one or more, up to the end. Trailing blanks do not begin a further one.
+pub(super) fn list<'a, T>(
+    item: impl Parser<&'a str, Output = T, Error = GrammarError<'a>>,
+) -> impl Parser<&'a str, Output = Vec<T>, Error = GrammarError<'a>> {
+    separated_list1(preceded(not((space0, eof)), separator), cut(item))
+}
+
+/// A run of the characters that numbers consist of.
+pub(super) fn number_token(input: &str) -> ParseResult<'_, &str> {
+    take_while1(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E')).parse(input)
+}
+
+/// A whole number without sign, of a range.
+pub(super) fn whole<'a, N: FromStr + PartialOrd>(
+    expected: &'static str,
+    range: RangeInclusive<N>,
+) -> impl Parser<&'a str, Output = N, Error = GrammarError<'a>> {
+    let within = move |digits: &str| digits.parse().ok().filter(|number| range.contains(number));
+    context(expected, map_opt(digit1, within))
+}
 
 /// A message whose letters are known and whose operands are not read yet.
 #[derive(Debug, Clone, Copy)]
@@ -67,26 +133,30 @@ impl<'a> Operands<'a> {
         }
     }
 
-    /// Reads the operands, of which the first is `expected`; trailing blanks are allowed.
+    /// Parses the operands with a grammar; trailing blanks are allowed.
     pub(super) fn parse<T>(
         self,
-        expected: &str,
-        grammar: impl FnOnce(&mut Cursor<'a>) -> Result<T, CommandError>,
+        expected: &'static str,
+        grammar: impl Parser<&'a str, Output = T, Error = GrammarError<'a>>,
     ) -> Result<T, CommandError> {
-        let rest = self.text(expected)?;
-        let operands = self;
-        let mut cursor = Cursor { operands, rest };
-        let value = grammar(&mut cursor)?;
-        if cursor.is_at_end() {
-            Ok(value)
-        } else {
-            Err(cursor.error(END))
+        let text = self.text(expected)?;
+        let end = context(END, (space0, eof));
+        match context(expected, (grammar, end)).parse(text) {
+            Ok((_, (value, _))) => Ok(value),
+            Err(nom::Err::Error(unmet) | nom::Err::Failure(unmet)) => {
+                Err(self.malformed(unmet.expected, self.message.len() - unmet.rest.len()))
+            }
+            Err(nom::Err::Incomplete(_)) => Err(self.malformed(expected, self.message.len())),
         }
     }
 
     /// One number of this range.
-    pub(super) fn number(self, expected: &str, range: RangeInclusive<u8>) -> Result<u8, CommandError> {
-        self.parse(expected, |cursor| cursor.whole(expected, range))
+    pub(super) fn number(
+        self,
+        expected: &'static str,
+        range: RangeInclusive<u8>,
+    ) -> Result<u8, CommandError> {
+        self.parse(expected, whole(expected, range))
     }
 
     /// The error that `expected` is missing at byte `at` of the message.
@@ -101,120 +171,5 @@ impl<'a> Operands<'a> {
             found,
             at,
         }
-    }
-}
-
-/// The operands that are not read yet. What does not fit is an error at its first character.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Cursor<'a> {
-    operands: Operands<'a>,
-    rest: &'a str,
-}
-
-impl<'a> Cursor<'a> {
-    /// What is not read yet.
-    pub(super) fn rest(&self) -> &'a str {
-        self.rest
-    }
-
-    /// The error that `expected` is missing here.
-    pub(super) fn error(&self, expected: &str) -> CommandError {
-        let at = self.operands.len() - self.rest.len();
-        self.operands.malformed(expected, at)
-    }
-
-    /// Whether only blanks are left.
-    fn is_at_end(&self) -> bool {
-        self.rest.trim_start_matches(' ').is_empty()
-    }
-
-    /// The next `length` bytes, as `read` takes them.
-    pub(super) fn take<T>(
-        &mut self,
-        expected: &str,
-        length: usize,
-        read: impl FnOnce(&'a str) -> Option<T>,
-    ) -> Result<T, CommandError> {
-        let (word, rest) = self.rest.split_at_checked(length).unwrap_or((self.rest, ""));
-        let value = read(word).ok_or_else(|| self.error(expected))?;
-        self.rest = rest;
-        Ok(value)
-    }
-
-    /// The run of characters that belong to a word, as `read` takes them; it refuses an empty one.
-    pub(super) fn word<T>(
-        &mut self,
-        expected: &str,
-        belongs: impl Fn(char) -> bool,
-        read: impl FnOnce(&'a str) -> Option<T>,
-    ) -> Result<T, CommandError> {
-        let end = self.rest.find(|letter| !belongs(letter));
-        self.take(expected, end.unwrap_or(self.rest.len()), read)
-    }
-
-    /// A run of the characters that numbers consist of.
-    pub(super) fn number<T>(
-        &mut self,
-        expected: &str,
-        read: impl FnOnce(&'a str) -> Option<T>,
-    ) -> Result<T, CommandError> {
-        self.word(
-            expected,
-            |letter| letter.is_ascii_digit() || "+-.eE".contains(letter),
-            read,
-        )
-    }
-
-    /// A run of digits, as `read` takes them.
-    pub(super) fn digits<T>(
-        &mut self,
-        expected: &str,
-        read: impl FnOnce(&'a str) -> Option<T>,
-    ) -> Result<T, CommandError> {
-        self.word(expected, |letter| letter.is_ascii_digit(), read)
-    }
-
-    /// A whole number without sign, of a range.
-    pub(super) fn whole<N: FromStr + PartialOrd>(
-        &mut self,
-        expected: &str,
-        range: RangeInclusive<N>,
-    ) -> Result<N, CommandError> {
-        let within = |digits: &str| digits.parse().ok().filter(|number| range.contains(number));
-        self.digits(expected, within)
-    }
-
-    /// 0 or 1.
-    pub(super) fn flag(&mut self, expected: &str) -> Result<bool, CommandError> {
-        self.take(expected, 1, |digit| match digit {
-            "0" => Some(false),
-            "1" => Some(true),
-            _ => None,
-        })
-    }
-
-    /// Between operands: blanks, or a comma with or without them (Table 5.1 prints commas, the formats blanks).
-    pub(super) fn separator(&mut self) -> Result<&mut Cursor<'a>, CommandError> {
-        let after = self.rest.trim_start_matches(' ');
-        let after = after
-            .strip_prefix(',')
-            .map_or(after, |after| after.trim_start_matches(' '));
-        if after.len() == self.rest.len() {
-            return Err(self.error("a blank"));
-        }
-        self.rest = after;
-        Ok(self)
-    }
-
-    /// Operands of one kind, one or more, up to the end. Trailing blanks do not begin a further one.
-    pub(super) fn list<T>(
-        &mut self,
-        item: impl Fn(&mut Cursor<'a>) -> Result<T, CommandError>,
-    ) -> Result<Vec<T>, CommandError> {
-        let mut items = alloc::vec![item(self)?];
-        while !self.is_at_end() && self.separator().is_ok() {
-            items.push(item(self)?);
-        }
-        Ok(items)
     }
 }

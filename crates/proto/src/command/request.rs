@@ -2,8 +2,9 @@
 //!
 //! The answers are in [`crate::status`]; the controller keeps what MD, RT and SC set.
 
-use crate::command::operand::Operands;
+use crate::command::operand::{Operands, whole};
 use crate::command::{Command, CommandError};
+use nom::combinator::map_opt;
 
 /// Which position PR asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,10 +49,8 @@ impl PositionQuery {
 
 pub(super) fn pr(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a number from 0 to 5";
-    let query = |digit: &str| digit.parse().ok().and_then(PositionQuery::from_code);
-    operands
-        .parse(EXPECTED, |cursor| cursor.digits(EXPECTED, query))
-        .map(Command::Pr)
+    let query = map_opt(whole(EXPECTED, 0..=u8::MAX), PositionQuery::from_code);
+    operands.parse(EXPECTED, query).map(Command::Pr)
 }
 
 #[cfg(test)]

@@ -2,8 +2,11 @@
 //!
 //! The controller gives them their effect. `RS,ERR` has its own permission row, see [`crate::permission`].
 
-use crate::command::operand::Operands;
+use crate::command::operand::{Operands, ParseResult};
 use crate::command::{Command, CommandError};
+use nom::Parser;
+use nom::character::complete::alpha1;
+use nom::combinator::map_opt;
 
 /// What RS resets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,19 +51,20 @@ pub(super) const RESET_OF_ALARMS: &str = "ERR";
 
 /// One word: a reset of the manual, or that of alarms.
 pub(super) fn rs(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const EXPECTED: &str = "PRG, STP, CYC, SIG, SEL or ERR";
-    operands.parse(EXPECTED, |cursor| {
-        cursor.word(EXPECTED, |letter| letter.is_ascii_alphabetic(), reset)
-    })
+    operands.parse("PRG, STP, CYC, SIG, SEL or ERR", word)
 }
 
-fn reset(word: &str) -> Option<Command> {
-    if word.eq_ignore_ascii_case(RESET_OF_ALARMS) {
-        return Some(Command::RsErr);
-    }
-    let mut resets = Reset::ALL.into_iter();
-    let reset = resets.find(|reset| reset.as_str().eq_ignore_ascii_case(word));
-    reset.map(Command::Rs)
+fn word(input: &str) -> ParseResult<'_, Command> {
+    let known = |word: &str| {
+        if word.eq_ignore_ascii_case(RESET_OF_ALARMS) {
+            return Some(Command::RsErr);
+        }
+        let mut resets = Reset::ALL.into_iter();
+        resets
+            .find(|reset| reset.as_str().eq_ignore_ascii_case(word))
+            .map(Command::Rs)
+    };
+    map_opt(alpha1, known).parse(input)
 }
 
 #[cfg(test)]

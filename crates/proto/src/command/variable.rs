@@ -4,13 +4,18 @@
 //! [`crate::status::mr`].
 
 use crate::command::number::number;
-use crate::command::operand::{Cursor, Operands};
+use crate::command::operand::{Operands, ParseResult, list, number_token, separator};
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt::Write;
+use nom::Parser;
+use nom::bytes::complete::take_while1;
+use nom::character::complete::{char, one_of};
+use nom::combinator::{map_opt, opt, recognize};
+use nom::error::context;
 
 /// Values an MW may carry. The manual's longest, a position, has nine.
 pub const MAX_VALUES: usize = 16;
@@ -108,29 +113,25 @@ impl VariableKind {
 
 /// `name type` (CMD-MR-01).
 pub(super) fn mr(operands: Operands<'_>) -> Result<Command, CommandError> {
-    let read = operands.parse(NAME, |cursor| {
-        Ok(VariableRead {
-            variable: variable(cursor)?,
-            kind: kind(cursor.separator()?)?,
-        })
-    });
-    read.map(Command::Mr)
+    let grammar = (variable, separator, kind).map(|(variable, (), kind)| VariableRead { variable, kind });
+    operands.parse(NAME, grammar).map(Command::Mr)
 }
 
 /// `flag name type values` (CMD-MW-01).
 pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
-    let write = operands.parse(FLAG, |cursor| {
-        Ok(VariableWrite {
-            restore: cursor.flag(FLAG)?,
-            variable: variable(cursor.separator()?)?,
-            kind: kind(cursor.separator()?)?,
-            values: cursor.separator()?.list(number)?,
-        })
-    })?;
-    if write.values.len() > MAX_VALUES {
+    let flag = context(FLAG, one_of("01"));
+    let values = list(number);
+    let grammar = (flag, separator, variable, separator, kind, separator, values);
+    let (flag, (), variable, (), kind, (), values) = operands.parse(FLAG, grammar)?;
+    if values.len() > MAX_VALUES {
         return Err(operands.malformed(&format!("at most {MAX_VALUES} values"), 0));
     }
-    Ok(Command::Mw(write))
+    Ok(Command::Mw(VariableWrite {
+        restore: flag == '1',
+        variable,
+        kind,
+        values,
+    }))
 }
 
 /// The operands of MW in canonical form.
@@ -152,19 +153,16 @@ const NAME: &str = "a variable name of at most ten characters, with subscripts a
 const FLAG: &str = "0 or 1 (the restore flag)";
 
 /// The grammar of a variable name among operands.
-pub(super) fn variable(cursor: &mut Cursor<'_>) -> Result<VariableName, CommandError> {
-    let rest = cursor.rest();
-    let mut length = rest.find([' ', ',', '(']).unwrap_or(rest.len());
-    let subscripts = rest.get(length..).filter(|rest| rest.starts_with('('));
-    let end = subscripts.and_then(|rest| rest.find(')'));
-    // Empty brackets are none.
-    length += end.filter(|end| *end > 1).map_or(0, |end| end + 1);
-    cursor.take(NAME, length, |text| VariableName::parse(text).ok())
+pub(super) fn variable(input: &str) -> ParseResult<'_, VariableName> {
+    let name = take_while1(|c| !matches!(c, ' ' | ',' | '('));
+    let subscripts = (char('('), take_while1(|c| c != ')'), char(')'));
+    let spelled = |text: &str| VariableName::parse(text).ok();
+    context(NAME, map_opt(recognize((name, opt(subscripts))), spelled)).parse(input)
 }
 
-fn kind(cursor: &mut Cursor<'_>) -> Result<VariableKind, CommandError> {
+fn kind(input: &str) -> ParseResult<'_, VariableKind> {
     let code = |text: &str| text.parse().ok().and_then(VariableKind::from_code);
-    cursor.number("a type code from -1 to 9", code)
+    context("a type code from -1 to 9", map_opt(number_token, code)).parse(input)
 }
 
 #[cfg(test)]

@@ -2,9 +2,11 @@
 //!
 //! The controller runs the timer and raises the alarm.
 
-use crate::command::operand::Operands;
+use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
 use crate::status::AlarmLevel;
+use nom::combinator::map_opt;
+use nom::error::context;
 
 /// The level that stands for no alarm.
 const NONE: u8 = 0;
@@ -15,17 +17,17 @@ pub const MAX_WATCHDOG_MS: u32 = 99_999;
 pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
     const TIME: &str = "a time in milliseconds, at most 99999";
     const LEVEL: &str = "a level 0, 1, 2 or 8";
-    let level = |digits: &str| match digits.parse().ok()? {
+    let level = |number: u8| match number {
         NONE => Some(None),
         number => AlarmLevel::from_number(number)
             .filter(|level| *level != AlarmLevel::L4)
             .map(Some),
     };
-    operands.parse(TIME, |cursor| {
-        let timeout_ms = cursor.whole(TIME, 0..=MAX_WATCHDOG_MS)?;
-        let level = cursor.separator()?.digits(LEVEL, level)?;
-        Ok(Command::Wd { timeout_ms, level })
-    })
+    let level = context(LEVEL, map_opt(whole("", 0..=u8::MAX), level));
+    let grammar = (whole(TIME, 0..=MAX_WATCHDOG_MS), separator, level);
+    operands
+        .parse(TIME, grammar)
+        .map(|(timeout_ms, (), level)| Command::Wd { timeout_ms, level })
 }
 
 #[cfg(test)]
