@@ -64,7 +64,7 @@ fn a_host_that_walks_the_tables_reaches_every_cell_of_the_manual() {
                 "{} {} {} {:?}",
                 cell.port,
                 cell.row(),
-                cell.mode().as_str(),
+                cell.mode.as_str(),
                 cell.verdict
             )
         })

@@ -385,7 +385,7 @@ fn page_2_shows_ports_and_peers() {
     assert_eq!(words(&lines[0]), ["IP0", "01000", "00000", "0.0.0.0"]);
     assert!(lines[1..].iter().all(|row| unused(row)), "{lines:?}");
     robot.connect(Port::Ip0);
-    assert_eq!(robot.cell.controller.peer_of(Port::Ip0).as_deref(), Some("suite"));
+    assert_eq!(robot.cell.controller.peer(Port::Ip0), Some("suite"));
     let mut robot = robot.cell.controller;
     let peer = "192.168.0.150:54321".to_string();
     robot.feed(

@@ -404,7 +404,7 @@ fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     robot.advance_ms(100);
     let servo = Output::Event(Event::Servo(true));
     assert!(robot.outputs.contains(&servo));
-    assert_eq!(robot.cell.controller.peer_of(Port::Host), None);
+    assert_eq!(robot.cell.controller.peer(Port::Host), None);
     // The next host is there before the line is free, and hears nothing of the former one's answer.
     let mut robot = usual();
     robot.send(Port::Host, b"CA\r");
@@ -426,10 +426,7 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(
-        robot.cell.controller.peer_of(Port::Host).as_deref(),
-        Some("suite")
-    );
+    assert_eq!(robot.cell.controller.peer(Port::Host), Some("suite"));
     assert!(robot.outputs.contains(&Output::Event(Event::Servo(true))));
     assert_eq!(
         robot.received(Port::Host),
@@ -458,7 +455,7 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.send(Port::Host, b"SP\r");
     robot.disconnect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(robot.cell.controller.peer_of(Port::Host), None);
+    assert_eq!(robot.cell.controller.peer(Port::Host), None);
     assert_eq!(robot.received(Port::Host), b"");
 }
 

@@ -81,7 +81,7 @@ impl ChannelStatus {
             port,
             accepts: view.ports.get(&port).copied(),
             serial: view.serial_lines.endpoint(port).map(ToString::to_string),
-            peer: view.controller.peer_of(port),
+            peer: view.controller.peer(port).map(str::to_owned),
             exchange,
             partial,
             buffer: Escaped::for_reading(&buffer).to_string(),

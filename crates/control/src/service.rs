@@ -120,7 +120,7 @@ async fn get_metrics(handle: Handle) -> Result<impl IntoResponse, Problem> {
 fn gauges(view: &View<'_>) -> Vec<Gauge> {
     let controller = view.controller;
     let state = controller.state();
-    let has_peer = |port: &Port| controller.peer_of(*port).is_some();
+    let has_peer = |port: &Port| controller.peer(*port).is_some();
     let peers = Port::ALL.into_iter().filter(has_peer).count();
     let gauge = |name, help, value: f64| Gauge { name, help, value };
     let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));

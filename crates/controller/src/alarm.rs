@@ -216,15 +216,13 @@ impl Alarms {
     /// Whether an alarm of level 4 or 8 is active: the robot cannot be started (CMD-RN-05).
     #[must_use]
     pub fn blocks_start(&self) -> bool {
-        self.active
-            .iter()
-            .any(|alarm| matches!(alarm.code.level, AlarmLevel::L8 | AlarmLevel::L4))
+        matches!(self.worst_level(), Some(AlarmLevel::L8 | AlarmLevel::L4))
     }
 
     /// Whether an alarm of level 8 is active: servo power cannot be turned on (CMD-SO-02).
     #[must_use]
     pub fn blocks_servo(&self) -> bool {
-        self.active.iter().any(|alarm| alarm.code.level == AlarmLevel::L8)
+        self.worst_level() == Some(AlarmLevel::L8)
     }
 
     /// The alarm words of SF, oldest first (SF-22).
@@ -244,10 +242,8 @@ impl Alarms {
     /// The worst level among the active alarms; `None` if there are none.
     #[must_use]
     pub fn worst_level(&self) -> Option<AlarmLevel> {
-        self.active
-            .iter()
-            .map(|alarm| alarm.code.level)
-            .max_by_key(|level| level.number())
+        let levels = self.active.iter().map(|alarm| alarm.code.level);
+        levels.max_by_key(|level| level.number())
     }
 }
 

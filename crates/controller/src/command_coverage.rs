@@ -17,8 +17,8 @@ pub struct PermissionCell {
     pub port: Port,
     /// Row of the tables, in the order of [`ROWS`] and behind them [`EXTENSION_ROWS`].
     row: usize,
-    /// Column of the tables, in the order of [`MasterMode::ALL`].
-    column: usize,
+    /// The master mode, which is the column of the tables.
+    pub mode: MasterMode,
     /// What came of it.
     pub verdict: Verdict,
 }
@@ -29,7 +29,7 @@ impl PermissionCell {
         Some(PermissionCell {
             port,
             row: rows.position(|known| *known == row)?,
-            column: MasterMode::ALL.iter().position(|known| *known == mode)?,
+            mode,
             verdict,
         })
     }
@@ -39,13 +39,6 @@ impl PermissionCell {
     pub fn row(&self) -> &'static str {
         let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
         rows.nth(self.row).copied().unwrap_or_default()
-    }
-
-    /// The master mode.
-    #[must_use]
-    pub fn mode(&self) -> MasterMode {
-        let mode = MasterMode::ALL.get(self.column).copied();
-        mode.unwrap_or(MasterMode::Teaching)
     }
 }
 
@@ -173,7 +166,7 @@ mod tests {
         coverage.record(&Event::AlarmsReset);
         let (cell, count) = coverage.reached().next().unwrap();
         assert_eq!(
-            (cell.row(), cell.mode(), count),
+            (cell.row(), cell.mode, count),
             ("RS,ERR", MasterMode::ExtEther, 2)
         );
         assert!(reachable(&Config::new(Dialect::Field), Port::Ip0).contains(cell));

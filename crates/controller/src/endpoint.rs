@@ -72,8 +72,9 @@ impl Endpoints {
     /// Whether a host is in the middle of a text or owes an answer. While characters are on its line it owes nothing.
     pub(crate) fn host_owes_text(&self) -> bool {
         self.sessions.values().any(|session| {
+            let line = self.lines.get(&session.port);
             session.awaits_host()
-                && !self.line_is_busy(session.port)
+                && !line.is_some_and(SerialLine::is_busy)
                 && !self.send_queue.is_busy(session.port)
         })
     }

@@ -27,26 +27,6 @@ pub struct PendantPage {
     pub lines: Vec<String>,
 }
 
-/// State of a channel as the display names it (UI-ETHER-06); the transient ones of TCP are the edge's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum LinkState {
-    Closed,
-    Listen,
-    SynSent,
-    Established,
-}
-
-impl LinkState {
-    fn as_str(self) -> &'static str {
-        match self {
-            LinkState::Closed => "CLOSED",
-            LinkState::Listen => "LISTEN",
-            LinkState::SynSent => "SYN SENT",
-            LinkState::Established => "ESTABLISHED",
-        }
-    }
-}
-
 impl Controller {
     /// The three pages \[ETHER\] of the teach pendant.
     #[must_use]
@@ -80,12 +60,12 @@ fn peer_row(controller: &Controller, port: Port, plan: &ChannelConfig) -> String
     } else {
         plan.own_port
     };
-    let peer = controller.peer_of(port).unwrap_or_default();
+    let peer = controller.peer(port).unwrap_or_default();
     let (address, number) = peer.rsplit_once(':').unwrap_or(("0.0.0.0", "0"));
     format!("{port} {own:05} {number:0>5} {address}")
 }
 
-/// App., Mode, Status (UI-ETHER-05, UI-ETHER-07).
+/// App., Mode, Status (UI-ETHER-05 to UI-ETHER-07); the transient states of TCP are the edge's.
 fn state_row(controller: &Controller, port: Port, plan: &ChannelConfig) -> String {
     let application = match port {
         Port::Ip0 | Port::Host => "HOST",
@@ -97,11 +77,11 @@ fn state_row(controller: &Controller, port: Port, plan: &ChannelConfig) -> Strin
     } else {
         "TCP/S"
     };
-    let state = match (plan.mode, controller.peer_of(port)) {
-        (OpenMode::NotUsed, _) => LinkState::Closed,
-        (OpenMode::Server | OpenMode::Client, Some(_)) => LinkState::Established,
-        (OpenMode::Server, None) => LinkState::Listen,
-        (OpenMode::Client, None) => LinkState::SynSent,
+    let state = match (plan.mode, controller.peer(port)) {
+        (OpenMode::NotUsed, _) => "CLOSED",
+        (OpenMode::Server | OpenMode::Client, Some(_)) => "ESTABLISHED",
+        (OpenMode::Server, None) => "LISTEN",
+        (OpenMode::Client, None) => "SYN SENT",
     };
-    format!("{port} {application:<6} {mode} {}", state.as_str())
+    format!("{port} {application:<6} {mode} {state}")
 }

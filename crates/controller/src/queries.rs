@@ -345,22 +345,16 @@ impl Controller {
         copy
     }
 
-    /// The peer of a port, while there is one.
+    /// Address and port of the peer on a port, as the edge gave it; `None` while there is none.
     #[must_use]
     pub fn peer(&self, port: Port) -> Option<&str> {
         self.endpoints.peer(&self.robot, port)
     }
 
-    /// Address and port of the peer on a port, as the edge gave it.
-    #[must_use]
-    pub fn peer_of(&self, port: Port) -> Option<String> {
-        self.peer(port).map(String::from)
-    }
-
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
     #[must_use]
     pub fn serial_line(&self, port: Port) -> Option<SerialSettings> {
-        self.robot.serial_line(port)
+        self.robot.parameters.serial_line(port)
     }
 
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its

@@ -25,7 +25,6 @@ use bytes::Bytes;
 use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
-use ts3100_proto::parameter::SerialSettings;
 
 /// What the hosts are to be told of the program, in the order in which it happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,11 +97,6 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
-    pub(crate) fn serial_line(&self, port: Port) -> Option<SerialSettings> {
-        self.parameters.serial_line(port)
-    }
-
     /// The present position in the frames that are set: what teaching writes down.
     pub(crate) fn present_position(&self) -> Position {
         let frames = Frames::new(self.executor.memory().conditions());
@@ -124,6 +118,11 @@ impl Robot {
         self.outputs.push_back(Output::Event(event));
     }
 
+    /// Bytes of a port go no further.
+    pub(crate) fn dropped(&mut self, port: Port, bytes: usize, reason: &'static str) {
+        self.event(Event::Dropped { port, bytes, reason });
+    }
+
     /// A rule was broken.
     pub(crate) fn report(
         &mut self,
@@ -143,11 +142,6 @@ impl Robot {
                 None => message,
             },
         });
-    }
-
-    /// Outputs that were not fetched yet.
-    pub(crate) fn waiting(&self) -> impl Iterator<Item = &Output> {
-        self.outputs.iter()
     }
 
     /// Date and time now, for the error history.

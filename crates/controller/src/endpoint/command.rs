@@ -105,7 +105,7 @@ impl Endpoints {
             last_status: &mut last_status,
         };
         let known = command.clone();
-        let outputs = robot.waiting().count();
+        let outputs = robot.outputs.len();
         let outcome = robot.operate(&mut context, command);
         self.session(port).last_status = last_status;
         if robot.persistence.is_pending() {

@@ -16,7 +16,6 @@ use crate::robot::Robot;
 use crate::time::Time;
 use alloc::format;
 use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
@@ -88,12 +87,6 @@ impl Endpoints {
         }
     }
 
-    /// The protocol ports that have a peer.
-    pub(crate) fn protocol_peers(&self) -> Vec<Port> {
-        let with_peer = self.sessions.values().filter(|session| session.peer.is_some());
-        with_peer.map(|session| session.port).collect()
-    }
-
     /// Bytes have come through, the last of them at `at`.
     pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) {
         let Some(came) = self.inbound(robot, port, bytes) else {
@@ -152,11 +145,7 @@ impl Endpoints {
             }
             match decoded {
                 Decoded::Skipped { bytes } => {
-                    robot.event(Event::Dropped {
-                        port,
-                        bytes,
-                        reason: "outside a text",
-                    });
+                    robot.dropped(port, bytes, "outside a text");
                     let message = format!("{bytes} bytes that belong to no text are skipped");
                     robot.report(&rules::BYTES_OUTSIDE, port, &[], message);
                 }
@@ -186,7 +175,7 @@ impl Endpoints {
             };
             let (port, bytes) = (session.port, session.give_up());
             session.history.file_refused = download;
-            robot.event(Event::Dropped { port, bytes, reason });
+            robot.dropped(port, bytes, reason);
             robot.report(rule, port, &[], reason);
         }
     }
@@ -207,11 +196,7 @@ impl Endpoints {
             robot.report(&rules::NO_STX, port, &data, message);
         }
         if self.is_early(robot, port, &data) && robot.config.options.strict_50ms {
-            robot.event(Event::Dropped {
-                port,
-                bytes: data.len(),
-                reason: "strict_50ms",
-            });
+            robot.dropped(port, data.len(), "strict_50ms");
         } else if let Some(error) = error {
             self.broken_text(robot, port, &data, &error);
         } else if self.is_block(robot, port, &data) {

@@ -26,16 +26,11 @@ impl Endpoints {
         if self.faults.is_stalled(port) {
             return None;
         }
-        let site = FaultSite {
-            bytes: bytes.clone(),
-            ..FaultSite::new(InjectionPoint::Bytes, port)
-        };
-        let effect = self.apply_fault(robot, &site);
-        let came = if let Effect::ReplaceInput(came) = effect {
-            came
-        } else {
-            site.bytes
-        };
+        let site = FaultSite::new(InjectionPoint::Bytes, port, bytes.clone());
+        let mut came = bytes.clone();
+        if let Effect::ReplaceInput(instead) = self.apply_fault(robot, &site) {
+            came = instead;
+        }
         Some(match port {
             Port::Com1 | Port::Ip1 | Port::Ip2 => self.drop_lost_records(robot, port, came),
             Port::Host | Port::Ip0 | Port::Ip3 => came,
@@ -47,10 +42,8 @@ impl Endpoints {
         if self.faults.is_empty() {
             return None;
         }
-        let site = FaultSite {
-            bytes: Bytes::copy_from_slice(bytes),
-            ..FaultSite::new(InjectionPoint::Character, port)
-        };
+        let characters = Bytes::copy_from_slice(bytes);
+        let site = FaultSite::new(InjectionPoint::Character, port, characters);
         let Effect::ParityError(place) = self.apply_fault(robot, &site) else {
             return None;
         };
@@ -64,7 +57,7 @@ impl Endpoints {
         }
         let mut kept = Vec::new();
         for byte in bytes {
-            let record = FaultSite::new(InjectionPoint::Record, port);
+            let record = FaultSite::new(InjectionPoint::Record, port, Bytes::new());
             let state = match self.faults.records.get(&port).copied() {
                 Some(state) => state,
                 // Line ends and blanks between records belong to none.
@@ -97,7 +90,7 @@ impl Endpoints {
         let site = FaultSite {
             command,
             block,
-            ..FaultSite::new(InjectionPoint::Command, port)
+            ..FaultSite::new(InjectionPoint::Command, port, Bytes::new())
         };
         match self.apply_fault(robot, &site) {
             Effect::Lost => return false,

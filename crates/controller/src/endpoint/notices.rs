@@ -101,14 +101,12 @@ impl Endpoints {
     /// Raises the alarm of WD, once, if its time is over.
     pub(crate) fn expire_watchdog(&mut self, robot: &mut Robot) {
         if let Some(watchdog) = robot.panel.take_late_watchdog(robot.now) {
-            for port in self.protocol_peers() {
-                let message = format!(
-                    "WD promised a text within {} ms; none came",
-                    watchdog.timeout.as_millis()
-                );
-                robot.report(&rules::WATCHDOG_LATE, port, &[], message);
+            let millis = watchdog.timeout.as_millis();
+            for session in self.sessions.values().filter(|session| session.peer.is_some()) {
+                let message = format!("WD promised a text within {millis} ms; none came");
+                robot.report(&rules::WATCHDOG_LATE, session.port, &[], message);
             }
-            let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
+            let detail = format!("no text of a host within {millis} ms");
             robot.raise(alarm::host_timeout(watchdog.level), detail);
         }
     }

@@ -70,11 +70,7 @@ impl Endpoints {
             let surplus = segment.departure.length();
             let (bytes, segments) = self.send_queue.waiting(port);
             if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
-                robot.event(Event::Dropped {
-                    port,
-                    bytes: surplus,
-                    reason: "more is to be sent than a delayed port holds",
-                });
+                robot.dropped(port, surplus, "more is to be sent than a delayed port holds");
                 continue;
             }
             last = self.send_queue.push(port, last, segment);

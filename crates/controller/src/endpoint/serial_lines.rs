@@ -5,12 +5,12 @@
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
-use crate::endpoint::serial_line::uart::CharacterError;
+use crate::endpoint::serial_line::uart::{Character, CharacterError};
 use crate::endpoint::serial_line::{HostEnd, SerialLine};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
-use crate::output::{Event, Output};
+use crate::output::Output;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
@@ -28,6 +28,11 @@ impl Endpoints {
         Some(LINE_QUEUE.saturating_sub(line.inbound.queued()))
     }
 
+    /// The line of a serial port, with the robot's settings of it.
+    fn line(&mut self, robot: &Robot, port: Port) -> Option<(SerialSettings, &mut SerialLine)> {
+        Some((robot.parameters.serial_line(port)?, self.lines.get_mut(&port)?))
+    }
+
     /// What is known of the far end of a serial line.
     pub(crate) fn line_opened(&mut self, port: Port, host: HostEnd) {
         if let Some(line) = self.lines.get_mut(&port) {
@@ -37,14 +42,9 @@ impl Endpoints {
 
     /// When the lines have something to hand over.
     pub(crate) fn line_deadline(&self, robot: &Robot) -> Option<Time> {
-        let due = |(port, line): (&Port, &SerialLine)| line.deadline(robot.serial_line(*port)?);
+        let due = |(port, line): (&Port, &SerialLine)| line.deadline(robot.parameters.serial_line(*port)?);
         let busy = self.lines.iter().filter(|(_, line)| line.is_busy());
         busy.filter_map(due).min()
-    }
-
-    /// Whether characters are on the line of this port.
-    pub(crate) fn line_is_busy(&self, port: Port) -> bool {
-        self.lines.get(&port).is_some_and(SerialLine::is_busy)
     }
 
     /// Whether the robot has to keep silent because a character of the host is under way.
@@ -59,7 +59,7 @@ impl Endpoints {
     /// Bytes that a peer has put on a serial line.
     pub(crate) fn received_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) {
         let now = robot.now;
-        let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+        let Some((own, line)) = self.line(robot, port) else {
             return;
         };
         let Some(far) = line.host_settings(own) else {
@@ -72,8 +72,7 @@ impl Endpoints {
         let arrivals = receive_unpaced(&bytes, far, own)
             .into_iter()
             .map(|character| Arrival {
-                byte: character.byte,
-                fault: character.fault,
+                character,
                 begin: now,
                 end: now,
             });
@@ -101,7 +100,7 @@ impl Endpoints {
         self.receive_from_lines(robot);
         let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+            let Some((own, line)) = self.line(robot, port) else {
                 continue;
             };
             if !line.outbound.is_busy() {
@@ -109,7 +108,7 @@ impl Endpoints {
             }
             let far = line.host_settings(own).unwrap_or(own);
             let read = line.outbound.take(now, far);
-            send_read(robot, port, read.into_iter().map(|arrival| arrival.byte));
+            send_read(robot, port, read.into_iter().map(|arrival| arrival.character));
         }
     }
 
@@ -117,7 +116,7 @@ impl Endpoints {
     pub(crate) fn receive_from_lines(&mut self, robot: &mut Robot) {
         let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+            let Some((own, line)) = self.line(robot, port) else {
                 continue;
             };
             let Some(leaving) = &mut line.departed_peer else {
@@ -171,11 +170,11 @@ impl Endpoints {
         let half_duplex = self.is_half_duplex(robot, port);
         let keeps = robot.config.options.bad_character == BadCharacter::Keep;
         let (mut heard, mut heard_at, mut bad, mut lost) = (Vec::new(), None, Vec::new(), 0);
-        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
+        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.character.byte).collect();
         if let Some(place) = self.parity_error(robot, port, &bytes)
             && let Some(arrival) = arrivals.get_mut(place)
         {
-            arrival.fault = Some(CharacterError::Parity);
+            arrival.character.fault = Some(CharacterError::Parity);
         }
         for arrival in arrivals {
             let overlaps = |line: &SerialLine| line.was_sending(arrival.begin, arrival.end);
@@ -183,10 +182,10 @@ impl Endpoints {
                 lost += 1;
                 continue;
             }
-            match arrival.fault {
+            match arrival.character.fault {
                 Some(fault) if !keeps => bad.push(fault.description()),
                 _ => {
-                    heard.push(arrival.byte);
+                    heard.push(arrival.character.byte);
                     heard_at = Some(arrival.end);
                 }
             }
@@ -194,7 +193,7 @@ impl Endpoints {
         for reason in ["parity error", "framing error"] {
             let bytes = bad.iter().filter(|found| **found == reason).count();
             if bytes > 0 {
-                robot.event(Event::Dropped { port, bytes, reason });
+                robot.dropped(port, bytes, reason);
             }
         }
         if lost > 0 {
@@ -215,21 +214,13 @@ impl Endpoints {
             rest.remove(place);
             bytes = rest.into();
             let reason = CharacterError::Parity.description();
-            robot.event(Event::Dropped {
-                port,
-                bytes: 1,
-                reason,
-            });
+            robot.dropped(port, 1, reason);
         }
         self.received(robot, port, robot.now, &bytes);
     }
 
     fn lost_while_sending(&mut self, robot: &mut Robot, port: Port, bytes: usize) {
-        robot.event(Event::Dropped {
-            port,
-            bytes,
-            reason: "the robot was sending",
-        });
+        robot.dropped(port, bytes, "the robot was sending");
         let message = format!(
             "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
              ETX first"
@@ -247,7 +238,7 @@ impl Endpoints {
 
     /// Characters came with a parity or framing error that the line itself brought.
     pub(crate) fn line_faults(&mut self, robot: &mut Robot, port: Port, bytes: &Bytes) {
-        let Some(own) = robot.serial_line(port) else {
+        let Some(own) = robot.parameters.serial_line(port) else {
             return;
         };
         let message = format!(
@@ -258,18 +249,14 @@ impl Endpoints {
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {
             BadCharacter::Keep => self.received(robot, port, robot.now, bytes),
-            BadCharacter::Drop => robot.event(Event::Dropped {
-                port,
-                bytes: bytes.len(),
-                reason: "parity or framing error",
-            }),
+            BadCharacter::Drop => robot.dropped(port, bytes.len(), "parity or framing error"),
         }
     }
 
     /// Puts bytes onto the serial line of a port. Returns when the last of them is out.
     pub(super) fn put_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Time {
         let now = robot.now;
-        let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+        let Some((own, line)) = self.line(robot, port) else {
             return now;
         };
         let Some(far) = line.host_settings(own) else {
@@ -283,18 +270,18 @@ impl Endpoints {
         self.compare_settings(robot, port, own);
         if !robot.config.options.serial_pacing {
             let read = receive_unpaced(&bytes, own, far);
-            send_read(robot, port, read.into_iter().map(|character| character.byte));
+            send_read(robot, port, read);
             return now;
         }
         let Some(line) = self.lines.get_mut(&port) else {
             return now;
         };
         if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
-            robot.event(Event::Dropped {
+            robot.dropped(
                 port,
-                bytes: bytes.len(),
-                reason: "the robot has more to send than its buffer holds",
-            });
+                bytes.len(),
+                "the robot has more to send than its buffer holds",
+            );
             return now;
         }
         let (begin, end) = line.outbound.push(now, &bytes, own);
@@ -328,8 +315,8 @@ impl Endpoints {
 }
 
 /// What the host's end has read of the robot's characters is sent.
-fn send_read(robot: &mut Robot, port: Port, read: impl Iterator<Item = u8>) {
-    let bytes: Bytes = read.collect();
+fn send_read(robot: &mut Robot, port: Port, read: impl IntoIterator<Item = Character>) {
+    let bytes: Bytes = read.into_iter().map(|character| character.byte).collect();
     if !bytes.is_empty() {
         robot.push_output(Output::Send { port, bytes });
     }

@@ -201,14 +201,14 @@ pub struct FaultSite<'a> {
 }
 
 impl FaultSite<'_> {
-    /// A site that belongs to no command and has no bytes.
-    pub(crate) fn new(point: InjectionPoint, port: Port) -> FaultSite<'static> {
+    /// A site that belongs to no command.
+    pub(crate) fn new(point: InjectionPoint, port: Port, bytes: Bytes) -> FaultSite<'static> {
         FaultSite {
             point,
             port,
             command: "",
             block: 0,
-            bytes: Bytes::new(),
+            bytes,
             data: Bytes::new(),
         }
     }

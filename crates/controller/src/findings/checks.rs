@@ -116,7 +116,8 @@ impl Robot {
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
     /// says why.
     pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
-        if has_finding_since(self, outputs) {
+        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+        if self.outputs.iter().skip(outputs).any(finding) {
             return;
         }
         let rule = if *command == Command::Rn && reason == OperateError::ServoOff.to_string() {
@@ -298,12 +299,6 @@ impl Endpoints {
             }
         }
     }
-}
-
-/// Whether something was found since so many outputs were waiting.
-fn has_finding_since(robot: &Robot, outputs: usize) -> bool {
-    let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
-    robot.waiting().skip(outputs).any(finding)
 }
 
 fn begins_file(data: &[u8]) -> bool {

@@ -11,7 +11,6 @@ use crate::panel::{ControlRight, KeySwitch};
 use crate::robot::Robot;
 use alloc::format;
 use alloc::vec::Vec;
-use thiserror::Error;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 
@@ -57,19 +56,6 @@ const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST
 /// Inputs that ACK does not answer; they act in EXT (SIG) only (PRM-LEG-08, S40, S41). EX_SVON before RUN: with
 /// `sig.strobe = required` one STROBE can do both.
 const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
-
-/// Why a command input had no effect.
-#[derive(Debug, Clone, PartialEq, Error)]
-enum SignalError {
-    #[error("servo power is on already (SV_RDY)")]
-    ServoOn,
-    #[error("a reset is accepted only in stop mode")]
-    Running,
-    #[error("of several inputs at once only the first is processed")]
-    NotFirst,
-    #[error(transparent)]
-    Operate(#[from] OperateError),
-}
 
 impl Robot {
     /// Ends the pulses of outputs that are over, and drives the inputs whose time has come.
@@ -138,9 +124,9 @@ impl Robot {
             return;
         }
         let result = match line {
-            din::RUN => self.start().map_err(SignalError::from),
-            din::EX_SVON if self.panel.state().servo => Err(SignalError::ServoOn),
-            din::EX_SVON => self.servo_on().map_err(SignalError::from),
+            din::RUN => self.start(),
+            din::EX_SVON if self.panel.state().servo => Err(OperateError::ServoOn),
+            din::EX_SVON => self.servo_on(),
             din::ALM_RST => {
                 self.reset_alarms();
                 Ok(())
@@ -154,12 +140,12 @@ impl Robot {
         self.answer_signal(line, result);
     }
 
-    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), SignalError> {
+    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), OperateError> {
         self.first_at_once()?;
         if self.executor.status() == ExecutionStatus::Running {
-            return Err(SignalError::Running);
+            return Err(OperateError::NotStopped);
         }
-        Ok(self.reset_program(reset)?)
+        self.reset_program(reset)
     }
 
     /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
@@ -167,14 +153,14 @@ impl Robot {
     ///
     /// # Errors
     /// Another was the first.
-    fn first_at_once(&self) -> Result<(), SignalError> {
+    fn first_at_once(&self) -> Result<(), OperateError> {
         if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
-            return Err(SignalError::NotFirst);
+            return Err(OperateError::NotFirst);
         }
         Ok(())
     }
 
-    fn answer_signal(&mut self, line: u16, result: Result<(), SignalError>) {
+    fn answer_signal(&mut self, line: u16, result: Result<(), OperateError>) {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
             Ok(()) => {
@@ -203,27 +189,23 @@ impl Robot {
 
     /// Lets the system outputs show the present state (SF-39).
     pub(crate) fn show_state(&mut self) {
-        let mode = self.panel.state().master_mode();
-        let alarm = !self.alarms.active().is_empty();
+        let state = self.panel.state();
+        let mode = state.master_mode();
+        let by_host = matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther);
+        let ready = !state.emergency_stop && !self.alarms.blocks_start();
         let shown = [
-            (dout::EMG_ST, self.panel.state().emergency_stop),
-            (dout::SV_RDY, self.panel.state().servo),
+            (dout::EMG_ST, state.emergency_stop),
+            (dout::SV_RDY, state.servo),
             (dout::TEACH, mode == MasterMode::Teaching),
             (dout::INT, mode == MasterMode::Internal),
             (dout::EXTSIG, mode == MasterMode::ExtSig),
-            (
-                dout::EXTHOST,
-                matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther),
-            ),
-            (
-                dout::SYS_RDY,
-                !self.panel.state().emergency_stop && !self.alarms.blocks_start(),
-            ),
+            (dout::EXTHOST, by_host),
+            (dout::SYS_RDY, ready),
             (dout::AUTORUN, self.executor.program_runs()),
             (dout::LOW_ST, self.is_slow()),
-            (dout::CYC_ST, self.panel.state().run_mode == RunMode::Cycle),
-            (dout::BT_ALM, self.panel.state().battery_low),
-            (dout::ALARM, alarm),
+            (dout::CYC_ST, state.run_mode == RunMode::Cycle),
+            (dout::BT_ALM, state.battery_low),
+            (dout::ALARM, !self.alarms.active().is_empty()),
         ];
         for (line, on) in shown {
             if self.signals.output(line) != on {

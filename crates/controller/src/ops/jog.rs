@@ -1,6 +1,6 @@
 //! MD RT SC JG: jogging from the host. The arm moves until JG ! ends it or the host disconnects.
 
-use super::Outcome;
+use super::{Outcome, first_reason};
 use crate::arm::{Jog, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
@@ -31,31 +31,28 @@ impl Robot {
             }
         };
         let guide = self.panel.state().jog_mode;
-        let reason = if self.executor.status() == ExecutionStatus::Running {
-            "a program or a DO statement is under way"
-        } else if !self.panel.state().servo {
-            "servo power is off"
-        } else if self.panel.state().feed_hold {
-            "feed hold is on"
-        } else if guide.mode == FREE {
-            "the guide mode is FREE"
-        } else if self.arm.is_jogging() {
-            "the arm is being guided; JG ! ends that"
-        } else {
-            let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
-            let jog = Jog {
-                port,
-                axis,
-                sign,
-                step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
-                speed: JOG_SPEED[rate],
-                frame: JogFrame::from_number(guide.coordinate),
-            };
-            let conditions = self.executor.memory().conditions().clone();
-            let locked = self.panel.state().machine_lock;
-            let (now, pace) = (self.now, self.pace());
-            return Outcome::of(self.arm.jog(now, &jog, &conditions, pace, locked));
+        let running = self.executor.status() == ExecutionStatus::Running;
+        if let Some(reason) = first_reason([
+            (running, "a program or a DO statement is under way"),
+            (!self.panel.state().servo, "servo power is off"),
+            (self.panel.state().feed_hold, "feed hold is on"),
+            (guide.mode == FREE, "the guide mode is FREE"),
+            (self.arm.is_jogging(), "the arm is being guided; JG ! ends that"),
+        ]) {
+            return Outcome::ng(reason);
+        }
+        let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
+        let jog = Jog {
+            port,
+            axis,
+            sign,
+            step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
+            speed: JOG_SPEED[rate],
+            frame: JogFrame::from_number(guide.coordinate),
         };
-        Outcome::ng(reason)
+        let (now, pace) = (self.now, self.pace());
+        let conditions = self.executor.memory().conditions();
+        let locked = self.panel.state().machine_lock;
+        Outcome::of(self.arm.jog(now, &jog, conditions, pace, locked))
     }
 }

@@ -66,6 +66,12 @@ impl Outcome {
     }
 }
 
+/// The first of the conditions that holds: it forbids something for its reason.
+fn first_reason<T>(conditions: impl IntoIterator<Item = (bool, T)>) -> Option<T> {
+    let mut conditions = conditions.into_iter();
+    conditions.find_map(|(holds, reason)| holds.then_some(reason))
+}
+
 /// What a command finds at the port it came on.
 pub(crate) struct CommandContext<'a> {
     pub(crate) port: Port,
@@ -90,7 +96,7 @@ impl Robot {
                 Outcome::Ok
             }
             Command::So => Outcome::of(self.servo_on()),
-            Command::Rs(reset) => self.op_reset(reset),
+            Command::Rs(reset) => self.op_reset(Some(reset)),
             Command::Sl(name) => self.op_select(port, &name),
             Command::Ul(name) => self.op_upload(&name),
             Command::Dl(name) => self.op_download(context, name),
@@ -126,7 +132,7 @@ impl Robot {
             Command::Sc(number) => self.op_guide(|guide| guide.coordinate = u16::from(number)),
             Command::Jg { axis, motion } => self.op_jog(port, axis, motion),
             Command::Mn => Outcome::file(self.maintenance().encode()),
-            Command::RsErr => self.op_reset_alarms(),
+            Command::RsErr => self.op_reset(None),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
 
-use super::Outcome;
+use super::{Outcome, first_reason};
 use crate::executor::{Standstill, StopCause};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
@@ -48,20 +48,14 @@ impl Robot {
 
     /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
     pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
-        if self.executor.program_runs() {
-            return Outcome::ng("a program is running");
-        }
-        if self.arm.is_jogging() {
-            return Outcome::ng("the arm is being guided by JG");
-        }
-        if self.executor.has_direct() {
-            return Outcome::ng("another DO statement is under way");
-        }
-        if !self.panel.state().servo {
-            return Outcome::ng("servo power is off");
-        }
-        if self.panel.state().feed_hold {
-            return Outcome::ng("feed hold is on");
+        if let Some(reason) = first_reason([
+            (self.executor.program_runs(), "a program is running"),
+            (self.arm.is_jogging(), "the arm is being guided by JG"),
+            (self.executor.has_direct(), "another DO statement is under way"),
+            (!self.panel.state().servo, "servo power is off"),
+            (self.panel.state().feed_hold, "feed hold is on"),
+        ]) {
+            return Outcome::ng(reason);
         }
         match self.executor.begin_direct(statement, self.now) {
             Ok(()) => {

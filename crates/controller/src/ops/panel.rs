@@ -3,6 +3,7 @@
 //!
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
+use super::first_reason;
 use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
@@ -41,6 +42,12 @@ pub(crate) enum OperateError {
     NoFile,
     #[error("the program has no label RCYCLE")]
     NoRcycle,
+    #[error("servo power is on already (SV_RDY)")]
+    ServoOn,
+    #[error("a reset is accepted only in stop mode")]
+    NotStopped,
+    #[error("of several inputs at once only the first is processed")]
+    NotFirst,
     #[error(transparent)]
     Select(#[from] SelectError),
 }
@@ -63,14 +70,12 @@ impl Robot {
     /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
     /// the same (assumed).
     pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
-        if self.panel.state().emergency_stop {
-            return Err(OperateError::EmergencyStop);
-        }
-        if self.panel.state().safety_open {
-            return Err(OperateError::SafetyOpen);
-        }
-        if self.alarms.blocks_servo() {
-            return Err(OperateError::ServoAlarm);
+        if let Some(reason) = first_reason([
+            (self.panel.state().emergency_stop, OperateError::EmergencyStop),
+            (self.panel.state().safety_open, OperateError::SafetyOpen),
+            (self.alarms.blocks_servo(), OperateError::ServoAlarm),
+        ]) {
+            return Err(reason);
         }
         let event = self.panel.servo_on(self.now, self.config.options.servo_interval);
         self.outputs.extend(event.map(Output::Event));
@@ -111,25 +116,17 @@ impl Robot {
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
-        Err(if self.executor.selected().is_none() {
-            OperateError::NoFile
-        } else if self.executor.has_direct() {
-            OperateError::Direct
-        } else if self.arm.is_jogging() {
-            OperateError::Jogging
-        } else if self.panel.state().emergency_stop {
-            OperateError::EmergencyStop
-        } else if self.panel.state().safety_open {
-            OperateError::SafetyOpen
-        } else if self.alarms.blocks_start() {
-            OperateError::StartAlarm
-        } else if !self.panel.state().servo {
-            OperateError::ServoOff
-        } else if self.panel.state().feed_hold {
-            OperateError::FeedHold
-        } else {
-            return Ok(());
-        })
+        let reason = first_reason([
+            (self.executor.selected().is_none(), OperateError::NoFile),
+            (self.executor.has_direct(), OperateError::Direct),
+            (self.arm.is_jogging(), OperateError::Jogging),
+            (self.panel.state().emergency_stop, OperateError::EmergencyStop),
+            (self.panel.state().safety_open, OperateError::SafetyOpen),
+            (self.alarms.blocks_start(), OperateError::StartAlarm),
+            (!self.panel.state().servo, OperateError::ServoOff),
+            (self.panel.state().feed_hold, OperateError::FeedHold),
+        ]);
+        reason.map_or(Ok(()), Err)
     }
 
     /// FEED HOLD: alternate action (CMD-FD-02).

@@ -11,22 +11,14 @@ use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
 
-/// Why RS is refused (CMD-RS-02).
-const STOP_MODE_ONLY: &str = "RS is accepted only in stop mode";
-
 impl Robot {
-    /// RS, in stop mode only (CMD-RS-01 to CMD-RS-10).
-    pub(super) fn op_reset(&mut self, reset: Reset) -> Outcome {
+    /// RS, and RS,ERR with no reset of the program, in stop mode only (CMD-RS-01 to CMD-RS-10, decision D6).
+    pub(super) fn op_reset(&mut self, reset: Option<Reset>) -> Outcome {
         if self.executor.status() == ExecutionStatus::Running {
-            return Outcome::ng(STOP_MODE_ONLY);
+            return Outcome::ng("RS is accepted only in stop mode");
         }
-        Outcome::of(self.reset_program(reset))
-    }
-
-    /// RS,ERR, in stop mode only (decision D6).
-    pub(super) fn op_reset_alarms(&mut self) -> Outcome {
-        if self.executor.status() == ExecutionStatus::Running {
-            return Outcome::ng(STOP_MODE_ONLY);
+        if let Some(reset) = reset {
+            return Outcome::of(self.reset_program(reset));
         }
         self.reset_alarms();
         Outcome::Ok

@@ -126,7 +126,7 @@ impl Driver {
         if !self.cell.controller.state().powered {
             return Err(refused("power on", "the power is off"));
         }
-        if expected && self.cell.controller.peer_of(port).is_none() {
+        if expected && self.cell.controller.peer(port).is_none() {
             return Err(refused("a connected peer", "nobody is connected"));
         }
         Ok(())

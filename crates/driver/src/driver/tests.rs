@@ -189,7 +189,7 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         serve_until(&mut driver, |driver| driver.edge.clock.now() > met).await;
         drop(host);
         serve_until(&mut driver, |driver| {
-            driver.cell.controller.peer_of(Port::Ip0).is_none()
+            driver.cell.controller.peer(Port::Ip0).is_none()
         })
         .await;
         let left = driver.edge.clock.now();

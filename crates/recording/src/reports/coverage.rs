@@ -73,7 +73,7 @@ impl CoverageReport {
         let cells = cells.into_iter().map(|(cell, (count, reachable))| CellReport {
             port: cell.port.name().to_owned(),
             command: cell.row().to_owned(),
-            mode: cell.mode().as_str().to_owned(),
+            mode: cell.mode.as_str().to_owned(),
             outcome: verdict_word(cell.verdict).to_owned(),
             count,
             reachable,

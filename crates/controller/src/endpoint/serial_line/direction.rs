@@ -3,7 +3,7 @@
 //! What a character means, and what happens to a garbled one, is decided by the owner of the line.
 
 use super::clock::{Clock, frame_time};
-use super::uart::{Character, CharacterError, Receiver};
+use super::uart::{Character, Receiver};
 use crate::limits::UART_FIFO;
 use crate::time::Time;
 use alloc::collections::VecDeque;
@@ -23,10 +23,8 @@ struct Burst {
 /// A character that was received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrival {
-    /// The data bits as read.
-    pub byte: u8,
-    /// What is wrong with it.
-    pub fault: Option<CharacterError>,
+    /// As it was read.
+    pub character: Character,
     /// When its transmission began.
     pub begin: Time,
     /// When its transmission ended.
@@ -158,15 +156,23 @@ impl Direction {
             receiver.set(sender, own);
             receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
             receiver.receive(byte, &mut read);
-            arrivals.extend(read.drain(..).map(|character| arrival(character, begin, end)));
+            arrivals.extend(read.drain(..).map(|character| Arrival {
+                character,
+                begin,
+                end,
+            }));
         }
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
             && ended + frame_time(receiver.own()) <= now
         {
             receiver.flush(&mut read);
-            let end = ended + frame_time(receiver.own());
-            arrivals.extend(read.drain(..).map(|character| arrival(character, ended, end)));
+            let (begin, end) = (ended, ended + frame_time(receiver.own()));
+            arrivals.extend(read.into_iter().map(|character| Arrival {
+                character,
+                begin,
+                end,
+            }));
         }
         arrivals
     }
@@ -208,15 +214,6 @@ pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings
     }
     receiver.flush(&mut read);
     read
-}
-
-fn arrival(character: Character, begin: Time, end: Time) -> Arrival {
-    Arrival {
-        byte: character.byte,
-        fault: character.fault,
-        begin,
-        end,
-    }
 }
 
 fn is_boundary(byte: u8) -> bool {

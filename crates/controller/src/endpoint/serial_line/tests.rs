@@ -59,7 +59,12 @@ fn ends_of_texts_and_values_pass_at_their_own_time() {
     while let Some(due) = direction.deadline(plain()) {
         let taken = direction.take(due, plain());
         assert_eq!(taken.last().map(|arrival| arrival.end), Some(due));
-        parts.push(taken.iter().map(|arrival| arrival.byte).collect::<Vec<u8>>());
+        parts.push(
+            taken
+                .iter()
+                .map(|arrival| arrival.character.byte)
+                .collect::<Vec<u8>>(),
+        );
     }
     let expected: [&[u8]; 8] = [
         b"\x02SU\r",
@@ -103,10 +108,15 @@ fn each_byte_has_the_settings_it_was_handed_over_with() {
         arrivals.last().map(|arrival| arrival.end),
         Some(Time::from_millis(200))
     );
-    let clean = arrivals.iter().take_while(|arrival| arrival.byte == b'a').count();
+    let clean = arrivals
+        .iter()
+        .take_while(|arrival| arrival.character.byte == b'a')
+        .count();
     assert_eq!(clean, 96);
     assert!(
-        arrivals[clean..].iter().all(|arrival| arrival.byte != b'b'),
+        arrivals[clean..]
+            .iter()
+            .all(|arrival| arrival.character.byte != b'b'),
         "{:?}",
         &arrivals[clean..]
     );
@@ -118,13 +128,13 @@ fn a_character_that_has_begun_cannot_be_purged() {
     direction.push(Time::ZERO, b"abc", plain());
     direction.purge(Time::from_micros(10));
     assert_eq!(direction.queued(), 1);
-    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'a');
+    assert_eq!(drain(&mut direction, plain()).0[0].character.byte, b'a');
     let later = Time::from_millis(10);
     direction.push(later, b"abc", plain());
     direction.purge(later);
     assert_eq!((direction.queued(), direction.deadline(plain())), (0, None));
     direction.push(later, b"d", plain());
-    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'd');
+    assert_eq!(drain(&mut direction, plain()).0[0].character.byte, b'd');
 }
 
 #[test]
@@ -140,7 +150,7 @@ fn paced_or_at_once_the_same_is_read() {
         let (arrivals, _) = drain(&mut direction, plain());
         let paced: Vec<_> = arrivals
             .iter()
-            .map(|arrival| (arrival.byte, arrival.fault))
+            .map(|arrival| (arrival.character.byte, arrival.character.fault))
             .collect();
         let at_once: Vec<_> = receive_unpaced(text, sender, plain())
             .iter()
@@ -161,7 +171,7 @@ fn a_pause_shorter_than_the_receivers_character_ends_it() {
     arrivals.extend(drain(&mut direction, own).0);
     let read: Vec<_> = arrivals
         .iter()
-        .map(|arrival| (arrival.byte, arrival.fault))
+        .map(|arrival| (arrival.character.byte, arrival.character.fault))
         .collect();
     assert_eq!(read, [(b'\r', None), (b'\r', None)]);
     // Without the pause the next start bit stands there.

@@ -27,10 +27,8 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
             context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
-        (
-            Effect::Unchanged,
-            alloc::format!("alarm {number} follows {}", site.description()),
-        )
+        let message = alloc::format!("alarm {number} follows {}", site.description());
+        (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT
 };

@@ -16,10 +16,8 @@ pub const KIND: FaultKind = FaultKind {
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
         let message = alloc::format!("{} leaves twice", site.description());
-        (
-            Effect::ReplaceOutput([Segment::bytes(site.bytes.clone()), again].into()),
-            message,
-        )
+        let twice = [Segment::bytes(site.bytes.clone()), again];
+        (Effect::ReplaceOutput(twice.into()), message)
     },
     ..FaultKind::DEFAULT
 };

@@ -29,10 +29,8 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );
         }
-        (
-            Effect::Unchanged,
-            alloc::format!("the emergency stop follows {}", site.description()),
-        )
+        let message = alloc::format!("the emergency stop follows {}", site.description());
+        (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT
 };

@@ -11,10 +11,8 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "Let the program answer each record by PRINT; when no answer comes in time send the record again.",
     points: &[InjectionPoint::Record],
     apply: |_, _, site| {
-        (
-            Effect::Lost,
-            alloc::format!("a record for INPUT on {} is lost", site.port),
-        )
+        let message = alloc::format!("a record for INPUT on {} is lost", site.port);
+        (Effect::Lost, message)
     },
     ..FaultKind::DEFAULT
 };

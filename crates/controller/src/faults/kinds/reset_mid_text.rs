@@ -46,10 +46,8 @@ pub const KIND: FaultKind = FaultKind {
         };
         let message = alloc::format!("{what} behind {count} bytes of {}", site.description());
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
-        (
-            Effect::ReplaceOutput([Segment::bytes(part), disconnect].into()),
-            message,
-        )
+        let segments = [Segment::bytes(part), disconnect];
+        (Effect::ReplaceOutput(segments.into()), message)
     },
     ..FaultKind::DEFAULT
 };

@@ -15,10 +15,8 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        (
-            Effect::Unchanged,
-            alloc::format!("the servo drops out behind {}", site.description()),
-        )
+        let message = alloc::format!("the servo drops out behind {}", site.description());
+        (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT
 };

@@ -36,10 +36,8 @@ pub const KIND: FaultKind = FaultKind {
             site.description(),
             data.escape_ascii()
         );
-        (
-            Effect::ReplaceOutput([Segment::bytes(reframed(&site.bytes, &site.data, data))].into()),
-            message,
-        )
+        let instead = Segment::bytes(reframed(&site.bytes, &site.data, data));
+        (Effect::ReplaceOutput([instead].into()), message)
     },
     ..FaultKind::DEFAULT
 };
