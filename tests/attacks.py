@@ -216,8 +216,8 @@ def drips(binary):
     for what, words, answer in (
             ("host, a text byte by byte", ("host", "{}", "su", "--timeout", "1"), [bytes([b]) for b in text * 9]),
             ("host, a file text by text", ("host", "{}", "su", "--timeout", "1", "--total", "2"), [text] * 999),
-            ("ctl, the head", ("ctl", "--at", "http://{}", "--timeout", "1", "health"), [b"H"] * 999),
-            ("ctl, the body", ("ctl", "--at", "http://{}", "--timeout", "1", "health"),
+            ("ctl, the head", ("ctl", "--url", "http://{}", "--timeout", "1", "health"), [b"H"] * 999),
+            ("ctl, the body", ("ctl", "--url", "http://{}", "--timeout", "1", "health"),
              [b"HTTP/1.0 200 OK\r\nContent-Length: 999\r\n\r\n"] + [b" "] * 999)):
         listener = socket.create_server(("127.0.0.1", 0))
 
@@ -324,7 +324,7 @@ def fairness(binary):
         file.write(READER)
     for port, block in (("ip0", b"\x02SU\r\x03" * 1000), ("host", b"\x02SU\r\x03" * 1000), ("com1", b"1\r" * 2000),
                         ("ip1", b"1\r" * 2000)):
-        emulator = Emulator(binary, "--host-tcp", "127.0.0.1:0", "--com1-tcp", "127.0.0.1:0", "--set",
+        emulator = Emulator(binary, "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0", "--set",
                             "serial.pacing=false", "--control", "127.0.0.1:0", "--servo-on", "--load", program,
                             "--select", "READER")
         addresses = {name: at(emulator.ready["serial"][name]) for name in ("host", "com1")}

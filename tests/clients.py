@@ -97,7 +97,7 @@ def over_ethernet(binary, what, command, name, folder):
         equal("nobody there: exit code 1, nothing on stdout", (1, ""), (code, said))
     finally:
         robot.kill()
-    robot = Emulator(binary, "--key", "teaching")
+    robot = Emulator(binary, "--key-switch", "teaching")
     try:
         code, said, complaint = run(command, address(robot.address("ip0")), address(robot.address("ip1")))
         equal("a robot in TEACHING: exit code 1, and why", (1, "", "SO is answered by NG\n"), (code, said, complaint))
@@ -109,7 +109,7 @@ def over_ethernet(binary, what, command, name, folder):
 
 def over_serial(binary, what, command, name):
     """Over HOST and COM1 as bare TCP."""
-    robot = Emulator(binary, "--control-right", "rs232c", "--host-tcp", "127.0.0.1:0", "--com1-tcp", "127.0.0.1:0")
+    robot = Emulator(binary, "--control-right", "rs232c", "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0")
     try:
         ways = [robot.ready["serial"][line].split("://")[-1] for line in ("host", "com1")]
         code, said, complaint = run(command, *ways, "COM1")

@@ -58,7 +58,7 @@ SCENARIO = """name = "a shift without a host"
 [start]
 load = ["CELL.scol"]
 select = "CELL"
-servo = true
+servo-on = true
 
 [[do]]
 at = "100 ms"
@@ -247,7 +247,7 @@ class Stepped:
 
     def clock(self, *words):
         """`ts3100 ctl clock ...`: what it says."""
-        ended = subprocess.run([self.binary, "ctl", "--at", self.url, "--json", "clock", *words], stdout=subprocess.PIPE,
+        ended = subprocess.run([self.binary, "ctl", "--url", self.url, "--json", "clock", *words], stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, timeout=60)
         if ended.returncode not in (0, 4):
             raise Failed("ctl clock %s\n     found    %d: %s" % (" ".join(words), ended.returncode, ended.stdout.decode()))

@@ -469,7 +469,7 @@ def tidy(host):
 
 def other_modes(binary, stx):
     """What the key switch and the control right forbid."""
-    for flags, mode in ((("--key", "teaching"), "teaching/cycle"), (("--key", "internal"), "internal/cycle"),
+    for flags, mode in ((("--key-switch", "teaching"), "teaching/cycle"), (("--key-switch", "internal"), "internal/cycle"),
                         (("--control-right", "sig"), "external(sig)/cycle"),
                         (("--control-right", "rs232c"), "external(host)/cycle")):
         emulator = Emulator(binary, *flags)
@@ -505,9 +505,9 @@ class Cell:
         if "terminal" in (self.host, self.talk.partition("-")[2]):
             yield from ("--serial-dir", self.folder + ".lines")
         if self.host == "rfc2217":
-            yield from ("--host-rfc2217", "127.0.0.1:0")
+            yield from ("--serial-host-rfc2217", "127.0.0.1:0")
         if self.talk == "com1-rfc2217":
-            yield from ("--com1-rfc2217", "127.0.0.1:0")
+            yield from ("--serial-com1-rfc2217", "127.0.0.1:0")
 
     def set_parameters(self, binary):
         """[U06], and IP2 as a client, written by a host of before."""

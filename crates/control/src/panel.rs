@@ -106,6 +106,7 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(get_safety_switch, put_safety_switch))
         .routes(routes!(get_servo, put_servo))
         .routes(routes!(get_feed_hold, put_feed_hold))
+        .routes(routes!(press_feed_hold))
         .routes(routes!(get_machine_lock, put_machine_lock))
         .routes(routes!(get_battery, put_battery))
         .routes(routes!(get_program))
@@ -228,6 +229,13 @@ async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switc
     handle.act(Action::FeedHold(body.on), feed_hold).await.map(Json)
 }
 
+/// Press the feed hold button of the panel: it switches feed hold on or off
+#[utoipa::path(post, path = "/feed-hold/press", responses((status = 200, body = Switch)))]
+async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
+    let panel = PanelAction::FeedHold;
+    handle.act(Action::Panel(panel), feed_hold).await.map(Json)
+}
+
 /// Whether the machine lock is on
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
 async fn get_machine_lock(handle: Handle) -> Answer<Switch> {
@@ -257,7 +265,7 @@ fn battery(view: &View<'_>) -> Battery {
     Battery { low }
 }
 
-/// Make the battery low or good
+/// Make the battery low or ok
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
 async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);

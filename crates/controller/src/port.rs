@@ -31,6 +31,8 @@ impl Port {
     pub const ALL: [Port; 6] = [Port::Host, Port::Com1, Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
     /// The Ethernet channels in the order of ETHERNET.PAR.
     pub const ETHERNET: [Port; 4] = [Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
+    /// The serial ports.
+    pub const SERIAL: [Port; 2] = [Port::Host, Port::Com1];
 
     /// The manual's name of the port.
     #[must_use]

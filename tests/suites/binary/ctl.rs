@@ -7,7 +7,7 @@ use ts3100_tests::testing::TempDir;
 
 fn ctl(serve: &Serve, words: &[&str]) -> Output {
     let url = serve.control.as_deref().unwrap();
-    let mut all = vec!["ctl", "--at", url];
+    let mut all = vec!["ctl", "--url", url];
     all.extend(words);
     run(&all)
 }
@@ -35,7 +35,7 @@ fn a_snapshot_and_a_transcript_become_files() {
     let file = directory.file("low.json", stdout(&shown));
     answer(&serve, &["snapshot", "take", "low"]);
     assert_eq!(stdout(&ctl(&serve, &["snapshot", "show", "low"])), stdout(&shown));
-    answer(&serve, &["battery", "good"]);
+    answer(&serve, &["battery", "ok"]);
     answer(&serve, &["snapshot", "load", &file]);
     assert_eq!(answer(&serve, &["battery"]), json!({"low": true}));
     let other = Serve::start(&["--restore", &file]);
@@ -62,10 +62,10 @@ fn a_snapshot_and_a_transcript_become_files() {
 fn every_switch_has_its_words() {
     let serve = Serve::start(&[]);
     for (words, expected) in [
-        ("key teaching", json!({"position": "teaching"})),
-        ("key ext", json!({"position": "ext"})),
-        ("right sig", json!({"holder": "sig"})),
-        ("right ether", json!({"holder": "ether"})),
+        ("key-switch teaching", json!({"position": "teaching"})),
+        ("key-switch ext", json!({"position": "ext"})),
+        ("control-right sig", json!({"holder": "sig"})),
+        ("control-right ether", json!({"holder": "ether"})),
         ("safety-switch open", json!({"open": true})),
         ("safety-switch close", json!({"open": false})),
         ("emergency-stop press", json!({"pressed": true})),
@@ -73,9 +73,10 @@ fn every_switch_has_its_words() {
         ("machine-lock on", json!({"on": true})),
         ("machine-lock off", json!({"on": false})),
         ("battery low", json!({"low": true})),
-        ("battery good", json!({"low": false})),
+        ("battery ok", json!({"low": false})),
         ("feed-hold on", json!({"on": true})),
         ("feed-hold off", json!({"on": false})),
+        ("feed-hold press", json!({"on": true})),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
         assert_eq!(answer(&serve, &words), expected, "{words:?}");
@@ -106,7 +107,7 @@ fn every_resource_has_its_words() {
     assert_eq!(answer(&serve, &["file", "select", "CELL"])["file"], "CELL");
     assert_eq!(answer(&serve, &["variable", "N", "-7"])["value"], json!([-7]));
     assert_eq!(answer(&serve, &["variable", "N"])["value"], json!([-7]));
-    answer(&serve, &["position", "P1", "--teach", "--restore"]);
+    answer(&serve, &["position", "P1", "teach", "--restore"]);
     assert_eq!(
         answer(
             &serve,
@@ -137,7 +138,7 @@ fn every_resource_has_its_words() {
     );
     answer(&serve, &["channel", "ip1", "inject", r"1,2\r"]);
     assert_eq!(answer(&serve, &["channel", "ip1"])["buffer"], "1,2<CR>");
-    answer(&serve, &["pendant", r"5\r"]);
+    answer(&serve, &["pendant", "keys", r"5\r"]);
     assert_eq!(answer(&serve, &["parameters"])["host"]["speed"], 9600);
     assert_eq!(answer(&serve, &["power", "cycle"])["on"], true);
     assert_eq!(answer(&serve, &["clock", "mode", "auto"])["mode"], "auto");
@@ -166,7 +167,7 @@ fn the_exit_code_says_how_it_ended() {
         vec!["wait", "moon"],
         vec!["variable", "N", "one"],
         vec!["call", "GET", "state"],
-        vec!["position", "--teach"],
+        vec!["position", "P1", "teach", "1"],
         vec!["file", "put", "A", "/does/not/exist"],
         vec!["nothing"],
     ] {
@@ -175,11 +176,13 @@ fn the_exit_code_says_how_it_ended() {
     let late = ["clock", "advance-until", "output", "3", "on", "--within", "1"];
     assert_eq!(code(&serve, &late), Some(4));
     assert_eq!(
-        run(&["ctl", "--at", "http://127.0.0.1:1", "state"]).status.code(),
+        run(&["ctl", "--url", "http://127.0.0.1:1", "state"])
+            .status
+            .code(),
         Some(3)
     );
     assert_eq!(
-        run(&["ctl", "--at", "https://a:1", "state"]).status.code(),
+        run(&["ctl", "--url", "https://a:1", "state"]).status.code(),
         Some(2)
     );
 }

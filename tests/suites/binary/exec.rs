@@ -261,3 +261,32 @@ fn a_signal_is_passed_on_and_the_reports_are_written_all_the_same() {
     assert_eq!(child.wait().unwrap().code(), Some(9));
     assert!(state.exists());
 }
+
+#[test]
+fn the_command_gets_addresses_and_an_emulator_inside_ignores_them_without_a_warning() {
+    let words = ["--serial-host-tcp", "127.0.0.1:0"];
+    let script = "
+        ts3100 host $TS3100_IP0 su > /dev/null && test $TS3100_IP0 = $TS3100_HOST:$TS3100_IP0_PORT || exit 11
+        test -n \"$TS3100_IP3\" && test -n \"$TS3100_CONTROL_URL\" && test -n \"$TS3100_SERIAL_HOST_LINE\" || exit 12
+        ts3100 exec --control off -- sh -c '
+            test $TS3100_IP0 != '$TS3100_IP0' && test -z \"$TS3100_CONTROL_URL$TS3100_SERIAL_HOST_LINE\"' || exit 13
+        ts3100 serve --ports auto --scenario no-such-file";
+    let output = exec(&words, script);
+    expect_code(&output, 2);
+    let said = stderr(&output);
+    assert!(
+        said.contains("no-such-file") && !said.contains("TS3100_"),
+        "{said}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn the_address_of_a_host_is_no_serial_port() {
+    for (flag, address) in [("--serial-host", "0.0.0.0"), ("--serial-com1", "robot.example")] {
+        let refused = run(&["serve", "--ports", "auto", flag, address]);
+        expect_code(&refused, 2);
+        let said = stderr(&refused);
+        assert!(said.contains("did you mean --listen?"), "{said}");
+    }
+}

@@ -163,7 +163,7 @@ fn coverage_is_written_judged_and_merged() {
         "{html}"
     );
 
-    let serve = Serve::start(&["--coverage", &other, "--key", "teaching"]);
+    let serve = Serve::start(&["--coverage", &other, "--key-switch", "teaching"]);
     serve.dial(0).exchange(b"\x02SO\r\x03", b"\x02NG\r\x03");
     assert_eq!(serve.signal("TERM").status.code(), Some(0));
     let all = directory.file("all.json", "");

@@ -47,7 +47,7 @@ fn links_are_removed_by_a_signal_left_by_a_kill_and_replaced_by_the_next() {
 
 #[test]
 fn addresses_that_were_left_open_are_told() {
-    let serve = Serve::start(&["--host-rfc2217", ":0", "--com1-tcp", "127.0.0.1:0"]);
+    let serve = Serve::start(&["--serial-host-rfc2217", ":0", "--serial-com1-tcp", "127.0.0.1:0"]);
     let place = |name: &str, scheme: &str| {
         let place = serve.serial[name].as_str().unwrap();
         let port: u16 = place.strip_prefix(scheme).unwrap().parse().unwrap();
@@ -61,14 +61,16 @@ fn addresses_that_were_left_open_are_told() {
 
 #[test]
 fn two_ways_to_one_port_are_an_error() {
-    let refused = run(&["serve", "--host-tcp", "0", "--host-rfc2217", "0"]);
+    let refused = run(&["serve", "--serial-host-tcp", "0", "--serial-host-rfc2217", "0"]);
     assert_eq!(refused.status.code(), Some(2));
     let printed = stderr(&refused);
     assert!(
-        printed.contains("HOST can be reached in one way only: choose --host-rfc2217 or --host-tcp"),
+        printed.contains(
+            "HOST can be reached in one way only: choose --serial-host-rfc2217 or --serial-host-tcp"
+        ),
         "{printed}"
     );
-    let refused = run(&["serve", "--com1-rfc2217", "somewhere"]);
+    let refused = run(&["serve", "--serial-com1-rfc2217", "somewhere"]);
     assert!(
         stderr(&refused).contains("expected ADDRESS:PORT"),
         "{}",

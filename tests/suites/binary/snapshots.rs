@@ -16,7 +16,7 @@ fn what_ends_with_a_snapshot_begins_again_from_it() {
         &program,
         "--select",
         "PICK",
-        "--key",
+        "--key-switch",
         "teaching",
         "--snapshot-on-exit",
         state,
@@ -55,8 +55,8 @@ fn what_cannot_be_restored_is_no_start() {
             "cannot read the snapshot nowhere.json",
         ),
         (
-            vec!["--restore", &broken, "--key", "ext", "--servo-on"],
-            "found --key, --servo-on",
+            vec!["--restore", &broken, "--key-switch", "ext", "--servo-on"],
+            "found --key-switch, --servo-on",
         ),
         (
             vec!["--restore", &broken, "--set", "text.stx=required"],

@@ -37,11 +37,11 @@ const COMMAND_QUEUE: usize = 256;
 pub enum SerialEndpoint {
     /// A pseudo terminal under this name, a symbolic link (`--serial-dir`). Unix only.
     Pty(PathBuf),
-    /// A real port (`--host`, `--com1`): `/dev/ttyUSB0`, `COM3`.
+    /// A real port (`--serial-host`, `--serial-com1`): `/dev/ttyUSB0`, `COM3`.
     Device(PathBuf),
-    /// An access server of RFC 2217 (`--host-rfc2217`, `--com1-rfc2217`).
+    /// An access server of RFC 2217 (`--serial-host-rfc2217`, `--serial-com1-rfc2217`).
     Rfc2217(SocketAddr),
-    /// Bytes as they are over TCP (`--host-tcp`, `--com1-tcp`).
+    /// Bytes as they are over TCP (`--serial-host-tcp`, `--serial-com1-tcp`).
     Tcp(SocketAddr),
 }
 

@@ -8,7 +8,7 @@ use super::guard::Guard;
 use super::junit_stub;
 use super::serve::{check_outputs, fail, serve_until};
 use crate::config::args::PortSource;
-use crate::config::{self, Seed, ServeArgs, Settings};
+use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::launch::Launched;
 use crate::log;
@@ -37,8 +37,8 @@ const BY_SIGNAL: i32 = 128;
 
 /// Starts an emulator on free ports, runs a command, ends the emulator.
 ///
-/// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_HOST, and
-/// TS3100_IP0_PORT to TS3100_IP3_PORT. All options of `serve` hold; ports are free ones unless --ports or
+/// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_IP0 to TS3100_IP3
+/// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. All options of `serve` hold; ports are free ones unless --ports or
 /// --port-offset say otherwise. Signals are passed on. The exit code is the command's (128 + N when signal N ended
 /// it); 64 is added to it, as a bit, when a scenario fails, a denied finding was made or the coverage is too low.
 /// 125: the emulator could not be started; 126, 127: the command could not be.
@@ -134,21 +134,31 @@ fn build_command(
 ) -> Command {
     let mut command = Command::new(program);
     command.args(rest).kill_on_drop(true);
-    command.env("TS3100_HOST", connectable(settings.listen).to_string());
-    for port in Port::ETHERNET {
-        let name = format!("TS3100_{}_PORT", port.name());
-        match driver.ports().get(&port) {
-            Some(number) => command.env(name, number.to_string()),
-            // One of somebody else's emulator would mislead.
+    let address = connectable(settings.listen);
+    let mut export = |name: String, value: Option<String>| {
+        match value {
+            Some(value) => command.env(name, value),
+            // One of an emulator around this one would mislead.
             None => command.env_remove(name),
         };
+    };
+    export(exported::HOST.to_owned(), Some(address.to_string()));
+    for port in Port::ETHERNET {
+        let number = driver.ports().get(&port).copied();
+        let place = number.map(|number| SocketAddr::new(address, number).to_string());
+        export(exported::channel(port), place);
+        export(
+            exported::channel_port(port),
+            number.map(|number| number.to_string()),
+        );
     }
-    if let Some(address) = control {
-        let address = SocketAddr::new(connectable(address.ip()), address.port());
-        command.env("TS3100_CONTROL_URL", format!("http://{address}"));
-    }
-    for (port, place) in driver.serial_endpoints() {
-        command.env(format!("TS3100_{}_LINE", port.name()), place.to_string());
+    let control = control.map(|control| SocketAddr::new(connectable(control.ip()), control.port()));
+    let url = control.map(|control| format!("http://{control}"));
+    export(exported::CONTROL_URL.to_owned(), url);
+    let serial = driver.serial_endpoints();
+    for port in Port::SERIAL {
+        let place = serial.get(&port).map(ToString::to_string);
+        export(exported::serial_line(port), place);
     }
     command
 }

@@ -7,6 +7,7 @@
 use super::model::ModelChoice;
 use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
+use super::serial::serial_device;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::net::{IpAddr, SocketAddr};
@@ -54,23 +55,23 @@ pub struct ServeArgs {
     #[arg(long, value_name = "DIR")]
     pub serial_dir: Option<PathBuf>,
     /// HOST is this real port, for example /dev/ttyUSB0 or COM3
-    #[arg(long, value_name = "PORT")]
-    pub host: Option<PathBuf>,
+    #[arg(long, value_name = "PORT", value_parser = serial_device())]
+    pub serial_host: Option<PathBuf>,
     /// HOST is served by RFC 2217 here: ADDRESS:PORT, or a port (0: a free one)
     #[arg(long, value_name = "ADDR")]
-    pub host_rfc2217: Option<ListenAt>,
+    pub serial_host_rfc2217: Option<ListenAt>,
     /// HOST is served as bare bytes over TCP here
     #[arg(long, value_name = "ADDR")]
-    pub host_tcp: Option<ListenAt>,
+    pub serial_host_tcp: Option<ListenAt>,
     /// COM1 is this real port
-    #[arg(long, value_name = "PORT")]
-    pub com1: Option<PathBuf>,
+    #[arg(long, value_name = "PORT", value_parser = serial_device())]
+    pub serial_com1: Option<PathBuf>,
     /// COM1 is served by RFC 2217 here
     #[arg(long, value_name = "ADDR")]
-    pub com1_rfc2217: Option<ListenAt>,
+    pub serial_com1_rfc2217: Option<ListenAt>,
     /// COM1 is served as bare bytes over TCP here
     #[arg(long, value_name = "ADDR")]
-    pub com1_tcp: Option<ListenAt>,
+    pub serial_com1_tcp: Option<ListenAt>,
     /// Print one line of JSON on stdout once every port accepts
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub ready_json: Option<bool>,
@@ -100,7 +101,7 @@ pub struct ServeArgs {
     pub servo_on: Option<bool>,
     /// Key switch [default: ext]
     #[arg(long, value_name = "POSITION", value_parser = word::<KeySwitch>())]
-    pub key: Option<KeySwitch>,
+    pub key_switch: Option<KeySwitch>,
     /// Who commands the robot in EXT [default: ether]
     #[arg(long, value_name = "WHO", value_parser = word::<ControlRight>())]
     pub control_right: Option<ControlRight>,
@@ -174,12 +175,12 @@ impl ServeArgs {
             control_token_file: self.control_token_file.or(below.control_token_file),
             control_host: first_non_empty(self.control_host, below.control_host),
             serial_dir: self.serial_dir.or(below.serial_dir),
-            host: self.host.or(below.host),
-            host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
-            host_tcp: self.host_tcp.or(below.host_tcp),
-            com1: self.com1.or(below.com1),
-            com1_rfc2217: self.com1_rfc2217.or(below.com1_rfc2217),
-            com1_tcp: self.com1_tcp.or(below.com1_tcp),
+            serial_host: self.serial_host.or(below.serial_host),
+            serial_host_rfc2217: self.serial_host_rfc2217.or(below.serial_host_rfc2217),
+            serial_host_tcp: self.serial_host_tcp.or(below.serial_host_tcp),
+            serial_com1: self.serial_com1.or(below.serial_com1),
+            serial_com1_rfc2217: self.serial_com1_rfc2217.or(below.serial_com1_rfc2217),
+            serial_com1_tcp: self.serial_com1_tcp.or(below.serial_com1_tcp),
             ready_json: self.ready_json.or(below.ready_json),
             drive: self.drive.or(below.drive),
             load: first_non_empty(self.load, below.load),
@@ -189,7 +190,7 @@ impl ServeArgs {
             scenario: self.scenario.or(below.scenario),
             junit: self.junit.or(below.junit),
             servo_on: self.servo_on.or(below.servo_on),
-            key: self.key.or(below.key),
+            key_switch: self.key_switch.or(below.key_switch),
             control_right: self.control_right.or(below.control_right),
             dialect: self.dialect.or(below.dialect),
             model: self.model.or(below.model),

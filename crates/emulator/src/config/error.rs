@@ -76,7 +76,9 @@ pub enum ConfigError {
     #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
     JunitAlone,
     /// Key position INTERNAL on a controller that does not have it (GEN-05).
-    #[error("the {0} has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
+    #[error(
+        "the {0} has no key position INTERNAL (GEN-05): choose --key-switch teaching or --key-switch ext"
+    )]
     NoInternal(&'static str),
 }
 

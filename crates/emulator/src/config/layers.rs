@@ -6,6 +6,7 @@
 
 use super::ServeArgs;
 use super::error::{ConfigError, read_text};
+use super::exported;
 use super::model::ModelChoice;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
@@ -15,8 +16,6 @@ use toml::{Table, Value};
 
 /// Prefix of the environment variables that set flags.
 const PREFIX: &str = "TS3100_";
-/// Variables with the prefix that other subcommands read; they cause no warning.
-const OTHER_VARIABLES: [&str; 1] = [ts3100_control::URL_VARIABLE];
 /// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.
 const MAX_DEPTH: usize = 4;
 
@@ -47,7 +46,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         };
         let key = name[PREFIX.len()..].to_ascii_lowercase().replace('_', "-");
-        if OTHER_VARIABLES.contains(&name) {
+        if exported::is_exported(name) {
             continue;
         }
         if !known.contains(&key) {

@@ -6,6 +6,7 @@
 
 pub mod args;
 mod error;
+pub mod exported;
 mod layers;
 pub mod model;
 mod options;
@@ -134,7 +135,7 @@ impl Settings {
         if let Some(path) = &args.points {
             controller.points = layers::read_points(path, controller.model.language())?;
         }
-        controller.key = args.key.unwrap_or_default();
+        controller.key = args.key_switch.unwrap_or_default();
         controller.control_right = args.control_right.unwrap_or_default();
         if !controller.controller.has_internal() && controller.key == KeySwitch::Internal {
             return Err(ConfigError::NoInternal(controller.controller.name()));
@@ -290,7 +291,7 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
         ("dialect", word(args::DIALECTS, args.dialect)),
         ("model", args.model.as_ref().map(ToString::to_string)),
         ("controller", word(args::CONTROLLERS, args.controller)),
-        ("key", args.key.map(|key| key.word().to_owned())),
+        ("key-switch", args.key_switch.map(|key| key.word().to_owned())),
         (
             "control-right",
             args.control_right.map(|right| right.word().to_owned()),

@@ -5,8 +5,10 @@
 
 use super::ConfigError;
 use super::args::{ListenAt, ServeArgs};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
+use std::path::{Path, PathBuf};
 use ts3100_controller::Port;
 use ts3100_driver::serial::SerialEndpoint;
 
@@ -17,15 +19,54 @@ fn address(at: ListenAt, listen: IpAddr) -> SocketAddr {
     }
 }
 
+/// Reads the name of a serial port of this machine. A network address is refused: `--serial-host` is the serial port
+/// HOST, not the address of a host.
+pub(super) fn serial_device() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|device| {
+        if is_network_name(&device) {
+            Err("a network address is not a serial port; did you mean --listen?")
+        } else {
+            Ok(device)
+        }
+    })
+}
+
+/// An IP address with or without a port, or a name that can only be one of a network host. Serial ports of Unix are
+/// paths; on Windows they may have any name (`CNCA0`), so only a dot or a colon tells.
+fn is_network_name(device: &Path) -> bool {
+    let Some(word) = device.to_str().filter(|word| !word.contains(['/', '\\'])) else {
+        return false;
+    };
+    let is_address = word.parse::<IpAddr>().is_ok() || word.parse::<SocketAddr>().is_ok();
+    let is_com = word
+        .get(..3)
+        .is_some_and(|start| start.eq_ignore_ascii_case("com"))
+        && word[3..].bytes().all(|byte| byte.is_ascii_digit());
+    let is_name = cfg!(unix) || word.contains(['.', ':']) || word == "localhost";
+    is_address || (is_name && !is_com && !device.exists())
+}
+
 /// The endpoint of each serial port for which a flag is given.
 pub(super) fn serial_ends(
     args: &ServeArgs,
     listen: IpAddr,
 ) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
-    // The name is that of the flags, and of the link in the directory of `--serial-dir`.
+    // The name is that in the flags (`--serial-host`), and of the link in the directory of `--serial-dir`.
     let ports = [
-        (Port::Host, "host", &args.host, args.host_rfc2217, args.host_tcp),
-        (Port::Com1, "com1", &args.com1, args.com1_rfc2217, args.com1_tcp),
+        (
+            Port::Host,
+            "host",
+            &args.serial_host,
+            args.serial_host_rfc2217,
+            args.serial_host_tcp,
+        ),
+        (
+            Port::Com1,
+            "com1",
+            &args.serial_com1,
+            args.serial_com1_rfc2217,
+            args.serial_com1_tcp,
+        ),
     ];
     let mut ends = BTreeMap::new();
     for (port, link, device, rfc2217, tcp) in ports {
@@ -35,13 +76,16 @@ pub(super) fn serial_ends(
                 "--serial-dir".to_owned(),
                 directory.map(|directory| SerialEndpoint::Pty(directory.join(link))),
             ),
-            (format!("--{link}"), device.clone().map(SerialEndpoint::Device)),
             (
-                format!("--{link}-rfc2217"),
+                format!("--serial-{link}"),
+                device.clone().map(SerialEndpoint::Device),
+            ),
+            (
+                format!("--serial-{link}-rfc2217"),
                 rfc2217.map(|at| SerialEndpoint::Rfc2217(address(at, listen))),
             ),
             (
-                format!("--{link}-tcp"),
+                format!("--serial-{link}-tcp"),
                 tcp.map(|at| SerialEndpoint::Tcp(address(at, listen))),
             ),
         ];
@@ -87,6 +131,16 @@ mod tests {
     }
 
     #[test]
+    fn a_network_address_is_no_serial_port() {
+        for word in ["127.0.0.1", "::1", "0.0.0.0:2217", "localhost", "robot.example"] {
+            assert!(is_network_name(Path::new(word)), "{word}");
+        }
+        for word in ["/dev/ttyUSB0", "COM3", "com12", r"\\.\COM12", "./robot"] {
+            assert!(!is_network_name(Path::new(word)), "{word}");
+        }
+    }
+
+    #[test]
     fn each_port_has_one_way() {
         let directory = ServeArgs {
             serial_dir: Some("/run/robot".into()),
@@ -96,8 +150,8 @@ mod tests {
         assert_eq!(both[&Port::Host], SerialEndpoint::Pty("/run/robot/host".into()));
         assert_eq!(both[&Port::Com1], SerialEndpoint::Pty("/run/robot/com1".into()));
         let mixed = ServeArgs {
-            host_rfc2217: Some(ListenAt::Port(0)),
-            com1: Some("/dev/ttyUSB0".into()),
+            serial_host_rfc2217: Some(ListenAt::Port(0)),
+            serial_com1: Some("/dev/ttyUSB0".into()),
             ..ServeArgs::default()
         };
         let mixed = ends_of(&mixed).unwrap();
@@ -108,12 +162,12 @@ mod tests {
         assert_eq!(mixed[&Port::Com1], SerialEndpoint::Device("/dev/ttyUSB0".into()));
         assert!(ends_of(&ServeArgs::default()).unwrap().is_empty());
         let twice = ServeArgs {
-            com1_tcp: Some(ListenAt::Port(1)),
+            serial_com1_tcp: Some(ListenAt::Port(1)),
             ..directory
         };
         let error = ends_of(&twice).unwrap_err();
         assert!(
-            error.contains("COM1") && error.contains("--serial-dir") && error.contains("--com1-tcp"),
+            error.contains("COM1") && error.contains("--serial-dir") && error.contains("--serial-com1-tcp"),
             "{error}"
         );
     }

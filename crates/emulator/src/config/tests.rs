@@ -40,7 +40,7 @@ fn flags_win_over_environment_over_file_over_defaults() {
     let file = directory.path().join("ts3100.toml");
     std::fs::write(
         &file,
-        "key = \"teaching\"\nport-offset = 1\nservo_on = true\ndrive = \"drive\"\ntime = \"x10\"\n\
+        "key-switch = \"teaching\"\nport-offset = 1\nservo_on = true\ndrive = \"drive\"\ntime = \"x10\"\n\
          load = [\"a.scol\", \"/b.scol\"]\nverbose = 2\n\
          [options]\n\"text.stx\" = \"required\"\nsf.split = \"several\"\nsp.unsolicited = false\n",
     )
@@ -48,18 +48,28 @@ fn flags_win_over_environment_over_file_over_defaults() {
     let environment = environment(&[
         ("TS3100_CONFIG", file.to_str().unwrap()),
         ("TS3100_PORT_OFFSET", "2"),
-        ("TS3100_KEY", "internal"),
+        ("TS3100_KEY_SWITCH", "internal"),
         ("TS3100_SET", "sf.split=one,do.min_run=300ms"),
         ("TS3100_UNHEARD_OF", "1"),
         ("PATH", "/bin"),
     ]);
     let (args, unknown) = read(
-        flags(&["--key", "ext", "--servo-on=false", "--set", "do.min_run=100ms"]),
+        flags(&[
+            "--key-switch",
+            "ext",
+            "--servo-on=false",
+            "--set",
+            "do.min_run=100ms",
+        ]),
         &environment,
     )
     .unwrap();
     assert_eq!(unknown, ["TS3100_UNHEARD_OF"]);
-    assert_eq!(args.key, Some(KeySwitch::Ext), "flag over environment and file");
+    assert_eq!(
+        args.key_switch,
+        Some(KeySwitch::Ext),
+        "flag over environment and file"
+    );
     assert_eq!(args.port_offset, Some(2), "environment over file");
     assert_eq!(
         args.servo_on,
@@ -141,7 +151,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
             "unknown key `prot-offset`; known are listen, port-offset",
         ),
         ("config = \"x\"", "unknown key `config`"),
-        ("key = \"extern\"", "invalid value 'extern'"),
+        ("key-switch = \"extern\"", "invalid value 'extern'"),
         ("port-offset = 70000", "invalid value '70000'"),
         (
             "port-offset = { a = 1 }",
@@ -180,8 +190,8 @@ fn what_is_not_understood_is_refused_with_its_place() {
 // clause: GEN-05
 #[test]
 fn the_tsl3100_has_no_internal() {
-    assert!(error_of(&["--controller", "tsl3100", "--key", "internal"], &[]).contains("GEN-05"));
-    let (args, _) = read(flags(&["--key", "internal"]), &Environment::new()).unwrap();
+    assert!(error_of(&["--controller", "tsl3100", "--key-switch", "internal"], &[]).contains("GEN-05"));
+    let (args, _) = read(flags(&["--key-switch", "internal"]), &Environment::new()).unwrap();
     assert!(Settings::from_args(&args).is_ok());
 }
 

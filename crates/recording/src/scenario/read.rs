@@ -22,8 +22,8 @@ pub const TABLES: [(&str, &[&str]); 5] = [
             "restore",
             "load",
             "select",
-            "servo",
-            "key",
+            "servo-on",
+            "key-switch",
             "control-right",
             "inputs",
         ],
@@ -148,7 +148,7 @@ fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> ReadResult<Vec<(Range<usiz
 fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
     let mut actions = Vec::new();
-    if let Some(value) = table.get("key") {
+    if let Some(value) = table.get("key-switch") {
         actions.push(PanelAction::Key(word(value, "teaching, internal or ext")?));
     }
     if let Some(value) = table.get("control-right") {
@@ -165,7 +165,7 @@ fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
             });
         }
     }
-    if let Some(value) = table.get("servo") {
+    if let Some(value) = table.get("servo-on") {
         let DeValue::Boolean(on) = value.get_ref() else {
             return Err(expected(value, "true or false"));
         };

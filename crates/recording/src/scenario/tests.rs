@@ -27,7 +27,7 @@ fn what_is_wrong_is_said_with_its_line() {
             "line 2: unknown key `keyswitch` in [start]",
         ),
         (
-            "[start]\nkey = \"Ext\"",
+            "[start]\nkey-switch = \"Ext\"",
             "line 2: expected teaching, internal or ext, found `Ext`",
         ),
         (
@@ -236,7 +236,7 @@ impl Stage {
 
 const PLAY: &str = r#"
 [start]
-servo = true
+servo-on = true
 inputs = [3]
 
 [[do]]

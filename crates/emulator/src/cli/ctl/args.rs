@@ -17,7 +17,7 @@ use ts3100_recording::transcript::TranscriptFile;
 pub struct CtlArgs {
     /// URL of the control interface, as the ready line gives it [env: TS3100_CONTROL_URL] [default: http://127.0.0.1:3100]
     #[arg(long, value_name = "URL", global = true)]
-    pub at: Option<String>,
+    pub url: Option<String>,
     /// Its token [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
@@ -38,12 +38,12 @@ pub enum Command {
     /// Everything at one moment
     State,
     /// Key switch: show, or turn
-    Key {
+    KeySwitch {
         #[arg(value_parser = word::<KeySwitch>())]
         position: Option<KeySwitch>,
     },
     /// Control right in EXT: show, or set
-    Right {
+    ControlRight {
         #[arg(value_parser = word::<ControlRight>())]
         holder: Option<ControlRight>,
     },
@@ -62,10 +62,10 @@ pub enum Command {
         #[arg(value_parser = word::<bool>())]
         state: Option<bool>,
     },
-    /// Feed hold
+    /// Feed hold: show, set; press is the button at the panel, which switches it
     FeedHold {
-        #[arg(value_parser = word::<bool>())]
-        state: Option<bool>,
+        #[arg(value_parser = ["on", "off", "press"])]
+        state: Option<String>,
     },
     /// Machine lock
     MachineLock {
@@ -74,7 +74,7 @@ pub enum Command {
     },
     /// Battery of the RAM drive
     Battery {
-        #[arg(value_parser = ["low", "good"])]
+        #[arg(value_parser = ["low", "ok"])]
         state: Option<String>,
     },
     /// The selected program: show, start, stop
@@ -82,8 +82,11 @@ pub enum Command {
         #[arg(value_parser = ["start", "stop"])]
         action: Option<String>,
     },
-    /// Teach pendant: show, or type at it (`\r` is a carriage return)
-    Pendant { keys: Option<String> },
+    /// Teach pendant: show, or type at it
+    Pendant {
+        #[command(subcommand)]
+        action: Option<PendantCommand>,
+    },
     /// Alarms: list, raise, reset, the table with cause and remedy
     Alarms {
         #[command(subcommand)]
@@ -115,17 +118,14 @@ pub enum Command {
     /// Positions of the selected file: list, show one, set it, teach it
     Position {
         name: Option<String>,
-        /// As many numbers as positions have on this arm, the configuration last
+        /// As many numbers as positions have on this arm, the configuration last; or teach: the present position of the arm
         #[arg(allow_negative_numbers = true)]
         value: Vec<String>,
-        /// Make it the present position of the arm
-        #[arg(long, conflicts_with = "value")]
-        teach: bool,
         /// Write it into the file too
         #[arg(long)]
         restore: bool,
     },
-    /// RAM drive: list, get, put, delete, select
+    /// RAM drive: list, get, put, erase, select
     File {
         #[command(subcommand)]
         action: Option<FileCommand>,
@@ -216,6 +216,12 @@ pub enum HttpMethod {
 }
 
 #[derive(Debug, Subcommand)]
+pub enum PendantCommand {
+    /// Type text; `\r` is the Enter key
+    Keys { text: String },
+}
+
+#[derive(Debug, Subcommand)]
 pub enum AlarmsCommand {
     /// Active ones and the history
     List,
@@ -283,7 +289,7 @@ pub enum FileCommand {
     /// Put a file of this computer on the drive; - is standard input
     Put { name: String, path: PathBuf },
     /// Erase a file
-    Delete { name: String },
+    Erase { name: String },
     /// Select a file
     Select { name: String },
 }

@@ -5,7 +5,7 @@
 
 use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
-    LineCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    LineCommand, PendantCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
@@ -66,6 +66,13 @@ fn named_switch(path: &str, key: &str, on: &str, word: Option<&String>) -> Call 
     switch(path, key, word.map(|word| word == on))
 }
 
+fn feed_hold(state: Option<&str>) -> Call {
+    match state {
+        Some("press") => post("/feed-hold/press", json!({})),
+        state => switch("/feed-hold", "on", state.and_then(bool::from_word)),
+    }
+}
+
 /// Something shown, or one of the actions on it.
 fn button(path: &str, action: Option<&String>) -> Call {
     action.map_or_else(|| get(path), |action| post(format!("{path}/{action}"), json!({})))
@@ -79,10 +86,12 @@ impl Call {
     pub fn from_command(command: &Command, json: bool) -> anyhow::Result<Call> {
         Ok(match command {
             Command::State => get("/state"),
-            Command::Key { position: None } => get("/key-switch"),
-            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": key.word()})),
-            Command::Right { holder: None } => get("/control-right"),
-            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": right.word()})),
+            Command::KeySwitch { position: None } => get("/key-switch"),
+            Command::KeySwitch { position: Some(key) } => put("/key-switch", json!({"position": key.word()})),
+            Command::ControlRight { holder: None } => get("/control-right"),
+            Command::ControlRight { holder: Some(right) } => {
+                put("/control-right", json!({"holder": right.word()}))
+            }
             Command::EmergencyStop { action } => {
                 named_switch("/emergency-stop", "pressed", "press", action.as_ref())
             }
@@ -90,12 +99,14 @@ impl Call {
                 named_switch("/safety-switch", "open", "open", action.as_ref())
             }
             Command::Servo { state } => switch("/servo", "on", *state),
-            Command::FeedHold { state } => switch("/feed-hold", "on", *state),
+            Command::FeedHold { state } => feed_hold(state.as_deref()),
             Command::MachineLock { state } => switch("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
             Command::Program { action } => button("/program", action.as_ref()),
-            Command::Pendant { keys: None } => get("/pendant"),
-            Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescape(keys)})),
+            Command::Pendant { action: None } => get("/pendant"),
+            Command::Pendant {
+                action: Some(PendantCommand::Keys { text }),
+            } => post("/pendant/keys", json!({"keys": unescape(text)})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
             Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
@@ -103,23 +114,7 @@ impl Call {
             Command::Variable { name, value, restore } => {
                 value_call("/variables", name.as_deref(), value, *restore)?
             }
-            Command::Position {
-                name: Some(name),
-                teach: true,
-                restore,
-                ..
-            } => post(
-                format!("/positions/{}/teach", percent_encoded(name)),
-                json!({"restore": restore}),
-            ),
-            Command::Position {
-                name: None,
-                teach: true,
-                ..
-            } => bail!("a position is taught by its name"),
-            Command::Position {
-                name, value, restore, ..
-            } => value_call("/positions", name.as_deref(), value, *restore)?,
+            Command::Position { name, value, restore } => position(name.as_deref(), value, *restore)?,
             Command::File { action } => file(action.as_ref())?,
             Command::Channel {
                 port: None,
@@ -252,6 +247,16 @@ fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>
     })
 }
 
+fn position(name: Option<&str>, value: &[String], restore: bool) -> anyhow::Result<Call> {
+    match (name, value) {
+        (Some(name), [word]) if word == "teach" => Ok(post(
+            format!("/positions/{}/teach", percent_encoded(name)),
+            json!({"restore": restore}),
+        )),
+        _ => value_call("/positions", name, value, restore),
+    }
+}
+
 fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> anyhow::Result<Call> {
     let Some(name) = name else {
         return Ok(get(path));
@@ -274,7 +279,7 @@ fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
         None | Some(FileCommand::List) => get("/files"),
         Some(FileCommand::Get { name }) => get(path(name)),
         Some(FileCommand::Put { name, path: from }) => put(path(name), read_content(from)?),
-        Some(FileCommand::Delete { name }) => delete(path(name)),
+        Some(FileCommand::Erase { name }) => delete(path(name)),
         Some(FileCommand::Select { name }) => post(format!("{}/select", path(name)), json!({})),
     })
 }

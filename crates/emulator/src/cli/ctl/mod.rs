@@ -57,7 +57,7 @@ pub fn run(args: &CtlArgs) -> ExitCode {
 
 fn client(args: &CtlArgs, call: &Call) -> Result<Client, ClientError> {
     let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
-    let url = args.at.clone().or_else(|| variable(URL_VARIABLE));
+    let url = args.url.clone().or_else(|| variable(URL_VARIABLE));
     let token = args.token.clone().or_else(|| variable(TOKEN_VARIABLE));
     let wall = call.body.as_ref().and_then(|body| body.get("wall")?.as_f64());
     let wall = wall.and_then(|wall| Duration::try_from_secs_f64(wall).ok());

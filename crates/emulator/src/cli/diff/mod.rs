@@ -73,7 +73,7 @@ struct RobotArgs {
     controller: Option<ControllerType>,
     /// Key switch, as for serve
     #[arg(long, value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
-    key: Option<KeySwitch>,
+    key_switch: Option<KeySwitch>,
     /// Who commands the robot in EXT, as for serve
     #[arg(long, value_name = "WHO", value_parser = args::word::<ControlRight>())]
     control_right: Option<ControlRight>,
@@ -119,7 +119,7 @@ impl From<RobotArgs> for ServeArgs {
             dialect: robot.dialect,
             model: robot.model,
             controller: robot.controller,
-            key: robot.key,
+            key_switch: robot.key_switch,
             control_right: robot.control_right,
             permissions: robot.permissions,
             points: robot.points,

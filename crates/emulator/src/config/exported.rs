@@ -1,0 +1,38 @@
+//! The environment variables that `exec` sets for its command. They describe a running emulator and set nothing: a
+//! `serve` or `exec` inside the command neither reads them nor warns about them.
+
+use ts3100_control::URL_VARIABLE;
+use ts3100_controller::port::Port;
+
+/// The address of the robot.
+pub const HOST: &str = "TS3100_HOST";
+/// URL of the control interface, which `ctl` reads.
+pub const CONTROL_URL: &str = URL_VARIABLE;
+
+/// Address and port of an Ethernet channel, `ADDRESS:PORT`.
+#[must_use]
+pub fn channel(port: Port) -> String {
+    format!("TS3100_{}", port.name())
+}
+
+/// The port of an Ethernet channel alone.
+#[must_use]
+pub fn channel_port(port: Port) -> String {
+    format!("TS3100_{}_PORT", port.name())
+}
+
+/// Where a serial port is: a pseudo terminal, a device, an address.
+#[must_use]
+pub fn serial_line(port: Port) -> String {
+    format!("TS3100_SERIAL_{}_LINE", port.name())
+}
+
+/// Whether `exec` sets this variable.
+#[must_use]
+pub fn is_exported(name: &str) -> bool {
+    let is_channel = |port| name == channel(port) || name == channel_port(port);
+    name == HOST
+        || name == CONTROL_URL
+        || Port::ETHERNET.into_iter().any(is_channel)
+        || Port::SERIAL.into_iter().any(|port| name == serial_line(port))
+}
