@@ -15,7 +15,13 @@ const MAX_BODY: u64 = 16 * 1024 * 1024;
 /// Longest wait for a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Default limit for a whole call. It is added to the wait of calls that wait.
-pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(60);
+pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
+/// Longest wait for the answer of a robot's port to what was no command.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(300);
+/// End of a text of the robot's protocol.
+const ETX: u8 = 0x03;
+/// The reply of a robot that has not understood a text.
+const NG: &[u8] = b"NG";
 
 /// Address and token of a control interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,21 +37,38 @@ pub struct Client {
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// Not a URL of a control interface.
-    #[error("expected http://HOST:PORT, found `{0}`")]
+    #[error("URL of the control interface: expected http://HOST:PORT, found `{0}`")]
     Url(String),
     /// The token cannot be sent.
-    #[error("a token is made of visible ASCII characters")]
+    #[error("cannot send the token: it may only have visible ASCII characters")]
     Token,
     /// The connection could not be made or broke while sending.
-    #[error("no control interface answers at http://{authority}: {reason}")]
+    #[error("cannot reach a control interface at http://{authority}: {reason}")]
     Unreachable {
         /// `HOST:PORT` of the interface.
         authority: String,
         /// The error of the operating system.
         reason: io::Error,
     },
+    /// Connected, but the response is late.
+    #[error(
+        "http://{authority} accepts connections but has not answered within {} s (--timeout)",
+        limit.as_secs_f64()
+    )]
+    Late {
+        /// `HOST:PORT` of the interface.
+        authority: String,
+        /// The limit of the call.
+        limit: Duration,
+    },
+    /// A port for commands of the host is at this address.
+    #[error("IP0 of a robot answers at http://{authority}, not the control interface")]
+    Robot {
+        /// `HOST:PORT` that was called.
+        authority: String,
+    },
     /// The response is not valid HTTP or is incomplete.
-    #[error("no HTTP answer from http://{authority}: {reason}")]
+    #[error("cannot read the answer from http://{authority}: {reason}")]
     InvalidResponse {
         /// `HOST:PORT` of the interface.
         authority: String,
@@ -125,13 +148,18 @@ impl Client {
         request.push_str(body.unwrap_or_default());
         // A server that refuses early may close before it has read everything: its answer counts.
         let written = stream.write_all(request.as_bytes());
+        let probed = stream.try_clone();
         let stream = DeadlineStream {
             stream,
             deadline: Some(until),
         };
-        match self.read_head(stream) {
-            Ok(answer) => Ok(answer),
-            Err(error) => Err(written.err().map_or(error, unreachable)),
+        match (self.read_head(stream), written) {
+            (Ok(answer), _) => Ok(answer),
+            (Err(_), Err(reason)) => Err(unreachable(reason)),
+            (Err(ClientError::Late { authority, .. }), Ok(())) if probed.is_ok_and(is_robot) => {
+                Err(ClientError::Robot { authority })
+            }
+            (Err(error), Ok(())) => Err(error),
         }
     }
 
@@ -184,12 +212,11 @@ impl Client {
             };
             if name.eq_ignore_ascii_case("content-length") {
                 let number = value.trim().parse::<u64>();
-                let number = number.map_err(|_| self.invalid_response("its Content-Length is no number"))?;
+                let number =
+                    number.map_err(|_| self.invalid_response("its Content-Length is not a number"))?;
                 length = Some(number);
             } else if name.eq_ignore_ascii_case("transfer-encoding") {
-                return Err(
-                    self.invalid_response("it is encoded for its transfer, which nobody has asked for")
-                );
+                return Err(self.invalid_response("it has a Transfer-Encoding, which HTTP/1.0 does not know"));
             }
         }
         let body = Body {
@@ -204,20 +231,38 @@ impl Client {
     fn read_line(&self, reader: &mut io::Take<BufReader<DeadlineStream>>) -> Result<String, ClientError> {
         let mut text = Vec::new();
         let read = reader.read_until(b'\n', &mut text);
-        read.map_err(|error| self.invalid_response(&error.to_string()))?;
+        read.map_err(|error| match error.kind() {
+            io::ErrorKind::TimedOut => ClientError::Late {
+                authority: self.authority.clone(),
+                limit: self.timeout,
+            },
+            _ => self.invalid_response(&error.to_string()),
+        })?;
         if text.ends_with(b"\n") {
             Ok(String::from_utf8_lossy(&text).trim_end().to_owned())
         } else {
-            Err(self.invalid_response("its head is not complete"))
+            Err(self.invalid_response("its head is incomplete"))
         }
     }
+}
+
+/// Whether a robot waits at the other end: it has taken the request for the beginning of a text, and answers its end.
+fn is_robot(mut stream: TcpStream) -> bool {
+    let mut reply = [0; 64];
+    let asked = stream
+        .set_read_timeout(Some(PROBE_TIMEOUT))
+        .and_then(|()| stream.write_all(&[ETX]))
+        .and_then(|()| stream.read(&mut reply));
+    let length = asked.unwrap_or_default();
+    let reply = reply.get(..length).unwrap_or_default();
+    reply.windows(NG.len()).any(|part| part == NG)
 }
 
 /// The time until `until`, or an error once it is over.
 fn time_left(until: Instant) -> io::Result<Duration> {
     let left = until.saturating_duration_since(Instant::now());
     if left.is_zero() {
-        let reason = "the call has taken too long (--timeout)";
+        let reason = "the call took longer than --timeout";
         return Err(io::Error::new(io::ErrorKind::TimedOut, reason));
     }
     Ok(left)
@@ -360,13 +405,13 @@ mod tests {
             ),
             (
                 "HTTP/1.1 200 OK\r\nContent-Length: -1\r\n\r\n{}",
-                Err("its Content-Length is no number"),
+                Err("its Content-Length is not a number"),
             ),
             (
                 "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n",
-                Err("encoded for its transfer"),
+                Err("it has a Transfer-Encoding"),
             ),
-            ("HTTP/1.1 200 OK\r\nContent-Le", Err("its head is not complete")),
+            ("HTTP/1.1 200 OK\r\nContent-Le", Err("its head is incomplete")),
             ("\x1b[2J\r\n\r\n", Err("it begins with")),
         ] {
             match (response_to(bytes), expected) {

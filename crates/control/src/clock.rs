@@ -20,9 +20,10 @@ use ts3100_driver::driver::wait::{Wait, WaitCondition};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
-/// Longest time on the wall a call may wait, and what it waits if it does not say.
+/// Longest wall-clock time a call may wait.
 pub const MAX_WALL: Duration = Duration::from_secs(600);
-const DEFAULT_WALL: f64 = 30.0;
+/// Longest wall-clock time a call waits by default.
+pub const DEFAULT_WALL: Duration = Duration::from_secs(30);
 /// Longest printed text that can be waited for.
 const MAX_PRINTED_TEXT: usize = 256;
 
@@ -226,7 +227,7 @@ impl WaitRequest {
 }
 
 fn wall_limit(requested: Option<Seconds>) -> Result<Duration, Problem> {
-    let wall = requested.map_or(Duration::from_secs_f64(DEFAULT_WALL), |Seconds(wall)| wall);
+    let wall = requested.map_or(DEFAULT_WALL, |Seconds(wall)| wall);
     if wall > MAX_WALL {
         let expected = format!("at most {} s", MAX_WALL.as_secs());
         let found = format!("{} s", wall.as_secs_f64());

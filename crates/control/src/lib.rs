@@ -39,7 +39,7 @@ mod transcript;
 mod variables;
 
 pub use body::MAX_SNAPSHOT;
-pub use clock::MAX_WALL;
+pub use clock::{DEFAULT_WALL, MAX_WALL};
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use axum::Router;

@@ -11,6 +11,7 @@ pub mod cli;
 pub mod config;
 pub mod embed;
 pub mod headless;
+pub mod instances;
 pub mod launch;
 pub mod loading;
 pub mod log;

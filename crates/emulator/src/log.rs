@@ -23,6 +23,9 @@ use ts3100_driver::cell::{Side, Subscriber};
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::text::Framing;
 
+/// The rule of a command that is refused although it is valid in this mode.
+const REFUSED_BY_STATE: &str = ts3100_controller::findings::rules::REFUSED_BY_STATE.id;
+
 /// Starts logging to stderr for the whole process; the second and later calls change nothing.
 /// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
 pub fn start(verbose: u8, format: LogFormat) {
@@ -65,7 +68,7 @@ fn start_at(level: LevelFilter, format: LogFormat) {
     };
 }
 
-pub(crate) use writer::{flush, print_line};
+pub(crate) use writer::{flush, print_error, print_note, print_warning};
 
 /// A text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum.
 #[must_use]
@@ -146,25 +149,27 @@ impl EventLog {
         (command, reason): (&str, &str),
         finding: Option<&PendingFinding>,
     ) {
-        let rule = finding.map(|finding| finding.rule);
-        let known = rule.and_then(Rule::by_id);
+        let known = finding.and_then(|finding| Rule::by_id(finding.rule));
         let severity = known.map(|rule| rule.severity.as_str());
-        let (Some(finding), Some(rule), true) = (
-            finding,
-            known,
-            rule.is_some_and(|rule| self.reported.insert((Some(port), rule))),
-        ) else {
+        let rule = known.map(|rule| rule.id);
+        let about = refusal_rule(rule, finding, reason);
+        let first = known.filter(|rule| self.reported.insert((Some(port), rule.id)));
+        let Some(Rule {
+            severity: level,
+            remedy,
+            ..
+        }) = first
+        else {
             info!(
                 event = "refused",
-                t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}"
+                t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}{about}"
             );
             return;
         };
-        let (id, message, remedy) = (rule.id, &finding.message, rule.remedy);
-        let about = if message.contains(reason) {
-            format!("finding {id}")
-        } else {
-            format!("finding {id}: {message}")
+        // The reason is all there is to say of a command that is refused by the state of the robot.
+        let advice = match rule {
+            Some(REFUSED_BY_STATE) => String::new(),
+            _ => format!(". {remedy}"),
         };
         macro_rules! explain {
             ($level:ident) => {
@@ -174,14 +179,14 @@ impl EventLog {
                     port,
                     command,
                     reason,
-                    rule = id,
+                    rule,
                     severity,
                     remedy,
-                    "{port}: {command} refused: {reason} ({about}). {remedy}"
+                    "{port}: {command} refused: {reason}{about}{advice}"
                 )
             };
         }
-        if rule.severity > Severity::Note {
+        if *level > Severity::Note {
             explain!(warn);
         } else {
             explain!(info);
@@ -233,9 +238,20 @@ impl Subscriber for EventLog {
     }
 }
 
+/// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.
+fn refusal_rule(rule: Option<&str>, finding: Option<&PendingFinding>, reason: &str) -> String {
+    match (rule, finding) {
+        (Some(rule), Some(finding)) if finding.message.contains(reason) => format!(" ({rule})"),
+        (Some(rule), Some(finding)) => format!(" ({rule}: {})", finding.message),
+        _ => String::new(),
+    }
+}
+
 /// Logs an event that does not depend on others.
 fn log_event(t: &str, event: &Event) {
     match event {
+        // The line with the bytes shows the same.
+        Event::TextIn { .. } | Event::TextOut { .. } if writer::shows_bytes() => {}
         Event::TextIn { port, framing, data } => {
             let text = escaped_text(*framing, data);
             debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
@@ -416,9 +432,7 @@ mod tests {
         }
         let message = read(1)["message"].to_string();
         assert!(
-            message.contains(
-                "IP0: XX refused: no command (finding unknown-command: two letters expected). Begin"
-            ),
+            message.contains("IP0: XX refused: no command (unknown-command: two letters expected). Begin"),
             "{message}"
         );
     }

@@ -106,7 +106,10 @@ pub fn banner(
         settings.controller.model.name, settings.time
     );
     if let Some(seed) = settings.controller.vary {
-        let _ = writeln!(text, "  legal variation by seed {seed}; --vary {seed} repeats it");
+        let _ = writeln!(
+            text,
+            "  legal variation with seed {seed}; repeat it with --vary {seed}"
+        );
     }
     if let Some(ip0) = ports.get(&Port::Ip0) {
         let host = format!("ts3100 host {}", SocketAddr::new(settings.listen, *ip0));

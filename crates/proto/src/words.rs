@@ -3,7 +3,9 @@
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
 use alloc::borrow::Cow;
+use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 
 /// A value of a small set, each with a word.
 pub trait Word: Copy + 'static {
@@ -47,6 +49,72 @@ impl UnexpectedWord {
     }
 }
 
+/// Most words that are suggested in place of one.
+const MAX_SUGGESTIONS: usize = 3;
+/// Longest word that is compared with others, in bytes.
+const MAX_COMPARED: usize = 64;
+
+/// The end of a message about an unknown word: `; did you mean "x"?` with the known words nearest to it, in backquotes.
+/// Empty if none is near.
+#[must_use]
+pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let quoted = |word: &&str| format!("`{word}`");
+    match nearest(found, known).as_slice() {
+        [] => String::new(),
+        [one] => format!("; did you mean `{one}`?"),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(quoted).collect();
+            format!("; did you mean {} or `{last}`?", first.join(", "))
+        }
+    }
+}
+
+/// The known words that were probably meant, the nearest first, at most three: those with one letter in three wrong at
+/// most, and those that begin with the whole word.
+#[must_use]
+pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    if found.len() > MAX_COMPARED {
+        return Vec::new();
+    }
+    let found = found.to_lowercase();
+    let allowed = (found.chars().count() / 3).clamp(1, 3);
+    let rate = |word: &'a str| {
+        let lower = word.to_lowercase();
+        let far = distance(&found, &lower);
+        let begins = found.len() >= 3 && lower.starts_with(&found);
+        (far <= allowed && far < found.chars().count().max(2) || begins).then_some((far, word))
+    };
+    let mut near: Vec<(usize, &str)> = known.into_iter().filter_map(rate).collect();
+    near.sort_unstable();
+    near.dedup();
+    near.into_iter().map(|(_, word)| word).take(MAX_SUGGESTIONS).collect()
+}
+
+/// Fewest letters to insert, remove, replace or swap with their neighbour (optimal string alignment).
+fn distance(one: &str, other: &str) -> usize {
+    let other: Vec<char> = other.chars().collect();
+    let at = |row: &[usize], place: usize| row.get(place).copied().unwrap_or(usize::MAX / 2);
+    let mut older: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=other.len()).collect();
+    let mut before = None;
+    for (i, letter) in one.chars().enumerate() {
+        let mut row = Vec::from([i + 1]);
+        let mut left = None;
+        for (j, against) in other.iter().copied().enumerate() {
+            let replaced = at(&last, j) + usize::from(letter != against);
+            let mut best = replaced.min(at(&last, j + 1) + 1).min(at(&row, j) + 1);
+            if before == Some(against) && left == Some(letter) {
+                best = best.min(at(&older, j.saturating_sub(1)) + 1);
+            }
+            row.push(best);
+            left = Some(against);
+        }
+        older = core::mem::replace(&mut last, row);
+        before = Some(letter);
+    }
+    last.last().copied().unwrap_or_default()
+}
+
 /// Units of durations and their microseconds.
 const UNITS: [(&str, u32); 4] = [("us", 1), ("ms", 1_000), ("min", 60_000_000), ("s", 1_000_000)];
 
@@ -59,4 +127,35 @@ pub fn split_duration<'a>(text: &'a str, accepted: &[&str]) -> Option<(&'a str, 
     let (number, unit, micros) =
         units.find_map(|(unit, micros)| Some((text.strip_suffix(unit)?, unit, micros)))?;
     accepted.contains(&unit).then_some((number, micros))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn letters_that_are_missing_wrong_or_swapped_are_counted() {
+        for (one, other, expected) in [
+            ("press", "press", 0),
+            ("perss", "press", 1),
+            ("pres", "press", 1),
+            ("", "press", 5),
+            ("ofset", "offset", 1),
+            ("kitten", "sitting", 3),
+        ] {
+            assert_eq!(distance(one, other), expected, "{one} {other}");
+            assert_eq!(distance(other, one), expected, "{one} {other}");
+        }
+    }
+
+    #[test]
+    fn near_words_are_suggested_the_nearest_first_and_three_at_most() {
+        let of = |word: &str, known: &[&'static str]| did_you_mean(word, known.iter().copied());
+        assert_eq!(of("pres", &["pressed", "press"]), "; did you mean `press` or `pressed`?");
+        assert_eq!(of("SERVO", &["servo", "feed-hold"]), "; did you mean `servo`?");
+        assert_eq!(of("moon", &["servo", "feed-hold"]), "");
+        assert_eq!(nearest("ip", ["ip3", "ip1", "ip2", "ip0"]), ["ip0", "ip1", "ip2"]);
+        assert_eq!(nearest("x", ["on", "y"]), [""; 0]);
+        assert_eq!(nearest(&"x".repeat(300), ["x"]), [""; 0]);
+    }
 }

@@ -1,7 +1,7 @@
 //! `ts3100 host` and `ts3100 check` against a running emulator, and against peers that answer nothing or
 //! nonsense.
 
-use super::support::{Serve, expect_code, run, stderr, stdout};
+use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
@@ -94,9 +94,9 @@ fn refusals_are_exit_code_one() {
 fn wrong_words_are_not_sent() {
     let serve = Serve::start(&[]);
     for (words, expected) in [
-        (&["rs", "everything"][..], "`RS,everything` is no command"),
-        (&["sl", "2X"], "`SL,2X` is no command"),
-        (&["mw", "2P", "1", "2"], "`MW,0 2P -1 1 2` is no command"),
+        (&["rs", "everything"][..], "cannot send `RS,everything`: "),
+        (&["sl", "2X"], "cannot send `SL,2X`: "),
+        (&["mw", "2P", "1", "2"], "cannot send `MW,0 2P -1 1 2`: "),
     ] {
         let output = serve.host(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");
@@ -119,27 +119,28 @@ pub fn peer(answer: &'static [u8]) -> String {
 }
 
 #[test]
-fn communication_errors_are_exit_code_two_and_say_what_was_expected() {
+fn communication_errors_are_exit_code_three_and_say_what_was_expected() {
     for (answer, words, expected) in [
         (
             &b""[..],
             &["so", "--timeout", "0.05"][..],
-            "expected OK or NG within 50ms, found nothing",
+            "does not answer within 0.05 s: expected OK or NG",
         ),
         (b"\x02FL,A\x1a\x03", &["so"], "expected OK or NG, found FL,A<EOF>"),
-        (b"\x02WHAT\r\x03", &["su"], "found"),
-        (b"\x02OK\r\x03", &["sf"], "expected FL or NG, found OK<CR>"),
+        (b"\x02WHAT\r\x03", &["su"], "the answer is WHAT<CR>"),
         (
-            b"\x02FL,MODE?\x1a\x03",
+            b"HTTP/1.0 400 Bad Request\r\n\r\n",
             &["su"],
-            "the answer to SU cannot be read",
+            "answers in HTTP, as the control interface does: give the address of IP0",
         ),
+        (b"\x02OK\r\x03", &["sf"], "expected FL or NG, found OK<CR>"),
+        (b"\x02FL,MODE?\x1a\x03", &["su"], "cannot read the answer to SU"),
     ] {
         let address = peer(answer);
         let output = run(&[&["host", &address], words].concat());
-        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert_eq!(output.status.code(), Some(3), "{words:?}");
         assert!(
-            stderr(&output).contains(expected),
+            stderr(&output).contains(expected) && stderr(&output).contains("error: "),
             "{words:?}: {}",
             stderr(&output)
         );
@@ -150,12 +151,32 @@ fn communication_errors_are_exit_code_two_and_say_what_was_expected() {
         .unwrap()
         .to_string();
     let output = run(&["host", &free, "su"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(3));
     assert!(
         stderr(&output).contains("cannot connect to"),
         "{}",
         stderr(&output)
     );
+    let incomplete = run(&["host", "127.0.0.1", "su"]);
+    assert_eq!(incomplete.status.code(), Some(2));
+    assert_eq!(
+        stderr(&incomplete),
+        "error: cannot connect to `127.0.0.1`: add the port of IP0: 127.0.0.1:1000\n"
+    );
+}
+
+#[test]
+fn the_answer_of_another_port_of_the_robot_says_where_commands_go() {
+    let serve = Serve::start(&[]);
+    let ip0 = serve.address(0);
+    let output = run(&["host", &serve.address(1), "su", "--timeout", "0.05"]);
+    assert_eq!(output.status.code(), Some(3));
+    let expected = format!(". This is IP1 of the robot; commands go to IP0: {ip0}\n");
+    assert!(stderr(&output).ends_with(&expected), "{}", stderr(&output));
+    let control = serve.control.as_deref().unwrap();
+    let output = run(&["host", control.trim_start_matches("http://"), "su"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(stderr(&output).contains("answers in HTTP"), "{}", stderr(&output));
 }
 
 #[test]
@@ -173,8 +194,8 @@ fn a_file_without_an_end_ends_with_the_time_for_everything() {
         }
     });
     let output = run(&["host", &address, "su", "--total", "0.3"]);
-    assert_eq!(output.status.code(), Some(2));
-    let expected = "the command took longer than 300ms (--total)";
+    assert_eq!(output.status.code(), Some(3));
+    let expected = "does not answer within 0.3 s (--total): expected the next text of the file";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
 }
 
@@ -187,7 +208,7 @@ fn an_sp_in_between_is_no_answer() {
         (output.status.code(), stdout(&output).as_str()),
         (Some(0), "OK\n")
     );
-    assert!(stderr(&output).contains("SP came in between"));
+    assert!(stderr(&output).contains("warning: SP came before the answer"));
     let address = peer(b"\x02SP\r\x03\x02NG\r\x03");
     let output = run(&["host", &address, "sf"]);
     assert_eq!(
@@ -211,6 +232,10 @@ fn check_says_what_the_compiler_says() {
     let output = run(&["check", missing.to_str().unwrap(), &bad]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("missing.scol"));
+    let mut piped = ts3100(&["check", "-"]);
+    let piped = piped.stdin(std::fs::File::open(&bad).unwrap()).output().unwrap();
+    assert_eq!(piped.status.code(), Some(1));
+    assert!(stdout(&piped).contains("<stdin>:2:"), "{}", stdout(&piped));
     let scara = directory.file("scara.scol", "PROGRAM S\nMOVE POINT(300,0,50,0,0,LEFTY)\nEND\n");
     assert_eq!(
         run(&["check", "--model", "tsl3000-thl400", &scara]).status.code(),

@@ -220,6 +220,65 @@ fn url_and_token_come_from_the_environment() {
     assert_eq!(code(&serve, &["--token", "0123456789abcdef", "health"]), Some(0));
 }
 
+/// `ctl state` for a user whose state files are here.
+fn state_of(runtime: &TempDir, words: &[&str]) -> Output {
+    let mut command = ts3100(&["ctl", "state"]);
+    command.args(words);
+    command.env("XDG_RUNTIME_DIR", runtime.path()).output().unwrap()
+}
+
+#[test]
+fn the_only_emulator_of_the_machine_is_found_and_several_are_listed() {
+    let runtime = TempDir::new("runtime");
+    let place = runtime.path().to_str().unwrap().to_owned();
+    let start = || Serve::start_in(&[("XDG_RUNTIME_DIR", &place)], &["--control", "127.0.0.1:0"]);
+    let first = start();
+    expect_code(&state_of(&runtime, &[]), 0);
+    let second = start();
+    let several = state_of(&runtime, &[]);
+    expect_code(&several, 2);
+    for serve in [&first, &second] {
+        let line = format!("  {}  process ", serve.control.as_deref().unwrap());
+        assert!(stderr(&several).contains(&line), "{}", stderr(&several));
+        assert!(stderr(&several).contains(&format!(", IP0 at {}", serve.address(0))));
+    }
+    // One ends, the other is killed and leaves its files.
+    first.signal("TERM");
+    let url = second.control.clone().unwrap();
+    expect_code(&state_of(&runtime, &[]), 0);
+    let robot = state_of(&runtime, &["--url", &format!("http://{}", second.address(0))]);
+    expect_code(&robot, 2);
+    assert!(
+        stderr(&robot).starts_with("error: IP0 of the robot answers at ")
+            && stderr(&robot).ends_with(&format!("; that is at {url}\n")),
+        "{}",
+        stderr(&robot)
+    );
+    second.signal("KILL");
+    let none = state_of(&runtime, &["--url", &url]);
+    expect_code(&none, 3);
+    assert!(stderr(&none).contains("ts3100 serve"), "{}", stderr(&none));
+    let left = std::fs::read_dir(runtime.path().join("ts3100")).unwrap();
+    assert_eq!(left.count(), 0);
+}
+
+#[test]
+fn a_port_of_a_robot_elsewhere_is_told_from_a_slow_interface() {
+    let serve = Serve::start(&["--set", "text.stx=detect"]);
+    let elsewhere = TempDir::new("runtime");
+    let url = format!("http://{}", serve.address(0));
+    let robot = state_of(&elsewhere, &["--url", &url, "--timeout", "0.3"]);
+    expect_code(&robot, 3);
+    let expected = format!("error: IP0 of a robot answers at {url}, not the control interface");
+    assert!(stderr(&robot).starts_with(&expected), "{}", stderr(&robot));
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}", silent.local_addr().unwrap());
+    let late = state_of(&elsewhere, &["--url", &url, "--timeout", "0.3"]);
+    expect_code(&late, 3);
+    let expected = format!("error: {url} accepts connections but has not answered within 0.3 s (--timeout)");
+    assert!(stderr(&late).starts_with(&expected), "{}", stderr(&late));
+}
+
 #[test]
 fn serve_says_why_there_can_be_no_interface() {
     let everywhere = run(&["serve", "--ports", "auto", "--control", "0.0.0.0:0"]);

@@ -68,7 +68,7 @@ fn a_seed_that_was_drawn_is_told_though_the_log_is_quiet() {
     let seed = words
         .split("--vary ")
         .nth(1)
-        .and_then(|rest| rest.split(' ').next());
+        .and_then(|rest| rest.split_whitespace().next());
     assert!(seed.is_some_and(|seed| seed.parse::<u64>().is_ok()), "{words}");
     assert_eq!(stderr(&exec(&["--vary", "5"], "exit 0")), "");
 }

@@ -154,14 +154,14 @@ fn a_seed_is_printed_and_a_drawn_one_too() {
     assert!(serve.host(&["su"]).status.success());
     let log = stderr(&serve.signal("TERM"));
     assert!(
-        log.contains("legal variation by seed 41; --vary 41 repeats it"),
+        log.contains("legal variation with seed 41; repeat it with --vary 41"),
         "{log}"
     );
     let log = stderr(&Serve::start(&["--vary", "random"]).signal("TERM"));
     let seed = log
         .split("--vary ")
         .nth(1)
-        .and_then(|rest| rest.split(' ').next());
+        .and_then(|rest| rest.split_whitespace().next());
     assert!(seed.is_some_and(|seed| seed.parse::<u64>().is_ok()), "{log}");
     let log = stderr(&Serve::start(&["--vary", "off"]).signal("TERM"));
     assert!(!log.contains("variation"), "{log}");

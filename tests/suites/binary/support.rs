@@ -20,6 +20,8 @@ pub fn ts3100(words: &[&str]) -> Command {
             command.env_remove(name);
         }
     }
+    // The emulators of the suites and those of the user do not see each other.
+    command.env("XDG_RUNTIME_DIR", env!("CARGO_TARGET_TMPDIR"));
     command
 }
 
@@ -82,9 +84,19 @@ impl Serve {
         Serve::ready(&[&["serve"], words].concat())
     }
 
+    /// As [`Serve::start`], with these variables of the environment.
+    pub fn start_in(environment: &[(&str, &str)], words: &[&str]) -> Serve {
+        let mut command = ts3100(&["serve"]);
+        command.args(words).envs(environment.iter().copied());
+        Serve::spawn(command)
+    }
+
     /// Starts a subcommand with free ports and waits for its ready line.
     pub fn ready(words: &[&str]) -> Serve {
-        let mut command = ts3100(words);
+        Serve::spawn(ts3100(words))
+    }
+
+    fn spawn(mut command: Command) -> Serve {
         let mut child = command
             .args(["--ports", "auto", "--ready-json"])
             .stdin(Stdio::null())

@@ -3,11 +3,13 @@
 //! The report and its formats are in [`ts3100_recording::reports`]; here files are read and written and the exit code is
 //! chosen.
 
+use super::exit::BELOW_COVERAGE;
+use crate::log::print_error;
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
 use std::path::PathBuf;
-use ts3100_recording::reports::{BELOW_COVERAGE, CoverageReport, coverage_text, write_report};
+use ts3100_recording::reports::{CoverageReport, coverage_text, write_report};
 
 /// Works on the reports that `serve --coverage FILE.json` writes.
 #[derive(Debug, Args)]
@@ -58,8 +60,8 @@ pub(super) fn run(args: &CoverageArgs) -> anyhow::Result<u8> {
     .context("cannot write to stdout")?;
     if let Some(least) = args.min_coverage.filter(|least| merged.percent < *least) {
         let percent = merged.percent;
-        super::print_error(format_args!(
-            "coverage {percent:.1} %, at least {least} % expected"
+        print_error(format_args!(
+            "the coverage is {percent:.1} %, below the {least} % of --min-coverage"
         ));
         return Ok(BELOW_COVERAGE);
     }

@@ -4,12 +4,14 @@
 //! addresses in its environment, signals are forwarded to it, and its exit code is combined with the result of the
 //! reports. [`super::guard`] ends the command when exec itself is killed.
 
+use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
 use super::junit_stub;
 use super::serve::{check_outputs, fail, serve_until};
 use crate::config::args::PortSource;
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
+use crate::instances::Instance;
 use crate::launch::Launched;
 use crate::log;
 use anyhow::Context as _;
@@ -23,17 +25,6 @@ use tokio::process::{Child, Command};
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::Driver;
 use ts3100_driver::driver::self_check::connectable;
-
-/// Set in the exit code when the reports say that the run failed, whatever the command says.
-pub const REPORTS_FAILED: u8 = 64;
-/// Exit code when the emulator could not be started or its reports not be written.
-const EMULATOR_FAILED: u8 = 125;
-/// Exit code when the command cannot be executed, as shells have it.
-const NOT_EXECUTABLE: u8 = 126;
-/// Exit code when there is no such command, as shells have it.
-const NOT_FOUND: u8 = 127;
-/// What is added to the number of the signal that ended the command, as shells have it.
-const BY_SIGNAL: i32 = 128;
 
 /// Starts an emulator on free ports, runs a command, ends the emulator.
 ///
@@ -92,8 +83,8 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     let settings = Settings::from_args(&args)?;
     if let Some(Seed::Drawn(seed)) = args.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
-        log::print_line(&format!(
-            "legal variation by seed {seed}; --vary {seed} repeats it"
+        log::print_note(format_args!(
+            "legal variation with seed {seed}; repeat it with --vary {seed}"
         ));
     }
     check_outputs(&args, &settings)?;
@@ -102,8 +93,10 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let mut launched = Launched::open(&settings)?;
         launched.driver.self_check(settings.listen).await?;
         let control = launched.open_control(&settings)?;
+        let ports = launched.driver.ports();
+        let _announced = Instance::current(settings.listen, ports, control).announce();
         let mut signals = Signals::listen().context("cannot listen for signals")?;
-        let (program, rest) = command.split_first().context("expected a command behind --")?;
+        let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = build_command(program, rest, &settings, &launched.driver, control)
             .spawn()

@@ -3,16 +3,14 @@
 //! The kinds and their parameters are in the controller's `faults` module; reading fault files is
 //! [`ts3100_recording::faults`].
 
-use super::print_error;
+use super::exit::NEGATIVE;
+use crate::log::print_error;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use ts3100_controller::faults::Fault;
 use ts3100_recording::faults;
-
-/// Exit code when something is no fault.
-const WRONG: u8 = 1;
 
 /// Lists and checks faults on purpose.
 #[derive(Debug, Args)]
@@ -83,7 +81,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         }
     }
     if wrong {
-        ExitCode::from(WRONG)
+        ExitCode::from(NEGATIVE)
     } else {
         ExitCode::SUCCESS
     }

@@ -2,13 +2,13 @@
 //!
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
-use super::check::read_source;
+use super::check::{is_stdin, read_source};
+use crate::log::print_error;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use ts3100_driver::files;
-use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Formats SCOL files in place; `-` formats stdin to stdout. The meaning never changes: a line whose words would
 /// not be the same is left as it is. Exit code: 0 done, 1 with --check: a file is not formatted, 2 a file cannot be
@@ -36,7 +36,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
     let mut worst = FormatOutcome::Done;
     for path in &args.files {
         let outcome = format_file(path, args.check).unwrap_or_else(|error| {
-            super::print_error(format_args!("{}: {error}", path.display()));
+            print_error(format_args!("{}: {error}", path.display()));
             FormatOutcome::Failed
         });
         worst = worst.max(outcome);
@@ -45,14 +45,9 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
 }
 
 fn format_file(path: &Path, check: bool) -> io::Result<FormatOutcome> {
-    let stdin = path == Path::new("-");
-    let bytes = if stdin {
-        files::read_all(io::stdin().lock(), MAX_PC_FILE)?
-    } else {
-        read_source(path)?
-    };
-    let source = String::from_utf8(bytes)
-        .map_err(|_| io::Error::other("not a text in ASCII or UTF-8, left as it is"))?;
+    let stdin = is_stdin(path);
+    let source = String::from_utf8(read_source(path)?)
+        .map_err(|_| io::Error::other("not text in ASCII or UTF-8; the file is left as it is"))?;
     let formatted = scol_mini::format(&source);
     let changed = formatted != source;
     if check {

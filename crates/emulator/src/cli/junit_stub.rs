@@ -4,6 +4,7 @@
 //! The report of a run that did start is written by [`ts3100_recording::scenario`]. The path is found even on a command line
 //! that clap rejects, by looking for `--junit` directly.
 
+use crate::log::print_error;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -29,7 +30,7 @@ pub(super) fn write(path: Option<&Path>, why: &str) {
     let shown = path.display().to_string();
     match files::replace(path, document(why).as_bytes()) {
         // That it cannot be written may be why the run did not start.
-        Err(error) if !why.contains(&shown) => eprintln!("ts3100: cannot write {shown}: {error}"),
+        Err(error) if !why.contains(&shown) => print_error(format_args!("cannot write {shown}: {error}")),
         _ => {}
     }
 }

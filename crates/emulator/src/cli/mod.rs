@@ -8,6 +8,7 @@ mod coverage;
 mod ctl;
 mod diff;
 mod exec;
+mod exit;
 mod faults;
 mod format;
 mod guard;
@@ -19,15 +20,11 @@ mod tap;
 
 use crate::config::ServeArgs;
 use crate::log;
+use crate::log::print_error;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
-use std::fmt::Display;
 use std::io::Write as _;
 use std::process::ExitCode;
-use ts3100_control::printable::printable;
-
-/// Exit code of wrong usage, and of files that cannot be read or written.
-const UNUSABLE: u8 = 2;
 
 /// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
 #[derive(Debug, Parser)]
@@ -88,7 +85,7 @@ fn run(command: Command) -> ExitCode {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
-            // A reader that has seen enough is no mistake.
+            // A closed pipe is not an error.
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
@@ -100,13 +97,8 @@ fn run(command: Command) -> ExitCode {
 fn exit_code(result: anyhow::Result<u8>) -> ExitCode {
     ExitCode::from(result.unwrap_or_else(|error| {
         print_error(format_args!("{error:#}"));
-        UNUSABLE
+        exit::UNUSABLE
     }))
-}
-
-/// Prints an error for people to stderr.
-fn print_error(error: impl Display) {
-    eprintln!("ts3100: {}", printable(error));
 }
 
 /// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.

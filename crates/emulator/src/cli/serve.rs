@@ -4,9 +4,11 @@
 //! The order matters: report files are created before the ports open, so that a path that cannot be written is an
 //! error at the start. The loop that serves hosts is [`ts3100_driver::driver`]; the ready line is [`crate::ready`].
 
+use super::exit::{SCENARIO_FAILED, UNUSABLE};
 use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
+use crate::instances::Instance;
 use crate::launch::Launched;
 use crate::log;
 use crate::ready;
@@ -22,24 +24,19 @@ use ts3100_recording::faults;
 use ts3100_recording::reports::ReportOutcome;
 use ts3100_recording::scenario::ScenarioOutcome;
 
-/// Exit code when an expectation of the scenario was not met.
-const SCENARIO_FAILED: u8 = 5;
-/// Exit code when the emulator could not start.
-const COULD_NOT_START: u8 = 2;
-
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
     let mut junit = args.junit.clone().or_else(junit_stub::path_from_environment);
     match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
-        Err(error) => fail(&error, junit.as_deref(), COULD_NOT_START),
+        Err(error) => fail(&error, junit.as_deref(), UNUSABLE),
     }
 }
 
 /// Ends with this exit code after saying why, in the JUnit report too if one was asked for.
 pub(super) fn fail(error: &anyhow::Error, junit: Option<&Path>, code: u8) -> ExitCode {
     let words = printable(format_args!("{error:#}"));
-    log::print_line(&words);
+    log::print_error(&words);
     junit_stub::write(junit, &words);
     ExitCode::from(code)
 }
@@ -60,7 +57,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     if let Some(seed) = settings.controller.vary {
         info!(
             event = "vary",
-            seed, "legal variation by seed {seed}; --vary {seed} repeats it"
+            seed, "legal variation with seed {seed}; repeat it with --vary {seed}"
         );
     }
     check_outputs(&args, &settings)?;
@@ -71,6 +68,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let mut launched = Launched::open(&settings)?;
         let control = launched.open_control(&settings)?;
         let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
+        let _announced = Instance::current(settings.listen, ports, control).announce();
         if args.ready_json.unwrap_or(false) {
             let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
             printed.context("cannot write to stdout")?;
@@ -145,11 +143,16 @@ fn report_scenario(outcome: &ScenarioOutcome, args: &ServeArgs) -> anyhow::Resul
 fn log_failures(ending: &ReportOutcome) {
     for (rule, count) in &ending.denied {
         let (id, title) = (rule.id, rule.title);
+        let times = if *count == 1 {
+            "once".to_owned()
+        } else {
+            format!("{count} times")
+        };
         error!(
             event = "denied",
             rule = id,
             count,
-            "denied finding {id}, {count} times: {title}"
+            "denied finding {id}, {times}: {title}"
         );
     }
     for id in &ending.never_fired {
@@ -158,7 +161,7 @@ fn log_failures(ending: &ReportOutcome) {
     if let Some((reached, least)) = ending.below_coverage {
         error!(
             event = "below-coverage",
-            reached, least, "coverage {reached:.1} %, at least {least} % expected"
+            reached, least, "the coverage is {reached:.1} %, below the {least} % of --min-coverage"
         );
     }
 }

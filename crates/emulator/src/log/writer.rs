@@ -6,6 +6,8 @@
 
 use super::fold::{LineFolder, LineKey, line_key};
 use crate::config::args::LogFormat;
+use serde_json::json;
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,6 +27,8 @@ const FLUSH_RETRY: Duration = Duration::from_millis(1);
 
 /// The queue of the process: tracing has one global subscriber, too.
 static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
+/// The form of the log, once it is started.
+static FORMAT: OnceLock<LogFormat> = OnceLock::new();
 /// Lines lost since the last notice about lost lines.
 static DROPPED: AtomicU64 = AtomicU64::new(0);
 
@@ -46,6 +50,7 @@ pub(super) struct LogWriter {
 impl LogWriter {
     /// Starts the thread that writes; the second and later calls change nothing.
     pub(super) fn start(format: LogFormat) -> LogWriter {
+        FORMAT.get_or_init(|| format);
         QUEUED.get_or_init(|| {
             let (sender, receiver) = sync_channel(QUEUE_LENGTH);
             let named = std::thread::Builder::new().name("ts3100-log".to_owned());
@@ -165,6 +170,11 @@ fn dropped_notice(dropped: u64, format: LogFormat) -> String {
     }
 }
 
+/// Whether people see every byte: a line for each text would repeat them. In JSON programs choose by the event.
+pub(super) fn shows_bytes() -> bool {
+    FORMAT.get() == Some(&LogFormat::Text) && tracing::enabled!(Level::TRACE)
+}
+
 /// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`].
 pub(crate) fn flush() {
     let Some(queue) = QUEUED.get() else { return };
@@ -185,14 +195,33 @@ pub(crate) fn flush() {
     let _ = written.recv_timeout(until.saturating_duration_since(Instant::now()));
 }
 
-/// Prints a message with the prefix `ts3100: ` to stderr, after the log lines before it. Errors of stderr are ignored.
-pub(crate) fn print_line(line: &str) {
-    let line = format!("ts3100: {}\n", printable(line)).into_bytes();
+/// Prints a message to stderr, after the log lines before it, with the prefix `error: `.
+pub(crate) fn print_error(error: impl Display) {
+    print("error", "ERROR", error);
+}
+
+/// As [`print_error`], with the prefix `warning: `.
+pub(crate) fn print_warning(warning: impl Display) {
+    print("warning", "WARN", warning);
+}
+
+/// As [`print_error`], with the prefix `note: `.
+pub(crate) fn print_note(note: impl Display) {
+    print("note", "INFO", note);
+}
+
+/// A line with this prefix, in JSON with this level. Errors of stderr are ignored: nobody can be told.
+fn print(prefix: &str, level: &str, message: impl Display) {
+    let message = printable(message);
+    let line = match FORMAT.get() {
+        Some(LogFormat::Json) => format!("{}\n", json!({"level": level, "message": message})),
+        Some(LogFormat::Text) | None => format!("{prefix}: {message}\n"),
+    };
     if QUEUED.get().is_some() {
-        enqueue(line, None);
+        enqueue(line.into_bytes(), None);
         flush();
     } else {
-        let _ = io::stderr().write_all(&line);
+        let _ = io::stderr().write_all(line.as_bytes());
     }
 }
 

@@ -5,9 +5,10 @@
 
 mod report;
 
-use super::{UNUSABLE, print_error};
+use super::exit::UNUSABLE;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
+use crate::log::print_error;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
@@ -20,7 +21,7 @@ use ts3100_driver::pc_file::MAX_PC_FILE;
 /// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// SCOL files
+    /// SCOL files, or - for stdin
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Arm, by name or .toml file, which decides how wide a position is
@@ -147,13 +148,31 @@ impl CheckedFile {
             (source, remarks)
         });
         CheckedFile {
-            name: path.display().to_string(),
+            name: shown_name(path),
             result: found,
         }
     }
 }
 
-/// The bytes of a source, unless it is far too large for a file of the drive.
+/// How a file is named in messages.
+fn shown_name(path: &Path) -> String {
+    if is_stdin(path) {
+        "<stdin>".to_owned()
+    } else {
+        path.display().to_string()
+    }
+}
+
+/// `-` on the command line.
+pub(super) fn is_stdin(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The bytes of a source, of stdin for `-`, unless it is far too large for a file of the drive.
 pub(super) fn read_source(path: &Path) -> io::Result<Vec<u8>> {
-    files::read(path, MAX_PC_FILE)
+    if is_stdin(path) {
+        files::read_all(io::stdin().lock(), MAX_PC_FILE)
+    } else {
+        files::read(path, MAX_PC_FILE)
+    }
 }

@@ -21,8 +21,7 @@ pub struct CtlArgs {
     /// Its token [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
-    /// Longest time for the whole call in seconds; for a stream of events, until it begins [default: 60, and the --wall of
-    /// the call]
+    /// Longest wait for the answer in seconds; a call that waits has its --wall in addition [default: 10]
     #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
     pub timeout: Option<Duration>,
     /// The answer as JSON on one line

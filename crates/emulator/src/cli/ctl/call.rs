@@ -11,7 +11,9 @@ use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
+use std::time::Duration;
 use ts3100_control::client::percent_encoded;
+use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::faults::Fault;
 use ts3100_driver::files;
 use ts3100_proto::escape::hex_byte;
@@ -23,6 +25,9 @@ use ts3100_recording::transcript::{Format, TranscriptFile};
 const MAX_FILE: u64 = 128 * 1024;
 /// Largest snapshot that is sent, in bytes: the interface takes no larger one.
 const MAX_SNAPSHOT: u64 = ts3100_control::MAX_SNAPSHOT as u64;
+
+/// The calls that wait; their body may have a limit, `wall`.
+const WAITING_PATHS: [&str; 3] = ["/wait", "/clock/advance", "/clock/advance-until"];
 
 /// A call.
 #[derive(Debug)]
@@ -79,6 +84,16 @@ fn button(path: &str, action: Option<&String>) -> Call {
 }
 
 impl Call {
+    /// How long the interface may take on purpose, by the system clock.
+    pub fn longest_wait(&self) -> Duration {
+        if !WAITING_PATHS.contains(&self.path.as_str()) || self.method != "POST" {
+            return Duration::ZERO;
+        }
+        let wall = self.body.as_ref().and_then(|body| body.get("wall")?.as_f64());
+        let wall = wall.and_then(|wall| Duration::try_from_secs_f64(wall).ok());
+        wall.unwrap_or(DEFAULT_WALL).min(MAX_WALL)
+    }
+
     /// The call a command stands for.
     ///
     /// # Errors

@@ -6,65 +6,58 @@
 mod args;
 mod call;
 mod show;
+mod target;
 
 pub use args::CtlArgs;
 
+use super::exit::{NEGATIVE, NO_ANSWER, NOT_REACHED, UNUSABLE};
+use crate::log::print_error;
 use args::{Command, FileCommand, SnapshotCommand};
 use call::Call;
 use serde_json::Value;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Duration;
 use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
-use ts3100_control::printable::{escape_lines, printable};
-use ts3100_control::{MAX_WALL, URL_VARIABLE};
+use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
 
-/// The interface refused the call.
-const REFUSED: u8 = 1;
-/// The command line makes no sense.
-const USAGE: u8 = 2;
-/// Nobody answers, or what answers is no control interface.
-const NO_ANSWER: u8 = 3;
-/// What was waited for did not happen in its time.
-const NOT_REACHED: u8 = 4;
-/// Where the interface is if nothing else is said.
-const DEFAULT_URL: &str = "http://127.0.0.1:3100";
 /// The environment variable of the token, which `serve` reads too.
 const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 
 /// Makes the call and shows the answer.
 pub fn run(args: &CtlArgs) -> ExitCode {
-    let call = match Call::from_command(&args.command, args.json) {
+    let call = Call::from_command(&args.command, args.json);
+    let call = call.and_then(|call| Ok((target::url(args)?, call)));
+    let (url, call) = match call {
         Ok(call) => call,
         Err(error) => {
-            eprintln!("ts3100 ctl: {}", printable(format_args!("{error:#}")));
-            return ExitCode::from(USAGE);
+            print_error(format_args!("{error:#}"));
+            return ExitCode::from(UNUSABLE);
         }
     };
-    match client(args, &call).and_then(|client| perform(&client, &call, args)) {
+    match client(args, &url, &call).and_then(|client| perform(&client, &call, args)) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100 ctl: {}", printable(&error));
+            print_error(format_args!("{error}{}", target::advice(&error)));
             ExitCode::from(match error {
-                ClientError::Url(_) | ClientError::Token => USAGE,
-                ClientError::Unreachable { .. } | ClientError::InvalidResponse { .. } => NO_ANSWER,
+                ClientError::Url(_) | ClientError::Token => UNUSABLE,
+                ClientError::Unreachable { .. }
+                | ClientError::Late { .. }
+                | ClientError::Robot { .. }
+                | ClientError::InvalidResponse { .. } => NO_ANSWER,
             })
         }
     }
 }
 
-fn client(args: &CtlArgs, call: &Call) -> Result<Client, ClientError> {
-    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
-    let url = args.url.clone().or_else(|| variable(URL_VARIABLE));
-    let token = args.token.clone().or_else(|| variable(TOKEN_VARIABLE));
-    let wall = call.body.as_ref().and_then(|body| body.get("wall")?.as_f64());
-    let wall = wall.and_then(|wall| Duration::try_from_secs_f64(wall).ok());
+fn client(args: &CtlArgs, url: &str, call: &Call) -> Result<Client, ClientError> {
+    let variable = std::env::var(TOKEN_VARIABLE).ok();
+    let token = args.token.clone().or(variable.filter(|token| !token.is_empty()));
     let limit = args
         .timeout
-        .unwrap_or(DEFAULT_TIMEOUT + wall.unwrap_or_default().min(MAX_WALL));
-    Ok(Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)?.with_timeout(limit))
+        .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
+    Ok(Client::new(url, token)?.with_timeout(limit))
 }
 
 fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
@@ -127,9 +120,9 @@ fn refused(json: bool, text: &str) -> ExitCode {
     } else {
         let answer = serde_json::from_str::<Value>(text).unwrap_or_default();
         let words = answer.get("error").and_then(Value::as_str);
-        eprintln!("ts3100 ctl: {}", printable(words.unwrap_or(text).trim_end()));
+        print_error(words.unwrap_or(text).trim_end());
     }
-    ExitCode::from(REFUSED)
+    ExitCode::from(NEGATIVE)
 }
 
 /// The answer as it comes, to a file.
@@ -139,8 +132,8 @@ fn save(mut answer: Response, path: &Path) -> ExitCode {
     match written {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ts3100 ctl: cannot write {}: {error}", path.display());
-            ExitCode::from(USAGE)
+            print_error(format_args!("cannot write {}: {error}", path.display()));
+            ExitCode::from(UNUSABLE)
         }
     }
 }
@@ -170,7 +163,7 @@ fn follow(mut answer: Response, json: bool) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// False when nobody reads any more.
+/// False when the reader has closed the pipe.
 fn print(text: &str) -> bool {
     let mut stdout = io::stdout().lock();
     stdout

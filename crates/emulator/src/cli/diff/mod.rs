@@ -6,6 +6,7 @@
 mod show;
 mod suggest;
 
+use super::exit::NEGATIVE;
 use crate::config::{self, Environment, ServeArgs, Settings, args};
 use crate::loading;
 use anyhow::{Context as _, anyhow};
@@ -16,9 +17,6 @@ use ts3100_controller::options::{ControllerType, Dialect};
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};
-
-/// Exit code when there are differences.
-const DIFFERENT: u8 = 1;
 
 /// Plays the host's side of a recording (`serve --transcript`, `tap`) to the emulator in virtual time, and lists every
 /// difference between the robot's answers recorded and the emulator's, in bytes and time.
@@ -159,7 +157,7 @@ pub(super) fn run(args: &DiffArgs) -> anyhow::Result<u8> {
     Ok(if report.differences.is_empty() {
         0
     } else {
-        DIFFERENT
+        NEGATIVE
     })
 }
 

@@ -14,7 +14,7 @@ use ts3100_driver::pc_file::{self, NameError};
 
 /// Sends one command to a controller or an emulator and shows its answer.
 ///
-/// Exit code: 0 OK, 1 NG, 2 communication error.
+/// Exit code: 0 OK, 1 NG, 2 wrong usage, 3 no answer.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct HostArgs {
     /// IP0 of the controller, HOST:PORT

@@ -3,6 +3,7 @@
 //! The bytes are `ts3100-proto`'s. The arguments are in [`args`] and [`table`], the connection in [`session`], file
 //! transfer in [`transfer`], the output in [`render`].
 
+mod address;
 mod args;
 mod render;
 mod session;
@@ -12,19 +13,17 @@ mod variable_type;
 
 pub(super) use args::{HostArgs, seconds};
 
+use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
+use crate::log::print_error;
+use address::NoAnswer;
 use anyhow::{Context as _, anyhow};
 use args::{HostCommand, HostSubcommand};
 use serde_json::Value;
 use session::{Session, unreadable};
 use std::io::{self, Write};
 use std::process::ExitCode;
-use ts3100_control::printable::{escape_lines, printable};
+use ts3100_control::printable::escape_lines;
 use ts3100_proto::command::{Answer, Command};
-
-/// Exit code of NG.
-const NEGATIVE: u8 = 1;
-/// Exit code when no answer could be had.
-const NO_ANSWER: u8 = 2;
 
 /// Does one command and shows its answer.
 pub(super) fn run(args: &HostArgs) -> ExitCode {
@@ -35,8 +34,9 @@ pub(super) fn run(args: &HostArgs) -> ExitCode {
             ExitCode::from(NEGATIVE)
         }
         Err(error) => {
-            eprintln!("ts3100 host: {}", printable(format_args!("{error:#}")));
-            ExitCode::from(NO_ANSWER)
+            print_error(format_args!("{error:#}"));
+            let silent = error.downcast_ref::<NoAnswer>().is_some();
+            ExitCode::from(if silent { NO_ANSWER } else { UNUSABLE })
         }
     }
 }
@@ -46,7 +46,7 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
     // Before anything is sent: wrong words are the caller's mistake, not the controller's answer.
     let message = args.command.message()?;
     let command =
-        Command::parse(message.as_bytes()).map_err(|error| anyhow!("`{message}` is no command: {error}"))?;
+        Command::parse(message.as_bytes()).map_err(|error| anyhow!("cannot send `{message}`: {error}"))?;
     let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
     match &args.command {
         HostSubcommand::Own(HostCommand::Ul { output, .. }) => {

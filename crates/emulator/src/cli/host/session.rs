@@ -4,10 +4,11 @@
 //! Plain blocking sockets are enough, because a host does one thing at a time. Framing and file transfer come from
 //! `ts3100-proto`. SF and IO contain arbitrary bytes and are read by length, everything else up to ETX.
 
-use anyhow::{Context as _, anyhow, bail};
+use super::address::{NoAnswer, dial, robot_hint};
+use crate::log::print_warning;
 use std::fmt::Display;
-use std::io::{self, ErrorKind, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs};
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 use ts3100_controller::limits;
 use ts3100_proto::command::Command;
@@ -33,11 +34,11 @@ fn after_bytes(found: &[u8]) -> String {
     }
 }
 
-fn nothing_or(found: &[u8]) -> String {
+fn only_bytes(found: &[u8]) -> String {
     if found.is_empty() {
-        "nothing".to_owned()
+        String::new()
     } else {
-        format!("only {}", Escaped::for_reading(found))
+        format!(", found only {}", Escaped::for_reading(found))
     }
 }
 
@@ -48,14 +49,17 @@ const STATUS_PAUSE: Duration = Duration::from_millis(100);
 pub(super) const CANNOT_WRITE: &str = "cannot write the result";
 
 /// Something else came than was expected.
-fn unexpected(expected: &str, found: &[u8]) -> anyhow::Error {
-    anyhow!("expected {expected}, found {}", Escaped::for_reading(found))
+fn unexpected(expected: &str, found: &[u8]) -> NoAnswer {
+    let found = Escaped::for_reading(found);
+    NoAnswer::new(format_args!("answer: expected {expected}, found {found}"))
 }
 
 /// A file that is not what the command asks for.
-pub(super) fn unreadable(letters: &str, reason: &impl Display, found: &[u8]) -> anyhow::Error {
+pub(super) fn unreadable(letters: &str, reason: &impl Display, found: &[u8]) -> NoAnswer {
     let found = Escaped::for_reading(found);
-    anyhow!("the answer to {letters} cannot be read: {reason}; found {found}")
+    NoAnswer::new(format_args!(
+        "cannot read the answer to {letters}: {reason}; the answer is {found}"
+    ))
 }
 
 /// How long something is waited for.
@@ -75,6 +79,8 @@ impl Limit {
 
 /// A connection to a controller.
 pub(super) struct Session {
+    /// As given.
+    address: String,
     stream: TcpStream,
     framing: Framing,
     timeout: Duration,
@@ -94,7 +100,7 @@ impl Session {
         total: Duration,
     ) -> anyhow::Result<Session> {
         let total = Some(Limit::new(total));
-        let stream = dial(address, timeout).with_context(|| format!("cannot connect to {address}"))?;
+        let stream = dial(address, timeout)?;
         let (framing, stx) = if no_stx {
             (Framing::Bare, StxRule::Detect)
         } else {
@@ -102,6 +108,7 @@ impl Session {
         };
         let checksum = Checksum::None;
         Ok(Session {
+            address: address.to_owned(),
             stream,
             framing,
             timeout,
@@ -112,13 +119,13 @@ impl Session {
     }
 
     /// A command that is answered by OK or NG: whether it is OK.
-    pub(super) fn plain(&mut self, command: &Command) -> anyhow::Result<bool> {
+    pub(super) fn plain(&mut self, command: &Command) -> Result<bool, NoAnswer> {
         self.send(&command.encode())?;
         self.ok_or_ng()
     }
 
     /// Whether the last text sent is answered by OK; false for NG.
-    pub(super) fn ok_or_ng(&mut self) -> anyhow::Result<bool> {
+    pub(super) fn ok_or_ng(&mut self) -> Result<bool, NoAnswer> {
         const EXPECTED: &str = "OK or NG";
         let data = self.answer(EXPECTED)?;
         match Reply::parse(&data) {
@@ -129,7 +136,7 @@ impl Session {
     }
 
     /// A command that is answered by a file: its content without EOF; `None` if the answer is NG.
-    pub(super) fn file(&mut self, command: &Command) -> anyhow::Result<Option<Vec<u8>>> {
+    pub(super) fn file(&mut self, command: &Command) -> Result<Option<Vec<u8>>, NoAnswer> {
         self.send(&command.encode())?;
         let data = self.answer(FILE)?;
         if matches!(Reply::parse(&data), Ok(Reply::Ng)) {
@@ -138,7 +145,7 @@ impl Session {
         self.receive(data).map(Some)
     }
 
-    fn receive(&mut self, first: Vec<u8>) -> anyhow::Result<Vec<u8>> {
+    fn receive(&mut self, first: Vec<u8>) -> Result<Vec<u8>, NoAnswer> {
         let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
         let mut data = first;
         loop {
@@ -155,7 +162,7 @@ impl Session {
     }
 
     /// SF, in one text or two, of either layout; `None` if the answer is NG.
-    pub(super) fn system_status(&mut self, command: &Command) -> anyhow::Result<Option<SystemStatus>> {
+    pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, NoAnswer> {
         self.send(&command.encode())?;
         let limit = Limit::new(self.timeout);
         if !self.starts_with_fl(limit)? {
@@ -188,7 +195,7 @@ impl Session {
 
     /// IO, which ends with its 80 bytes (hosts 8.2); one with EOF, or EOF and CR, is read too. `None` if the answer is
     /// NG.
-    pub(super) fn lines(&mut self, command: &Command) -> anyhow::Result<Option<LineWords>> {
+    pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, NoAnswer> {
         self.send(&command.encode())?;
         let limit = Limit::new(self.timeout);
         if !self.starts_with_fl(limit)? {
@@ -208,7 +215,7 @@ impl Session {
     }
 
     /// The answer in place of a file that is read by length: `None` for NG.
-    fn ng_or_unexpected<T>(&mut self) -> anyhow::Result<Option<T>> {
+    fn ng_or_unexpected<T>(&mut self) -> Result<Option<T>, NoAnswer> {
         let data = self.answer(FILE)?;
         match Reply::parse(&data) {
             Ok(Reply::Ng) => Ok(None),
@@ -222,7 +229,7 @@ impl Session {
     }
 
     /// Waits for the beginning of an answer: whether it is an FL. An SP in front of it is reported.
-    fn starts_with_fl(&mut self, limit: Limit) -> anyhow::Result<bool> {
+    fn starts_with_fl(&mut self, limit: Limit) -> Result<bool, NoAnswer> {
         loop {
             self.fill(self.stx_length() + FL.len(), limit)?;
             let start = self.received.get(self.stx_length()..).unwrap_or_default();
@@ -241,7 +248,7 @@ impl Session {
     }
 
     /// A text cut by length; it is acknowledged.
-    fn binary(&mut self, length: usize, expected: &str) -> anyhow::Result<Vec<u8>> {
+    fn binary(&mut self, length: usize, expected: &str) -> Result<Vec<u8>, NoAnswer> {
         self.decoder.expect_binary(length);
         let data = self.answer(expected)?;
         self.acknowledge()?;
@@ -250,7 +257,7 @@ impl Session {
 
     /// Waits until the program has stopped: for the SP by which the controller says so, or, as it says nothing to hosts
     /// that send no STX (D7), by asking for its status. Returns what to print of it.
-    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> anyhow::Result<&'static str> {
+    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<&'static str, NoAnswer> {
         const EXPECTED: &str = "SP";
         self.total = None;
         let limit = limit.map(Limit::new);
@@ -265,7 +272,7 @@ impl Session {
         }
     }
 
-    fn poll_until_stopped(&mut self, limit: Option<Limit>) -> anyhow::Result<()> {
+    fn poll_until_stopped(&mut self, limit: Option<Limit>) -> Result<(), NoAnswer> {
         loop {
             std::thread::sleep(STATUS_PAUSE);
             let content = self.file(&Command::Su)?.unwrap_or_default();
@@ -276,19 +283,19 @@ impl Session {
             if let Some(limit) = limit
                 && limit.end <= Instant::now()
             {
-                bail!(
-                    "expected the end of the program within {:?}, found nothing",
-                    limit.length
-                );
+                return Err(NoAnswer::new(format_args!(
+                    "the program is still running after {} s",
+                    limit.length.as_secs_f64()
+                )));
             }
         }
     }
 
     /// Sends a text in one write.
-    pub(super) fn send(&mut self, data: &[u8]) -> anyhow::Result<()> {
+    pub(super) fn send(&mut self, data: &[u8]) -> Result<(), NoAnswer> {
         let bytes = text::encode_text(data, self.framing, Checksum::None);
         let sent = self.stream.write_all(&bytes);
-        sent.context("expected to send a text, but the connection failed")
+        sent.map_err(|error| NoAnswer::new(format_args!("cannot send to {}: {error}", self.address)))
     }
 
     /// The pause a host should leave after a text of the controller (TRN-04).
@@ -296,13 +303,13 @@ impl Session {
         std::thread::sleep(limits::HOST_DELAY);
     }
 
-    fn acknowledge(&mut self) -> anyhow::Result<()> {
+    fn acknowledge(&mut self) -> Result<(), NoAnswer> {
         self.pause();
         self.send(&Reply::Ok.encode())
     }
 
     /// The next text that is no SP of the controller's own accord.
-    fn answer(&mut self, expected: &str) -> anyhow::Result<Vec<u8>> {
+    fn answer(&mut self, expected: &str) -> Result<Vec<u8>, NoAnswer> {
         let limit = Limit::new(self.timeout);
         loop {
             let data = self.text(expected, Some(limit))?;
@@ -313,7 +320,7 @@ impl Session {
         }
     }
 
-    fn text(&mut self, expected: &str, limit: Option<Limit>) -> anyhow::Result<Vec<u8>> {
+    fn text(&mut self, expected: &str, limit: Option<Limit>) -> Result<Vec<u8>, NoAnswer> {
         loop {
             self.decoder.push(&std::mem::take(&mut self.received));
             match self.decoder.next() {
@@ -322,7 +329,7 @@ impl Session {
                 }
                 Some(Decoded::Text(text)) => return Ok(text.data.into()),
                 Some(Decoded::Skipped { bytes }) => {
-                    eprintln!("ts3100 host: {bytes} bytes outside a text skipped");
+                    print_warning(format_args!("skipped {bytes} bytes outside a text"));
                 }
                 None => self.read(expected, limit)?,
             }
@@ -330,7 +337,7 @@ impl Session {
     }
 
     /// Reads until so many bytes stand ready for the decoder.
-    fn fill(&mut self, length: usize, limit: Limit) -> anyhow::Result<()> {
+    fn fill(&mut self, length: usize, limit: Limit) -> Result<(), NoAnswer> {
         while self.received.len() < length {
             // A short answer (NG) is complete before the length is reached.
             if self.received.contains(&text::ETX) && !self.received.windows(FL.len()).any(|part| part == FL) {
@@ -341,58 +348,61 @@ impl Session {
         Ok(())
     }
 
-    fn read(&mut self, expected: &str, limit: Option<Limit>) -> anyhow::Result<()> {
+    fn read(&mut self, expected: &str, limit: Option<Limit>) -> Result<(), NoAnswer> {
         let now = Instant::now();
-        let found = &self.received;
-        if let Some(total) = self.total
-            && total.end <= now
-        {
-            let (length, found) = (total.length, nothing_or(found));
-            bail!(
-                "expected {expected}, but the command took longer than {length:?} (--total); found {found}"
-            );
+        let late = |limit: Limit, flag: &str| {
+            let (length, found) = (limit.length.as_secs_f64(), only_bytes(&self.received));
+            let (address, hint) = (&self.address, robot_hint(&self.address));
+            NoAnswer::new(format_args!(
+                "{address} does not answer within {length} s{flag}: expected {expected}{found}{hint}"
+            ))
+        };
+        if let Some(total) = self.total.filter(|total| total.end <= now) {
+            return Err(late(total, " (--total)"));
         }
         let ends = limit.into_iter().chain(self.total).map(|limit| limit.end);
         let left = ends.min().map(|end| end.saturating_duration_since(now));
         if let (Some(Duration::ZERO), Some(limit)) = (left, limit) {
-            let (length, found) = (limit.length, nothing_or(found));
-            bail!("expected {expected} within {length:?}, found {found}");
+            return Err(late(limit, ""));
         }
         let mut buffer = [0; READ_BUFFER];
         let configured = self.stream.set_read_timeout(left);
         match configured.and_then(|()| self.stream.read(&mut buffer)) {
             Ok(0) => {
-                let found = after_bytes(found);
-                bail!("expected {expected}, but the peer closed the connection{found}");
+                let (address, found) = (&self.address, after_bytes(&self.received));
+                return Err(NoAnswer::new(format_args!(
+                    "{address} closed the connection{found} instead of sending {expected}"
+                )));
             }
-            Ok(length) => self
-                .received
-                .extend_from_slice(buffer.get(..length).unwrap_or_default()),
+            Ok(length) => {
+                let bytes = buffer.get(..length).unwrap_or_default();
+                self.received.extend_from_slice(bytes);
+                if self.received.starts_with(HTTP) {
+                    return Err(not_a_robot(&self.address));
+                }
+            }
             // Looked at anew: one of the limits is over.
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
-            Err(error) => bail!("expected {expected}, but the connection failed: {error}"),
+            Err(error) => {
+                let address = &self.address;
+                return Err(NoAnswer::new(format_args!("cannot read from {address}: {error}")));
+            }
         }
         Ok(())
     }
 }
 
-/// Connects to the first address of a name that takes the connection.
-fn dial(address: &str, timeout: Duration) -> io::Result<TcpStream> {
-    let mut last = io::Error::new(ErrorKind::NotFound, "no such address; expected HOST:PORT");
-    for candidate in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&candidate, timeout) {
-            Ok(stream) => {
-                stream.set_nodelay(true)?;
-                stream.set_write_timeout(Some(timeout))?;
-                return Ok(stream);
-            }
-            Err(error) => last = error,
-        }
-    }
-    Err(last)
+/// What answers there is a web server.
+fn not_a_robot(address: &str) -> NoAnswer {
+    NoAnswer::new(format_args!(
+        "{address} answers in HTTP, as the control interface does: give the address of IP0{}",
+        robot_hint(address)
+    ))
 }
 
+/// Beginning of an answer of a web server.
+const HTTP: &[u8] = b"HTTP/1.";
 /// Beginning of a file.
 const FL: &[u8] = b"FL,";
 /// What most commands are answered by.
@@ -401,5 +411,5 @@ const FILE: &str = "FL or NG";
 const SF_TEXT: &str = "a text of SF";
 
 fn report_unsolicited_sp() {
-    eprintln!("ts3100 host: SP came in between: the controller has stopped by itself");
+    print_warning("SP came before the answer: the controller has stopped by itself");
 }

@@ -5,8 +5,8 @@
 
 mod show;
 
-use super::UNUSABLE;
-use super::check::CheckedFile;
+use super::check::{CheckedFile, is_stdin};
+use super::exit::{NEGATIVE, UNUSABLE};
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
 use anyhow::{Context, anyhow, bail};
@@ -36,7 +36,7 @@ const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 /// --max-time; 2 wrong usage, a file that cannot be read, or a program with errors.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// The program
+    /// The program, or - for stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Records for INPUT, one a line, sent whenever an INPUT of the channel (tp, com1, ip1, ip2) waits; - is stdin
@@ -104,7 +104,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let job = RunRequest {
         name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
         source: drive_content(source.as_bytes(), config.options.line_end),
-        records: read_records(&args.input)?,
+        records: read_records(&args.input, is_stdin(&args.file))?,
         lines_on: args.din.clone(),
         trace: args.trace,
         record_lines: args.lcov.is_some(),
@@ -120,13 +120,16 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     }
     Ok(match report.end {
         RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } => 0,
-        RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => 1,
+        RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => NEGATIVE,
         RunEnd::NoInput { .. } => UNUSABLE,
     })
 }
 
 /// The records of every `--input`.
-fn read_records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
+fn read_records(
+    inputs: &[String],
+    program_on_stdin: bool,
+) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
     let mut records = BTreeMap::new();
     for input in inputs {
         let expected = "expected tp, com1, ip1 or ip2, = and a file";
@@ -136,6 +139,9 @@ fn read_records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<V
         let channel = channel.trim().to_ascii_uppercase();
         if !CHANNELS.contains(&channel.as_str()) {
             bail!("--input {input}: {expected}");
+        }
+        if program_on_stdin && path == "-" {
+            bail!("--input {input}: cannot read stdin twice: the program comes from it");
         }
         let bytes = read_content(path).with_context(|| format!("--input {input}"))?;
         let lines = bytes

@@ -1,0 +1,171 @@
+//! Finds the control interface that `ts3100 ctl` calls: the one it is told, or that of the only emulator of this user
+//! on this machine.
+//!
+//! State files name the emulators ([`crate::instances`]). They also tell a port of the robot from the interface, before
+//! anything is sent to it.
+
+use super::args::CtlArgs;
+use crate::instances::{self, Instance};
+use ts3100_control::URL_VARIABLE;
+use ts3100_control::client::ClientError;
+
+/// Where the interface is if no emulator has a state file.
+const DEFAULT_URL: &str = "http://127.0.0.1:3100";
+
+/// Why there is nothing to call.
+#[derive(Debug, thiserror::Error)]
+pub enum TargetError {
+    /// More than one emulator could be meant.
+    #[error(
+        "{} emulators run on this machine. Choose one with --url or {URL_VARIABLE}:{}",
+        .0.len(),
+        list(.0)
+    )]
+    Several(Vec<Instance>),
+    /// The emulators of this machine have no interface.
+    #[error("the emulator of this machine{} runs without a control interface (--control off)", list(.0))]
+    Uncontrolled(Vec<Instance>),
+    /// The URL leads to a port of the robot.
+    #[error(
+        "{port} of the robot answers at {url}, not the control interface{}",
+        whereabouts(control.as_deref())
+    )]
+    RobotPort {
+        /// As given.
+        url: String,
+        /// Name of the port.
+        port: String,
+        /// URL of the interface of the same emulator.
+        control: Option<String>,
+    },
+}
+
+/// Where the interface of the same emulator is.
+fn whereabouts(control: Option<&str>) -> String {
+    let place = control.map(|url| format!("; that is at {url}"));
+    place.unwrap_or_else(|| ", which is off (--control off)".to_owned())
+}
+
+/// A line for each emulator.
+fn list(instances: &[Instance]) -> String {
+    let line = |instance: &Instance| {
+        let url = instance.control.as_deref().unwrap_or_default();
+        let ip0 = instance.ports.get("IP0");
+        let ip0 = ip0.map(|address| format!(", IP0 at {address}"));
+        format!("\n  {url}  process {}{}", instance.pid, ip0.unwrap_or_default())
+    };
+    instances.iter().map(line).collect()
+}
+
+/// The URL to call.
+///
+/// # Errors
+/// See [`TargetError`].
+pub fn url(args: &CtlArgs) -> Result<String, TargetError> {
+    let variable = std::env::var(URL_VARIABLE).ok().filter(|url| !url.is_empty());
+    let told = args.url.clone().or(variable);
+    choose(told, instances::running())
+}
+
+fn choose(told: Option<String>, running: Vec<Instance>) -> Result<String, TargetError> {
+    let Some(url) = told else {
+        return find(running);
+    };
+    let met = running
+        .into_iter()
+        .find_map(|instance| Some((instance.port_at(&url)?.to_owned(), instance.control)));
+    match met {
+        Some((port, control)) => Err(TargetError::RobotPort { url, port, control }),
+        None => Ok(url),
+    }
+}
+
+fn find(running: Vec<Instance>) -> Result<String, TargetError> {
+    let (mut controlled, others): (Vec<Instance>, Vec<Instance>) = running
+        .into_iter()
+        .partition(|instance| instance.control.is_some());
+    if controlled.len() > 1 {
+        return Err(TargetError::Several(controlled));
+    }
+    match controlled.pop().and_then(|instance| instance.control) {
+        Some(url) => Ok(url),
+        None if others.is_empty() => Ok(DEFAULT_URL.to_owned()),
+        None => Err(TargetError::Uncontrolled(others)),
+    }
+}
+
+/// What helps after this error of the call at `url`; empty if the message says it all.
+pub fn advice(error: &ClientError) -> &'static str {
+    match error {
+        ClientError::Unreachable { .. } => {
+            ". Start an emulator with `ts3100 serve`, or give the URL of its control interface with --url"
+        }
+        ClientError::Late { .. } | ClientError::Robot { .. } | ClientError::InvalidResponse { .. } => {
+            ". The ready line and the banner of `ts3100 serve` name the URL of the control interface"
+        }
+        ClientError::Url(_) | ClientError::Token => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn instance(pid: u32, control: Option<&str>) -> Instance {
+        let ip0 = format!("127.0.0.1:1{pid}").parse().unwrap();
+        Instance {
+            pid,
+            control: control.map(str::to_owned),
+            ports: BTreeMap::from([("IP0".to_owned(), ip0)]),
+        }
+    }
+
+    #[test]
+    fn the_only_emulator_is_found_and_several_are_listed() {
+        let (first, second) = (
+            instance(12, Some("http://127.0.0.1:3100")),
+            instance(34, Some("http://a:2")),
+        );
+        let off = instance(56, None);
+        let chosen = |running: &[&Instance]| {
+            let running = running.iter().copied().cloned().collect();
+            choose(None, running).map_err(|error| error.to_string())
+        };
+        assert_eq!(chosen(&[]), Ok(DEFAULT_URL.to_owned()));
+        assert_eq!(chosen(&[&second, &off]), Ok("http://a:2".to_owned()));
+        assert_eq!(
+            chosen(&[&first, &second, &off]),
+            Err(
+                "2 emulators run on this machine. Choose one with --url or TS3100_CONTROL_URL:\
+                 \n  http://127.0.0.1:3100  process 12, IP0 at 127.0.0.1:112\
+                 \n  http://a:2  process 34, IP0 at 127.0.0.1:134"
+                    .to_owned()
+            )
+        );
+        let error = chosen(&[&off]).unwrap_err();
+        assert!(
+            error.contains("process 56") && error.contains("--control off"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_port_of_the_robot_is_named() {
+        let running = vec![instance(12, Some("http://127.0.0.1:3100"))];
+        let told =
+            |url: &str| choose(Some(url.to_owned()), running.clone()).map_err(|error| error.to_string());
+        assert_eq!(
+            told("http://127.0.0.1:3100"),
+            Ok("http://127.0.0.1:3100".to_owned())
+        );
+        assert_eq!(
+            told("http://127.0.0.1:112"),
+            Err(
+                "IP0 of the robot answers at http://127.0.0.1:112, not the control interface; \
+                 that is at http://127.0.0.1:3100"
+                    .to_owned()
+            )
+        );
+    }
+}

@@ -1,0 +1,256 @@
+//! The emulators of this user on this machine. Each `serve` and `exec` keeps a state file while it runs, so that `ctl`
+//! finds the control interface without a URL, and tells the ports of a robot from it.
+//!
+//! `PID.json` has the addresses. `PID.lock` is locked as long as the process lives, however it ends: a file whose lock
+//! is free is left over, and whoever looks removes it. Nothing secret is in them.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{self, DirBuilder, File, TryLockError};
+use std::io;
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _};
+use std::path::{Path, PathBuf};
+use std::process;
+use tracing::debug;
+use ts3100_controller::port::Port;
+use ts3100_driver::driver::self_check::connectable;
+use ts3100_driver::files;
+
+/// Largest state file that is read, in bytes.
+const MAX_FILE: u64 = 16 * 1024;
+
+/// Where an emulator of this machine can be reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Instance {
+    /// Its process.
+    pub pid: u32,
+    /// URL of the control interface, unless it is off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub control: Option<String>,
+    /// Address of each TCP port by its name: IP0.
+    #[serde(default)]
+    pub ports: BTreeMap<String, SocketAddr>,
+}
+
+/// The state file of this process; removed when it is dropped.
+#[derive(Debug)]
+pub struct StateFile {
+    path: PathBuf,
+    /// Locked until the process ends.
+    lock: File,
+}
+
+impl Instance {
+    /// This process, which listens on these ports of `listen`.
+    #[must_use]
+    pub fn current(listen: IpAddr, ports: &BTreeMap<Port, u16>, control: Option<SocketAddr>) -> Instance {
+        let reached = |address: IpAddr, port| SocketAddr::new(connectable(address), port);
+        let ports = ports.iter();
+        Instance {
+            pid: process::id(),
+            control: control.map(|address| format!("http://{}", reached(address.ip(), address.port()))),
+            ports: ports
+                .map(|(port, number)| (port.name().to_owned(), reached(listen, *number)))
+                .collect(),
+        }
+    }
+
+    /// Writes the state file. Without one everything else works, so an error is only logged.
+    #[must_use]
+    pub fn announce(&self) -> Option<StateFile> {
+        let written = directory(true).and_then(|directory| self.write(&directory));
+        written
+            .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
+            .ok()
+    }
+
+    fn write(&self, directory: &Path) -> io::Result<StateFile> {
+        let path = directory.join(format!("{}.json", self.pid));
+        let lock = File::options()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path.with_extension("lock"))?;
+        // A container that shares the directory may have a process of the same number.
+        lock.try_lock()?;
+        // Whole or not at all; it need not outlive the machine, so nothing is synced.
+        let unfinished = path.with_extension("unfinished");
+        fs::write(&unfinished, serde_json::to_string(self)?)?;
+        fs::rename(unfinished, &path)?;
+        Ok(StateFile { path, lock })
+    }
+
+    /// The port that listens where this URL or address leads.
+    #[must_use]
+    pub fn port_at(&self, place: &str) -> Option<&str> {
+        let place = place.strip_prefix("http://").unwrap_or(place);
+        let addresses: Vec<SocketAddr> = place.trim_end_matches('/').to_socket_addrs().ok()?.collect();
+        let mut ports = self.ports.iter();
+        ports
+            .find(|(_, address)| addresses.contains(address))
+            .map(|(name, _)| name.as_str())
+    }
+}
+
+impl Drop for StateFile {
+    fn drop(&mut self) {
+        // Who looks meanwhile removes what is left.
+        let _ = fs::remove_file(&self.path);
+        let _ = fs::remove_file(self.path.with_extension("lock"));
+        let _ = self.lock.unlock();
+    }
+}
+
+/// The emulators of this user that run now, in the order of their processes.
+#[must_use]
+pub fn running() -> Vec<Instance> {
+    directory(false).map_or_else(|_| Vec::new(), |directory| running_in(&directory))
+}
+
+fn running_in(directory: &Path) -> Vec<Instance> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path());
+    let states = paths.filter(|path| path.extension().is_some_and(|ending| ending == "json"));
+    let mut found: Vec<Instance> = states.filter_map(|path| read(&path)).collect();
+    found.sort_by_key(|instance| instance.pid);
+    found
+}
+
+/// The emulator of a state file; one that has ended is removed.
+fn read(path: &Path) -> Option<Instance> {
+    let lock = path.with_extension("lock");
+    let alive = match File::open(&lock).map(|file| file.try_lock()) {
+        Ok(Err(TryLockError::WouldBlock)) => true,
+        Ok(Ok(())) => false,
+        // Whether it lives cannot be told.
+        Ok(Err(TryLockError::Error(_))) => return None,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+        Err(_) => return None,
+    };
+    if !alive {
+        // Another process may have removed them just now.
+        let _ = fs::remove_file(path);
+        let _ = fs::remove_file(lock);
+        return None;
+    }
+    serde_json::from_str(&files::read_text(path, MAX_FILE).ok()?).ok()
+}
+
+/// The directory of the state files: `ts3100` in the runtime directory of the user, or one with the number of the user
+/// in the directory for temporary files. One that others can write to is not used.
+fn directory(create: bool) -> io::Result<PathBuf> {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+    let path = match runtime.filter(|path| path.is_absolute() && path.is_dir()) {
+        Some(runtime) => runtime.join("ts3100"),
+        None => std::env::temp_dir().join(format!("ts3100{}", user_suffix())),
+    };
+    if create {
+        create_private(&path)?;
+    }
+    expect_private(&path)?;
+    Ok(path)
+}
+
+fn create_private(path: &Path) -> io::Result<()> {
+    let mut builder = DirBuilder::new();
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    match builder.create(path) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(unix)]
+fn user_suffix() -> String {
+    format!("-{}", rustix::process::geteuid().as_raw())
+}
+
+/// Elsewhere each user has a directory for temporary files.
+#[cfg(not(unix))]
+fn user_suffix() -> String {
+    String::new()
+}
+
+#[cfg(unix)]
+fn expect_private(path: &Path) -> io::Result<()> {
+    use std::os::unix::fs::MetadataExt as _;
+    let found = fs::symlink_metadata(path)?;
+    let own = found.is_dir() && found.uid() == rustix::process::geteuid().as_raw();
+    if own && found.mode() & 0o077 == 0 {
+        return Ok(());
+    }
+    let reason = format!("others than this user can write to {}", path.display());
+    Err(io::Error::other(reason))
+}
+
+#[cfg(not(unix))]
+fn expect_private(path: &Path) -> io::Result<()> {
+    fs::metadata(path).map(drop)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+
+    fn instance(pid: u32) -> Instance {
+        let address = "127.0.0.1:11000".parse().unwrap();
+        Instance {
+            pid,
+            control: Some("http://127.0.0.1:13100".to_owned()),
+            ports: BTreeMap::from([("IP0".to_owned(), address)]),
+        }
+    }
+
+    #[test]
+    fn an_emulator_is_found_until_it_ends_and_what_a_killed_one_left_is_removed() {
+        let directory = TempDir::new("instances");
+        let place = directory.path();
+        let (first, second) = (instance(7), instance(12));
+        let kept = (second.write(place).unwrap(), first.write(place).unwrap());
+        assert_eq!(running_in(place), [first.clone(), second.clone()]);
+        assert!(second.write(place).is_err(), "the file of a living process");
+        drop(kept.1);
+        assert_eq!(running_in(place), std::slice::from_ref(&second));
+        // A killed process leaves its files, without the lock.
+        fs::write(
+            place.join("99.json"),
+            serde_json::to_string(&instance(99)).unwrap(),
+        )
+        .unwrap();
+        fs::write(place.join("99.lock"), "").unwrap();
+        assert_eq!(running_in(place), [second]);
+        assert_eq!(fs::read_dir(place).unwrap().count(), 2);
+        drop(kept.0);
+        assert_eq!(fs::read_dir(place).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_port_of_the_robot_is_told_from_the_control_interface() {
+        let instance = instance(7);
+        for place in [
+            "http://127.0.0.1:11000",
+            "http://127.0.0.1:11000/",
+            "127.0.0.1:11000",
+        ] {
+            assert_eq!(instance.port_at(place), Some("IP0"), "{place}");
+        }
+        for place in ["http://127.0.0.1:13100", "127.0.0.1", "nonsense"] {
+            assert_eq!(instance.port_at(place), None, "{place}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_directory_that_others_can_enter_is_not_used() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let directory = TempDir::new("instances");
+        let place = directory.path().join("ts3100");
+        create_private(&place).unwrap();
+        expect_private(&place).unwrap();
+        create_private(&place).unwrap();
+        fs::set_permissions(&place, fs::Permissions::from_mode(0o755)).unwrap();
+        assert!(expect_private(&place).is_err());
+    }
+}
