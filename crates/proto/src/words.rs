@@ -82,12 +82,15 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
         let lower = word.to_lowercase();
         let far = distance(&found, &lower);
         let begins = found.len() >= 3 && lower.starts_with(&found);
-        (far <= allowed && far < found.chars().count().max(2) || begins).then_some((far, word))
+        (far <= allowed && far < found.chars().count() || begins).then_some((far, word))
     };
     let mut near: Vec<(usize, &str)> = known.into_iter().filter_map(rate).collect();
     near.sort_unstable();
     near.dedup();
-    near.into_iter().map(|(_, word)| word).take(MAX_SUGGESTIONS).collect()
+    near.into_iter()
+        .map(|(_, word)| word)
+        .take(MAX_SUGGESTIONS)
+        .collect()
 }
 
 /// Fewest letters to insert, remove, replace or swap with their neighbour (optimal string alignment).
@@ -151,7 +154,10 @@ mod tests {
     #[test]
     fn near_words_are_suggested_the_nearest_first_and_three_at_most() {
         let of = |word: &str, known: &[&'static str]| did_you_mean(word, known.iter().copied());
-        assert_eq!(of("pres", &["pressed", "press"]), "; did you mean `press` or `pressed`?");
+        assert_eq!(
+            of("pres", &["pressed", "press"]),
+            "; did you mean `press` or `pressed`?"
+        );
         assert_eq!(of("SERVO", &["servo", "feed-hold"]), "; did you mean `servo`?");
         assert_eq!(of("moon", &["servo", "feed-hold"]), "");
         assert_eq!(nearest("ip", ["ip3", "ip1", "ip2", "ip0"]), ["ip0", "ip1", "ip2"]);
