@@ -28,7 +28,7 @@ pub enum TargetError {
     /// The URL leads to a port of the robot.
     #[error(
         "{port} of the robot answers at {url}, not the control interface{}",
-        whereabouts(control.as_deref())
+        control_place(control.as_deref())
     )]
     RobotPort {
         /// As given.
@@ -41,7 +41,7 @@ pub enum TargetError {
 }
 
 /// Where the interface of the same emulator is.
-fn whereabouts(control: Option<&str>) -> String {
+fn control_place(control: Option<&str>) -> String {
     let place = control.map(|url| format!("; that is at {url}"));
     place.unwrap_or_else(|| ", which is off (--control off)".to_owned())
 }
