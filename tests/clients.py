@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The example clients, as their reader runs them: the Python host and the C# host of `clients/`, and the C# program
-printed in docs/CONNECTING.md, each compiled and run against an emulator, over IP0 and IP1 and over HOST and COM1 as
+printed in docs/how-to/csharp.md, each compiled and run against an emulator, over IP0 and IP1 and over HOST and COM1 as
 bare TCP. What they printed, what they left on the RAM drive, and their exit codes have to be right.
 
     python3 tests/clients.py --serve target/release/ts3100
@@ -61,9 +61,9 @@ def compiled(source, folder):
     return ["mono", program]
 
 
-def page_blocks(language):
-    """The fenced blocks of this language in docs/CONNECTING.md."""
-    with open(os.path.join(ROOT, "docs", "CONNECTING.md"), encoding="utf-8") as page:
+def page_blocks(name, language):
+    """The fenced blocks of this language in docs/how-to/NAME."""
+    with open(os.path.join(ROOT, "docs", "how-to", name), encoding="utf-8") as page:
         return re.findall(r"^```%s\n(.*?)^```$" % language, page.read(), re.MULTILINE | re.DOTALL)
 
 
@@ -121,9 +121,10 @@ def over_serial(binary, what, command, name):
 
 
 def page_program(binary, folder):
-    """The C# program and the SCOL program of the page."""
-    programs, scol = page_blocks("csharp"), page_blocks("text")
-    equal("docs/CONNECTING.md shows one C# program", 1, len(programs))
+    """The C# program of docs/how-to/csharp.md and the SCOL program that it names."""
+    programs = [block for block in page_blocks("csharp.md", "csharp") if "static void Main" in block]
+    scol = page_blocks("serial-ports.md", "text")
+    equal("docs/how-to/csharp.md shows one C# program", 1, len(programs))
     source = os.path.join(folder, "Ask.cs")
     with open(source, "w", encoding="utf-8") as file:
         file.write(programs[0])

@@ -103,7 +103,7 @@ def static_binary():
 
 
 def build(binary):
-    """The image, by the command of docs/CONNECTING.md."""
+    """The image, by the command of docs/how-to/docker.md."""
     base_image()
     run("sh", "-c", "tar -cf - -C '%s/packaging' Dockerfile -C '%s' ts3100 | docker build -q -t %s -"
         % (ROOT, os.path.dirname(os.path.abspath(binary)), IMAGE))

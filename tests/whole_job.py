@@ -96,7 +96,7 @@ HOME = (400.0, 0.0, 200.0)
 FAR = (400.0, 200.0, 50.0)
 RUNNING, RETRY, CONTINUE, RESET = 1, 2, 3, 0
 POLLS = 400
-# What the manual leaves open is another way each time (docs/VARIATION.md).
+# What the manual leaves open is another way each time (docs/explanation/variation.md).
 VARIED = "TS3100_VARY" in os.environ
 
 

@@ -14,6 +14,7 @@ pub mod clauses;
 pub mod host;
 pub mod kinematics;
 pub mod notation;
+pub mod reference;
 pub mod round_trip;
 #[path = "../../crates/driver/src/testing.rs"]
 pub mod testing;

@@ -1,4 +1,4 @@
-//! docs/ARCHITECTURE.md names files, functions and types that exist.
+//! docs/explanation/architecture.md names files, functions and types that exist.
 //!
 //! Whether what it says of them is true is for reviewers. Rows of other documents are checked in `docs.rs`.
 
@@ -58,7 +58,7 @@ fn fault(word: &str, all: &BTreeSet<String>, functions: &BTreeSet<String>) -> Op
 
 #[test]
 fn the_architecture_names_what_exists() {
-    let page = std::fs::read_to_string(root().join("docs/ARCHITECTURE.md")).unwrap();
+    let page = std::fs::read_to_string(root().join("docs/explanation/architecture.md")).unwrap();
     let (all, functions) = identifiers();
     let mut faults = Vec::new();
     for word in quoted(&page) {
@@ -66,7 +66,7 @@ fn the_architecture_names_what_exists() {
             faults.push(format!("`{word}`: {fault}"));
         }
     }
-    assert!(faults.is_empty(), "docs/ARCHITECTURE.md:\n{}", faults.join("\n"));
+    assert!(faults.is_empty(), "docs/explanation/architecture.md:\n{}", faults.join("\n"));
     assert_eq!(
         fault("controller/src/nothing.rs", &all, &functions),
         Some("no such file")

@@ -1,7 +1,7 @@
 //! Exchanges of many texts and their time limits, as far as a transcript cannot express them because bytes are counted or
 //! long files compared.
 //!
-//! Short conversations are transcripts in `fixtures/transcripts`; the rules are in docs/PROTOCOL.md 3.
+//! Short conversations are transcripts in `fixtures/transcripts`; the rules are in docs/reference/protocol/exchanges.md.
 
 use ts3100_controller::{Config, Dialect, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};

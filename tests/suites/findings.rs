@@ -1,4 +1,4 @@
-//! For each rule of docs/FINDINGS.md a host that breaks it and one that does the same work and keeps it. A rule without
+//! For each rule of docs/reference/findings.md a host that breaks it and one that does the same work and keeps it. A rule without
 //! a row fails.
 //!
 //! The hosts are in `findings/cases.rs` and `findings/channels.rs`.

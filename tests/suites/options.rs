@@ -8,7 +8,7 @@ use crate::extensions::text;
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::{Config, ControlRight, Dialect, HostEnd, HostSettings, Input, PanelAction, Port};
-use ts3100_emulator::config::{LinkOptions, option_keys, set_option};
+use ts3100_emulator::config::{LinkOptions, OPTIONS, set_option};
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame, notation};
 
@@ -272,7 +272,7 @@ fn each_value_of_each_option_has_its_own_answer_on_the_wire() {
 
 #[test]
 fn every_option_has_a_row() {
-    let known: BTreeSet<&str> = option_keys().into_iter().map(|(key, _)| key).collect();
+    let known: BTreeSet<&str> = OPTIONS.iter().map(|row| row.key).collect();
     let mut shown: BTreeSet<&str> = ROWS.iter().map(|row| row.option).collect();
     shown.extend(ON_SOCKETS);
     assert_eq!(

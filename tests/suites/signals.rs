@@ -1,5 +1,5 @@
 //! EXT (SIG): the robot driven by the system inputs Din249 to Din261 and answering on the system outputs
-//! Dout249 to Dout262. Edges, levels and pulses are those of docs/PROTOCOL.md 11, all of them assumed but for what
+//! Dout249 to Dout262. Edges, levels and pulses are those of docs/reference/protocol/signals.md, all of them assumed but for what
 //! ACK answers (S40) and where EX_SVON acts (S41).
 
 use crate::extensions::{text, values, word};

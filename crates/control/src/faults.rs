@@ -67,7 +67,7 @@ enum ArmSchema {
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
 #[schema(as = Spec)]
 struct FaultSpec {
-    /// `KIND` or `KIND:key=value,key=value`, as docs/FAULTS.md says.
+    /// `KIND` or `KIND:key=value,key=value`, as docs/reference/faults.md says.
     #[schema(example = "no-reply:command=SU", max_length = 4096)]
     spec: String,
 }
@@ -316,7 +316,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "faults",
-            "What is broken on purpose: armed, bitten, never fired; docs/FAULTS.md explains the kinds.",
+            "What is broken on purpose: armed, bitten, never fired; docs/reference/faults.md explains the kinds.",
         )
         .routes(routes!(get_faults, arm_fault, clear_faults))
         .routes(routes!(get_fault_kinds))

@@ -65,7 +65,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// The transcript since the start or the last reset, the last 16384 records of it
 ///
-/// What `--transcript FILE` writes to a file: docs/EVIDENCE.md. What is no longer kept is a remark at the beginning.
+/// What `--transcript FILE` writes to a file: docs/reference/transcripts.md. What is no longer kept is a remark at the beginning.
 #[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(

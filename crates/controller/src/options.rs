@@ -1,7 +1,7 @@
 //! The options: one for each point that the manual leaves open or that real controllers do differently.
 //!
 //! A dialect presets them (D0) and the user may override each. No other place in the code asks for the dialect.
-//! docs/OPTIONS.md lists them for users.
+//! docs/reference/options.md lists them for users.
 
 use crate::limits;
 use crate::panel::{ControlRight, KeySwitch};

@@ -31,39 +31,39 @@ pub struct VariationRule {
 pub const VARIATIONS: &[VariationRule] = &[
     VariationRule {
         name: "segments",
-        summary: "What is sent leaves in one to four writes, up to 15 ms apart, cut anywhere",
-        source: "FRM-05, ETH-02: a text ends at ETX, not with its segment; 3.2 speaks of packets of at most 512",
+        summary: "The robot sends a text or the output of PRINT in one to four packets, up to 15 ms apart, cut anywhere",
+        source: "A text ends at ETX, not with its packet; packets have at most 512 bytes",
     },
     VariationRule {
         name: "reply-delay",
-        summary: "A text leaves up to 100 ms after the command it answers",
-        source: "5.1, TRN-01, SER-06: no time is given for the answer; between characters it is 10 s",
+        summary: "The reply to a command leaves up to 100 ms later",
+        source: "No time is given for the reply; between characters it is 10 s",
     },
     VariationRule {
         name: "sp-timing",
         summary: "The unsolicited SP comes up to 200 ms after the stop, never inside an open exchange",
-        source: "5.3.3 SP, CMD-SP-05, CMD-SP-07: it is not said when it comes",
+        source: "The manual does not give its moment",
     },
     VariationRule {
         name: "text-cuts",
         summary: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes",
-        source: "5.2, FL-02, FL-03: texts have at most 253 data bytes; it is not said that they are filled",
+        source: "Texts have at most 253 data bytes; the manual does not fill them",
     },
     VariationRule {
         name: "directory-order",
-        summary: "CA lists the files in any order, another one each time",
-        source: "5.3.3 FL (2), DIR-04: the order of the records is not given",
+        summary: "CA lists the files in a different order each time",
+        source: "The order of the records is not given",
     },
     VariationRule {
         name: "directory-blanks",
-        summary: "One to three blanks stand between name and size in CA, the same number in one answer; only with the \
-               option `extensions` off, since the vendor's library reads one",
-        source: "5.3.3 FL (2), DIR-02: the figure is lost; name and size have columns of 12 and 5",
+        summary: "CA has one to three blanks between name and size, the same number in one reply; only with the option \
+                  `extensions` off, because the vendor's library reads one blank",
+        source: "The blanks between name and size are not given",
     },
     VariationRule {
         name: "history-order",
-        summary: "EU lists its entries newest first or oldest first, the same in one run",
-        source: "5.3.3 FL (4), EU-06: the order of the entries is not given",
+        summary: "EU lists its entries newest first or oldest first, always the same in one run",
+        source: "The order of the entries is not given",
     },
 ];
 

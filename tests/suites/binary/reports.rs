@@ -118,7 +118,7 @@ fn what_cannot_be_reported_is_said_before_the_run() {
         (["--lcov", "/nowhere/run.info"], "cannot write /nowhere/run.info"),
         (
             ["--deny", "warnings"],
-            "a rule of docs/FINDINGS.md, found `warnings`",
+            "a rule of docs/reference/findings.md, found `warnings`",
         ),
         (["--min-coverage", "101"], "expected 0 to 100, found `101`"),
     ] {

@@ -1,4 +1,4 @@
-//! Legal variation (docs/VARIATION.md): the careful host gets its work done under every seed, the careless one does not,
+//! Legal variation (docs/explanation/variation.md): the careful host gets its work done under every seed, the careless one does not,
 //! and a seed is a run that repeats byte for byte.
 //!
 //! The hosts are in `hosts.rs`.

@@ -2,7 +2,7 @@
 //! data or time.
 //!
 //! This file says what each rule is. `checks`, and the places in the crate that see the bytes, decide when one is
-//! broken. docs/FINDINGS.md lists the rules for users.
+//! broken. docs/reference/findings.md lists the rules for users.
 
 use super::{Rule, Severity};
 
@@ -84,7 +84,7 @@ rules! { false:
         "Begin a message with two letters of Table 5.1."
     MALFORMED_COMMAND "malformed-command" Error "5.3.1 [FRM-07, FRM-18]"
         "The operands do not fit the command"
-        "See the form of the command in docs/PROTOCOL.md."
+        "See the form of the command in docs/reference/protocol/commands.md."
     EXTENSION_COMMAND "extension-command" Note "5.3.1 [CMD-LST-01, D0]"
         "A command the manual does not have"
         "Real controllers know it, the manual does not: be ready for NG."
@@ -237,7 +237,7 @@ rules! { false:
         "The message says the reason; select a file with SL."
 }
 
-/// Every rule, in the order of docs/FINDINGS.md: pace, texts, commands, exchanges and files, connections, SCOL
+/// Every rule, in the order of docs/reference/findings.md: pace, texts, commands, exchanges and files, connections, SCOL
 /// channels, what is done at the controller itself.
 pub static RULES: [&Rule; 67] = [
     &ANSWER_EARLY,

@@ -1,6 +1,6 @@
 //! External operation by signals: the system inputs Din249-261 and the system outputs Dout249-262. The
 //! manual gives their names only (SF-31, SF-38); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
-//! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/PROTOCOL.md.
+//! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/reference/protocol/signals.md.
 
 use crate::executor::StopCause;
 use crate::findings::rules;

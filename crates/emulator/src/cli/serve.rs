@@ -6,7 +6,7 @@
 
 use super::exit::{SCENARIO_FAILED, UNUSABLE};
 use super::junit_stub;
-use crate::config::{self, ServeArgs, Settings, option_keys};
+use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
 use crate::launch::Launched;
@@ -169,8 +169,8 @@ fn log_failures(ending: &ReportOutcome) {
 /// `--set help`.
 fn list_options() -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
-    for (key, values) in option_keys() {
-        writeln!(stdout, "{key:<20} {values}")?;
+    for row in OPTIONS {
+        writeln!(stdout, "{:<20} {}", row.key, row.values)?;
     }
     Ok(())
 }

@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn every_kind_and_every_variation_is_listed_and_documented() {
-        let (text, json, manual) = (kinds_text(), kinds_json(), page("FAULTS.md"));
+        let (text, json, manual) = (kinds_text(), kinds_json(), page("reference/faults.md"));
         assert_eq!(json["kinds"].as_array().map(Vec::len), Some(KINDS.len()));
         for kind in KINDS {
             assert!(text.contains(&format!("\n{}\n", kind.name)), "{}", kind.name);
@@ -155,7 +155,7 @@ mod tests {
                 source,
             } = variation;
             let row = format!("| `{name}` | {what} | {source} |");
-            assert!(page("VARIATION.md").contains(&row), "{row}");
+            assert!(page("explanation/variation.md").contains(&row), "{row}");
         }
     }
 

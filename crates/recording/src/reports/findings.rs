@@ -18,7 +18,7 @@ pub struct FindingsView {
     pub rules: usize,
     /// How many of them were broken, by severity.
     pub broken: BrokenRules,
-    /// The broken rules in the order of docs/FINDINGS.md.
+    /// The broken rules in the order of docs/reference/findings.md.
     pub findings: Vec<RuleView>,
 }
 

@@ -2,7 +2,7 @@
 //! the host is expected to do.
 //!
 //! `read` reads the file, `condition` has its conditions and actions, `play` runs it, `results` reports the outcome. Every
-//! key and word is described in docs/SCENARIOS.md.
+//! key and word is described in docs/reference/scenarios.md.
 
 mod condition;
 mod play;

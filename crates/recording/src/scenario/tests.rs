@@ -157,10 +157,10 @@ fn every_condition_reads_back_and_every_form_is_listed() {
     }
 }
 
-/// docs/SCENARIOS.md names every key, condition and action.
+/// docs/reference/scenarios.md names every key, condition and action.
 #[test]
 fn every_key_and_word_is_documented() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/SCENARIOS.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/scenarios.md");
     let page = std::fs::read_to_string(page).unwrap();
     for (table, keys) in TABLES {
         for key in keys {

@@ -8,7 +8,7 @@ use super::super::kind::{Effect, FaultKind, InjectionPoint};
 pub const KIND: FaultKind = FaultKind {
     name: "ng",
     summary: "A command, or a text of a download, is answered NG and has no effect.",
-    remedy: "Send the command again after NG; after NG inside a download begin with DL again (TRN-02, TRN-03).",
+    remedy: "Send the command again after NG; after NG inside a download begin with DL again.",
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
         let message = alloc::format!("{} is refused", site.description());

@@ -15,7 +15,7 @@ const BITS: u64 = 10;
 pub const KIND: FaultKind = FaultKind {
     name: "slow-line",
     summary: "What leaves takes its time, byte by byte, as on a line of so many bits a second.",
-    remedy: "Count the time limit from the last byte that came, as the robot does (10 s, SER-06), not from the \
+    remedy: "Count the time limit from the last byte that came, as the robot does (10 s), not from the \
              question.",
     parameters: &[number(
         "speed",

@@ -3,7 +3,7 @@
 //!
 //! What an option does is up to the controller; the list of options is in [`crate::config`].
 
-use crate::config::{Settings, option_keys, set_option};
+use crate::config::{OPTIONS, Settings, set_option};
 use crate::loading::candidate;
 use ts3100_recording::diff::{DifferenceKind, Report, Tolerance, diff};
 use ts3100_recording::transcript::Recording;
@@ -43,8 +43,9 @@ pub(super) fn suggestions(
     found: &Report,
 ) -> Vec<Suggestion> {
     let mut closer = Vec::new();
-    for (key, values) in option_keys() {
-        for value in listed_values(values) {
+    for row in OPTIONS {
+        let key = row.key;
+        for value in row.values.words() {
             let mut other = settings.clone();
             let options = &mut other.controller.options;
             if set_option(options, &mut other.links, key, value).is_err() {
@@ -65,24 +66,4 @@ pub(super) fn suggestions(
     closer.sort_by_key(|suggestion| suggestion.left);
     closer.truncate(MAX_SUGGESTIONS);
     closer
-}
-
-/// The values that are listed as `one or the other`; numbers and times are not tried.
-fn listed_values(values: &str) -> impl Iterator<Item = &str> {
-    let listed = values.contains(" or ");
-    let alternatives = values.split(" or ").filter_map(|word| word.split(' ').next());
-    alternatives.filter(move |_| listed)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::listed_values;
-
-    #[test]
-    fn alternatives_are_tried_and_numbers_are_not() {
-        let tried = |values| listed_values(values).collect::<Vec<_>>();
-        assert_eq!(tried("one-record or six-records"), ["one-record", "six-records"]);
-        assert_eq!(tried("one or several (texts)"), ["one", "several"]);
-        assert!(tried("a number of bytes").is_empty());
-    }
 }

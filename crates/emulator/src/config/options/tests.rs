@@ -133,10 +133,60 @@ fn changed(args: ServeArgs) -> Vec<&'static str> {
 
 #[test]
 fn every_reading_has_its_key() {
-    let keys: Vec<&str> = option_keys().into_iter().map(|(key, _)| key).collect();
-    let fields: Vec<&str> = defaults().into_iter().map(|(key, _)| key).collect();
-    assert_eq!(keys, fields);
-    assert_eq!(OTHERS.map(|(key, _)| key).to_vec(), fields);
+    let keys: Vec<&str> = OPTIONS.iter().map(|row| row.key).collect();
+    assert!(keys.is_sorted());
+    let sorted = |keys: &[(&'static str, String)]| {
+        let mut keys: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
+        keys.sort_unstable();
+        keys
+    };
+    assert_eq!(keys, sorted(&defaults()));
+    assert_eq!(keys, sorted(&OTHERS.map(|(key, value)| (key, value.to_owned()))));
+}
+
+#[test]
+fn the_table_has_the_defaults_of_both_dialects() {
+    for dialect in [Dialect::Field, Dialect::Manual] {
+        let preset = readings(&Options::for_dialect(dialect), &LinkOptions::default());
+        for row in OPTIONS {
+            let default = match dialect {
+                Dialect::Field => row.field,
+                Dialect::Manual => row.manual,
+            };
+            if default.is_empty() {
+                assert_eq!(
+                    row.key, "scol.equal_within",
+                    "the only one that depends on the arm"
+                );
+                continue;
+            }
+            let (mut options, mut links) = (Options::for_dialect(dialect), LinkOptions::default());
+            set_option(&mut options, &mut links, row.key, default).unwrap();
+            assert_eq!(readings(&options, &links), preset, "{} = {default}", row.key);
+        }
+    }
+}
+
+#[test]
+fn an_option_takes_the_words_of_its_row_and_no_others() {
+    let takes = |row: &OptionRow, value: &str| {
+        let (mut options, mut links) = (Options::for_dialect(Dialect::Field), LinkOptions::default());
+        set_option(&mut options, &mut links, row.key, value).is_ok()
+    };
+    let words: Vec<&str> = OPTIONS
+        .iter()
+        .flat_map(|row| row.values.words())
+        .copied()
+        .collect();
+    for row in OPTIONS {
+        let known = row.values.words();
+        if let Values::Duration { least, example } = row.values {
+            assert!(takes(row, least) && takes(row, example), "{}", row.key);
+        }
+        for word in &words {
+            assert_eq!(takes(row, word), known.contains(word), "{} = {word}", row.key);
+        }
+    }
 }
 
 #[test]
@@ -211,9 +261,9 @@ fn numbers_keep_to_their_range() {
     }
 }
 
-/// Names and values of the Option column of docs/FIDELITY.md, as `name = value \| value` or `name`.
+/// Names and values of the Option column of docs/explanation/fidelity.md, as `name = value \| value` or `name`.
 fn documented() -> Vec<(String, Vec<String>)> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FIDELITY.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/explanation/fidelity.md");
     let text = std::fs::read_to_string(path).unwrap().replace("\\|", "/");
     let mut found = Vec::new();
     let mut in_table = false;
@@ -247,7 +297,7 @@ fn what_the_documents_name_exists() {
             assert!(known_keys().iter().any(|known| known == flag), "{name}");
             continue;
         }
-        assert!(option_keys().iter().any(|(key, _)| *key == name), "{name}");
+        assert!(OPTIONS.iter().any(|row| row.key == name), "{name}");
         for value in values {
             set_option(&mut options, &mut links, &name, &value).unwrap();
         }

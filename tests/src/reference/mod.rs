@@ -1,0 +1,117 @@
+//! The generated regions of the book: the tables of `docs` that repeat what the code has as a table.
+//!
+//! A region lies between `<!-- generated: NAME -->` and `<!-- end -->`. `tests/suites/docs.rs` compares each with what
+//! its function here returns, and rewrites them on request. Begin with [`REGIONS`].
+
+mod controller;
+mod faults;
+mod protocol;
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// One generated region.
+#[derive(Debug)]
+pub struct Region {
+    /// Page below `docs`.
+    pub page: &'static str,
+    /// Name in the mark.
+    pub name: &'static str,
+    /// Returns the text between the marks, without the line ends around it.
+    pub text: fn() -> String,
+}
+
+/// Every region of the book.
+pub const REGIONS: &[Region] = &[
+    Region {
+        page: "reference/protocol/commands.md",
+        name: "commands",
+        text: protocol::commands,
+    },
+    Region {
+        page: "reference/protocol/permissions.md",
+        name: "permissions",
+        text: protocol::permissions,
+    },
+    Region {
+        page: "reference/alarms.md",
+        name: "alarms",
+        text: controller::alarms,
+    },
+    Region {
+        page: "reference/findings.md",
+        name: "findings",
+        text: controller::findings,
+    },
+    Region {
+        page: "reference/options.md",
+        name: "options",
+        text: controller::options,
+    },
+    Region {
+        page: "reference/faults.md",
+        name: "faults",
+        text: faults::kinds,
+    },
+    Region {
+        page: "explanation/variation.md",
+        name: "variations",
+        text: controller::variations,
+    },
+];
+
+const END: &str = "<!-- end -->";
+
+fn mark(name: &str) -> String {
+    format!("<!-- generated: {name} -->\n")
+}
+
+/// The directory of the book.
+#[must_use]
+pub fn book() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs")
+}
+
+/// The names of the regions of a page, in order.
+pub fn names(page: &str) -> impl Iterator<Item = &str> {
+    page.lines().filter_map(|line| {
+        let name = line.strip_prefix("<!-- generated: ")?;
+        name.strip_suffix(" -->")
+    })
+}
+
+/// The text of a region of a page; `None` without its marks.
+#[must_use]
+pub fn region<'a>(page: &'a str, name: &str) -> Option<&'a str> {
+    let (_, after) = page.split_once(&mark(name))?;
+    let (text, _) = after.split_once(END)?;
+    Some(text.trim_end_matches('\n'))
+}
+
+/// The page with another text in a region; `None` without its marks.
+#[must_use]
+pub fn replace(page: &str, name: &str, text: &str) -> Option<String> {
+    let mark = mark(name);
+    let (before, after) = page.split_once(&mark)?;
+    let (_, after) = after.split_once(END)?;
+    Some(format!("{before}{mark}{text}\n{END}{after}"))
+}
+
+/// A table: the row of headings, then the rows. `|` in a cell is escaped.
+fn table<const N: usize>(headings: [&str; N], rows: impl IntoIterator<Item = [String; N]>) -> String {
+    let line = |cells: &[String]| {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+        format!("| {} |", cells.join(" | "))
+    };
+    let mut text = line(&headings.map(str::to_owned));
+    write!(text, "\n|{}", "---|".repeat(N)).unwrap();
+    for row in rows {
+        write!(text, "\n{}", line(&row)).unwrap();
+    }
+    text
+}
+
+/// As code, in backticks.
+fn code(text: &str) -> String {
+    format!("`{text}`")
+}
