@@ -66,7 +66,11 @@ fn the_architecture_names_what_exists() {
             faults.push(format!("`{word}`: {fault}"));
         }
     }
-    assert!(faults.is_empty(), "docs/explanation/architecture.md:\n{}", faults.join("\n"));
+    assert!(
+        faults.is_empty(),
+        "docs/explanation/architecture.md:\n{}",
+        faults.join("\n")
+    );
     assert_eq!(
         fault("controller/src/nothing.rs", &all, &functions),
         Some("no such file")

@@ -9,12 +9,13 @@
 //! git diff docs
 //! ```
 
+use scol_mini::DIAGNOSTICS;
 use std::fs;
 use std::path::PathBuf;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_controller::findings::RULES;
 use ts3100_emulator::config::OPTIONS;
-use ts3100_tests::reference::{self, REGIONS};
+use ts3100_tests::reference::{self, FILES, REGIONS};
 
 fn document(name: &str) -> String {
     let path = reference::book().join(name);
@@ -59,6 +60,13 @@ fn every_region_of_the_book_is_generated() {
 }
 
 #[test]
+fn every_generated_file_is_up_to_date() {
+    for (path, text) in FILES {
+        assert_eq!(document(path), text(), "docs/{path}");
+    }
+}
+
+#[test]
 #[ignore = "rewrites the generated regions of docs; review the difference"]
 fn bless_docs() {
     for region in REGIONS {
@@ -66,6 +74,9 @@ fn bless_docs() {
         let page = reference::replace(&page, region.name, &(region.text)());
         let page = page.unwrap_or_else(|| panic!("{}: no region {}", region.page, region.name));
         fs::write(reference::book().join(region.page), page).unwrap();
+    }
+    for (path, text) in FILES {
+        fs::write(reference::book().join(path), text()).unwrap();
     }
 }
 
@@ -86,9 +97,21 @@ fn every_option_has_its_section() {
     );
     for row in OPTIONS {
         let key = row.key;
-        let section = format!("\n<a id=\"{key}\"></a>\n\n### {key}\n");
+        let section = format!("\n### {key}\n");
         assert!(page.contains(&section), "options.md misses the section of {key}");
+        // A heading has an anchor of its own, which has no dots.
+        let anchor = format!("<a id=\"{key}\"></a>");
+        assert!(!key.contains('.') || page.contains(&anchor), "{key}");
         assert!(fidelity.contains(&format!("`{key}")), "fidelity.md misses {key}");
+    }
+}
+
+#[test]
+fn every_diagnostic_has_its_section() {
+    let page = document("reference/diagnostics.md");
+    for kind in DIAGNOSTICS {
+        let section = format!("\n<a id=\"{}\"></a>\n\n### {}\n", kind.code, kind.name);
+        assert!(page.contains(&section), "diagnostics.md misses {}", kind.name);
     }
 }
 

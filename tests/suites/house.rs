@@ -26,7 +26,7 @@ const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
     ("emulator", &[], 20),
 ];
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 

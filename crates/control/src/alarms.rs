@@ -11,6 +11,7 @@ use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::input::PanelAction;
 use ts3100_driver::driver::request::View;
+use ts3100_recording::book;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -30,6 +31,8 @@ pub struct ActiveAlarm {
     cause: &'static str,
     /// What to do.
     remedy: &'static str,
+    /// Its section in the documentation.
+    docs: String,
     /// Date and time, `YYYY-MM-DD HH:MM:SS`.
     at: String,
 }
@@ -47,6 +50,8 @@ pub struct AlarmRow {
     cause: &'static str,
     /// What to do.
     remedy: &'static str,
+    /// Its section in the documentation.
+    docs: String,
     /// Whether it is ours, or known of the real controller.
     ours: bool,
 }
@@ -84,6 +89,7 @@ impl ActiveAlarm {
             text: alarm.message(),
             cause: alarm.code.cause,
             remedy: alarm.code.remedy,
+            docs: book::alarm(&alarm.code),
             at: alarm.at.to_string(),
         }
     }
@@ -97,6 +103,7 @@ impl AlarmRow {
             text: row.text,
             cause: row.cause,
             remedy: row.remedy,
+            docs: book::alarm(row),
             ours: row.is_assumed,
         }
     }

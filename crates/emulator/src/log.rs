@@ -22,6 +22,7 @@ use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Side, Subscriber};
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::text::Framing;
+use ts3100_recording::book;
 
 /// The rule of a command that is refused although it is valid in this mode.
 const REFUSED_BY_STATE: &str = ts3100_controller::findings::rules::REFUSED_BY_STATE.id;
@@ -154,22 +155,18 @@ impl EventLog {
         let rule = known.map(|rule| rule.id);
         let about = refusal_rule(rule, finding, reason);
         let first = known.filter(|rule| self.reported.insert((Some(port), rule.id)));
-        let Some(Rule {
-            severity: level,
-            remedy,
-            ..
-        }) = first
-        else {
+        let Some(explained) = first else {
             info!(
                 event = "refused",
                 t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}{about}"
             );
             return;
         };
+        let (level, remedy) = (explained.severity, explained.remedy);
         // The reason is all there is to say of a command that is refused by the state of the robot.
         let advice = match rule {
             Some(REFUSED_BY_STATE) => String::new(),
-            _ => format!(". {remedy}"),
+            _ => format!(". {}", advice(explained)),
         };
         macro_rules! explain {
             ($level:ident) => {
@@ -186,7 +183,7 @@ impl EventLog {
                 )
             };
         }
-        if *level > Severity::Note {
+        if level > Severity::Note {
             explain!(warn);
         } else {
             explain!(info);
@@ -198,6 +195,7 @@ impl EventLog {
         let known = Rule::by_id(rule);
         let severity = known.map_or("", |rule| rule.severity.as_str());
         let remedy = known.map_or("", |rule| rule.remedy);
+        let advice = known.map(advice).unwrap_or_default();
         if !self.reported.insert((port, rule)) {
             debug!(
                 event = "finding",
@@ -206,12 +204,12 @@ impl EventLog {
         } else if known.is_some_and(|rule| rule.severity > Severity::Note) {
             warn!(
                 event = "finding",
-                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
             );
         } else {
             info!(
                 event = "finding",
-                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
             );
         }
     }
@@ -236,6 +234,11 @@ impl Subscriber for EventLog {
     fn settled(&mut self, _at: Time, _controller: &Controller) {
         self.flush();
     }
+}
+
+/// What to change in the host, and where more is written about it.
+fn advice(rule: &Rule) -> String {
+    format!("{} See {}", rule.remedy, book::finding(rule))
 }
 
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.

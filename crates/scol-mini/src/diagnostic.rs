@@ -1,24 +1,6 @@
 //! Diagnostics: the errors and warnings about a source, with their place, a stable code and help.
 //! What follows from an error (NG, an alarm) is left to the caller. `sink` collects them, `suggest` adds to the help.
-//!
-//! | Codes | About |
-//! |---|---|
-//! | E0001 to E0007, E0009 | characters, lines, texts, numbers; too many errors |
-//! | E0101 to E0107 | what was expected; nesting (E0104), `CRE` (E0106), strings (E0107) |
-//! | E0201 to E0203 | names of variables, labels, programs that do not exist |
-//! | E0205 to E0210 | twice, number of arguments, kind, reserved words, initial values |
-//! | E0212 to E0214 | arrays |
-//! | E0215 to E0217 | `FOR` and `NEXT` that do not pair |
-//! | E0301 to E0304 | layout of the file |
-//! | E0401 to E0404 | DATA |
-//! | E0501 | statements that cannot be executed directly |
-//! | W0209, W0404 | names a host cannot reach; a `WORK` without a position |
-//! | W0601 | a `PRINT` that may overtake the motion before it |
-//! | W0602, W0610 | `INPUT` into a variable without a kind; a real for an integer variable |
-//! | W0603, W0604, W0611 | statements, labels, programs that nothing reaches |
-//! | W0605 to W0607 | variables, names of DATA and GLOBAL that nothing uses |
-//! | W0608, W0609 | a loop variable changed in its loop; a jump into a loop |
-//! | W0612 to W0614 | integer division that loses a fraction; division by zero; percentages out of range |
+//! [`DIAGNOSTICS`](crate::DIAGNOSTICS) lists the codes.
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 

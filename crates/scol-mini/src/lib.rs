@@ -37,6 +37,7 @@ extern crate std;
 mod builtin;
 mod cell;
 mod code;
+mod codes;
 mod compile;
 mod conditions;
 #[cfg(test)]
@@ -63,6 +64,7 @@ mod suggest;
 mod tree;
 mod value;
 
+pub use codes::{DIAGNOSTICS, DiagnosticKind};
 pub use compile::{Compilation, compile, compile_direct, compile_with_points};
 pub use conditions::{AXES, Accuracy, Conditions};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};

@@ -3,6 +3,8 @@
 //! A region lies between `<!-- generated: NAME -->` and `<!-- end -->`. `tests/suites/docs.rs` compares each with what
 //! its function here returns, and rewrites them on request. Begin with [`REGIONS`].
 
+mod command_line;
+mod configuration;
 mod controller;
 mod faults;
 mod protocol;
@@ -49,6 +51,21 @@ pub const REGIONS: &[Region] = &[
         text: controller::options,
     },
     Region {
+        page: "reference/diagnostics.md",
+        name: "diagnostics",
+        text: diagnostics,
+    },
+    Region {
+        page: "reference/command-line.md",
+        name: "command-line",
+        text: command_line::commands,
+    },
+    Region {
+        page: "reference/configuration.md",
+        name: "configuration",
+        text: configuration::all,
+    },
+    Region {
         page: "reference/faults.md",
         name: "faults",
         text: faults::kinds,
@@ -64,6 +81,29 @@ const END: &str = "<!-- end -->";
 
 fn mark(name: &str) -> String {
     format!("<!-- generated: {name} -->\n")
+}
+
+/// Files of the book that are generated as a whole: the path, and the function that returns the text.
+pub const FILES: &[(&str, fn() -> String)] = &[("reference/config.schema.json", configuration::schema)];
+
+/// Every diagnostic of `ts3100 check`.
+fn diagnostics() -> String {
+    table(
+        ["Code", "Name", "Severity", "Meaning"],
+        scol_mini::DIAGNOSTICS.iter().map(|kind| {
+            let severity = match kind.severity {
+                scol_mini::Severity::Error => "error",
+                scol_mini::Severity::Warning => "warning",
+            };
+            let name = format!("[{0}](#{0})", kind.name);
+            [
+                kind.code.to_owned(),
+                name,
+                severity.to_owned(),
+                kind.title.to_owned(),
+            ]
+        }),
+    )
 }
 
 /// The directory of the book.

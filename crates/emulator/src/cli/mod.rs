@@ -4,6 +4,7 @@
 //! depend on the command line belongs in the library modules, not here. `serve` is the best place to start.
 
 mod check;
+mod config;
 mod coverage;
 mod ctl;
 mod diff;
@@ -52,6 +53,13 @@ enum Command {
         shell: Shell,
     },
     Coverage(coverage::CoverageArgs),
+    Config(config::ConfigArgs),
+}
+
+/// The definition of the command line, for manuals.
+#[must_use]
+pub fn definition() -> clap::Command {
+    Cli::command()
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -84,12 +92,13 @@ fn run(command: Command) -> ExitCode {
         Command::Ctl(args) => ctl::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
+            clap_complete::generate(shell, &mut definition(), "ts3100", &mut script);
             // A closed pipe is not an error.
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
         Command::Coverage(args) => exit_code(coverage::run(&args)),
+        Command::Config(args) => config::run(&args),
     }
 }
 

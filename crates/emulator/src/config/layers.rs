@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// Prefix of the environment variables that set flags.
-const PREFIX: &str = "TS3100_";
+pub(super) const PREFIX: &str = "TS3100_";
 /// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.
 const MAX_DEPTH: usize = 4;
 
@@ -175,7 +175,7 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
         .map_err(|error| wrong(first_paragraph(&error.to_string())))
 }
 
-fn serve_command() -> clap::Command {
+pub(super) fn serve_command() -> clap::Command {
     ServeArgs::augment_args(clap::Command::new("serve").disable_help_flag(true))
 }
 

@@ -11,6 +11,7 @@ mod layers;
 pub mod model;
 mod options;
 mod report_args;
+pub mod schema;
 mod seed;
 mod serial;
 

@@ -44,6 +44,8 @@ pub struct RuleView {
     pub title: &'static str,
     /// What to do.
     pub remedy: &'static str,
+    /// Its section in the documentation.
+    pub docs: String,
     /// How often it was broken.
     pub count: u64,
     /// The first breaks.
@@ -97,6 +99,7 @@ impl RuleView {
             source: rule.source,
             title: rule.title,
             remedy: rule.remedy,
+            docs: crate::book::finding(rule),
             count: tally.count,
             first: tally.first.iter().map(FindingView::new).collect(),
         }

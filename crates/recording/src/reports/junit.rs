@@ -2,6 +2,7 @@
 //! that CI shows the rules that were kept, too. The XML is `quick_junit`'s.
 
 use super::findings::line;
+use crate::book;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -61,7 +62,13 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
     let Some(tally) = tally else {
         return with(TestCaseStatus::success());
     };
-    let mut text = format!("{}\nManual: {}\nDo: {}\n", rule.title, rule.source, rule.remedy);
+    let mut text = format!(
+        "{}\nManual: {}\nDo: {}\nSee: {}\n",
+        rule.title,
+        rule.source,
+        rule.remedy,
+        book::finding(rule)
+    );
     for finding in &tally.first {
         let _ = writeln!(text, "{}", line(finding));
     }

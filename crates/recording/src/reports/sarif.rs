@@ -2,6 +2,7 @@
 
 use super::findings::FindingView;
 use super::findings::FindingsView;
+use crate::book;
 use serde_json::{Value, json};
 use ts3100_controller::findings::{Findings, RULES, Rule};
 
@@ -43,6 +44,7 @@ fn descriptor(rule: &Rule) -> Value {
         "shortDescription": { "text": rule.title },
         "fullDescription": { "text": format!("{}. Manual: {}", rule.title, rule.source) },
         "help": { "text": rule.remedy },
+        "helpUri": book::finding(rule),
         "defaultConfiguration": { "level": rule.severity.as_str() },
         "properties": { "source": rule.source },
     })

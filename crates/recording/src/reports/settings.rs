@@ -63,7 +63,8 @@ impl FromStr for Deny {
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
-            let expected = format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/reference/findings.md");
+            let expected =
+                format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/reference/findings.md");
             UnexpectedWord::new(expected, word)
         })
     }

@@ -10,12 +10,14 @@ use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use crate::log::print_error;
 use clap::{Args, ValueEnum};
-use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
+use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, Severity, TaughtPoint};
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
+use ts3100_recording::book;
 
 /// Compiles SCOL files and prints what is wrong with them, and what is legal and likely wrong. Exit code: 0 no
 /// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.
@@ -67,6 +69,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         ..LanguageOptions::default()
     };
     let mut stdout = io::stdout().lock();
+    let mut explained = BTreeSet::new();
     let mut worst = CheckOutcome::Clean;
     let mut files = Vec::new();
     for path in &args.files {
@@ -77,7 +80,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
         if args.format != CheckFormat::Text {
             files.push(file);
-        } else if write_text(&file, &mut stdout).is_err() {
+        } else if write_text(&file, &mut explained, &mut stdout).is_err() {
             return Ok(UNUSABLE);
         }
     }
@@ -104,12 +107,18 @@ fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {
     }
 }
 
-fn write_text(file: &CheckedFile, out: &mut impl Write) -> io::Result<()> {
+/// The first diagnostic of each code is followed by its section in the documentation.
+fn write_text(file: &CheckedFile, explained: &mut BTreeSet<&str>, out: &mut impl Write) -> io::Result<()> {
     let Ok((source, remarks)) = &file.result else {
         return Ok(());
     };
     for remark in remarks {
         writeln!(out, "{}", printable(remark.render(source, &file.name).trim_end()))?;
+        let kind = DiagnosticKind::by_code(remark.code);
+        if let Some(kind) = kind.filter(|kind| explained.insert(kind.code)) {
+            let margin = remark.line.to_string().len();
+            writeln!(out, "{:margin$} = see {}", "", book::diagnostic(kind))?;
+        }
     }
     if !remarks.iter().any(|d| d.severity == Severity::Error) {
         writeln!(

@@ -4,9 +4,10 @@
 //! diagnostics exist is decided in `scol-mini`; the text form is in [`super`].
 
 use super::CheckedFile;
-use scol_mini::{Diagnostic, Severity};
+use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use ts3100_recording::book;
 
 /// The JSON document: files in the order given, each with its remarks in the order of the source.
 pub(super) fn json(files: &[CheckedFile]) -> Value {
@@ -40,6 +41,7 @@ fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
     json!({
         "severity": severity_name(diagnostic.severity),
         "code": diagnostic.code,
+        "docs": DiagnosticKind::by_code(diagnostic.code).map(book::diagnostic),
         "message": diagnostic.message,
         "help": diagnostic.help,
         "line": diagnostic.line,
@@ -87,7 +89,7 @@ pub(super) fn sarif(files: &[CheckedFile]) -> Value {
             "tool": { "driver": {
                 "name": "ts3100 check",
                 "semanticVersion": env!("CARGO_PKG_VERSION"),
-                "rules": rules.iter().map(|rule| json!({ "id": rule })).collect::<Vec<_>>(),
+                "rules": rules.iter().map(|code| sarif_rule(code)).collect::<Vec<_>>(),
             } },
             "columnKind": "unicodeCodePoints",
             "invocations": [{
@@ -96,6 +98,19 @@ pub(super) fn sarif(files: &[CheckedFile]) -> Value {
             }],
             "results": results,
         }],
+    })
+}
+
+fn sarif_rule(code: &str) -> Value {
+    let Some(kind) = DiagnosticKind::by_code(code) else {
+        return json!({ "id": code });
+    };
+    json!({
+        "id": code,
+        "name": kind.name,
+        "shortDescription": { "text": kind.title },
+        "helpUri": book::diagnostic(kind),
+        "defaultConfiguration": { "level": severity_name(kind.severity) },
     })
 }
 
@@ -213,6 +228,10 @@ mod tests {
         for result in run["results"].as_array().unwrap() {
             let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
             assert_eq!(rules[index]["id"], result["ruleId"]);
+            assert_eq!(
+                rules[index]["helpUri"],
+                "docs/reference/diagnostics.md#unknown-statement"
+            );
             let place = &result["locations"][0]["physicalLocation"];
             assert_eq!(place["artifactLocation"]["uri"], "a%20b/pick.scol");
             assert!(place["region"]["startLine"].as_u64().unwrap() >= 1);

@@ -5,6 +5,7 @@
 
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
+use ts3100_controller::alarm::ALARMS;
 use ts3100_proto::command::Number;
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
@@ -17,6 +18,7 @@ use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
+use ts3100_recording::book;
 
 /// Decodes the content of an answer.
 type Decoder = fn(&[u8]) -> Result<Value, BodyError>;
@@ -77,7 +79,13 @@ fn number(number: &Number) -> Value {
 }
 
 fn alarm_record(record: &AlarmRecord) -> Value {
-    json!({ "alarm": record.number, "message": record.message, "at": record.at.to_string() })
+    let known = ALARMS.iter().find(|row| row.number() == record.number);
+    json!({
+        "alarm": record.number,
+        "message": record.message,
+        "at": record.at.to_string(),
+        "docs": known.map(book::alarm),
+    })
 }
 
 /// Values without names: which coordinates they are depends on the query and the arm.

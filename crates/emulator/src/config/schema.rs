@@ -1,0 +1,217 @@
+//! The keys of the configuration file as data, and as a JSON schema for editors.
+//!
+//! Everything follows from the definition of the flags in [`super::args`] and from the table of options.
+
+use super::layers::{PREFIX, serve_command};
+use super::options::{OPTIONS, Values};
+use clap::{Arg, ArgAction};
+use serde_json::{Map, Value, json};
+use std::any::TypeId;
+use std::path::PathBuf;
+
+/// Keys of the command line that the file cannot have: itself, and the options, which have a table there.
+const NOT_IN_FILES: [&str; 2] = ["config", "set"];
+/// Pattern of the value of an option that is a duration.
+const DURATION: &str = "^[0-9.]+(ms|s)$";
+/// Pattern of the value of `drive.open_mode`.
+const OPEN_MODES: &str = "^[0-2]([ ,]+[0-2]){3}$";
+
+/// The values of a key.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Kind {
+    /// `true` or `false`.
+    Flag,
+    /// A whole number from 0 to this.
+    Whole(u64),
+    /// A number.
+    Number,
+    /// One of these words.
+    Words(Vec<String>),
+    /// A text.
+    Text,
+    /// A text that may be a bare number, as a port.
+    TextOrNumber,
+}
+
+/// A key of the configuration file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Key {
+    /// Its name, also that of the flag.
+    pub name: String,
+    /// The environment variable.
+    pub variable: String,
+    /// What it accepts.
+    pub kind: Kind,
+    /// Whether it takes a list, too.
+    pub is_list: bool,
+    /// What it does.
+    pub help: String,
+    /// The default; `None` if there is none.
+    pub default: Option<String>,
+}
+
+/// Every key of the configuration file but the table `options`, in the order of `serve --help`.
+#[must_use]
+pub fn keys() -> Vec<Key> {
+    let command = serve_command();
+    let keys = command.get_arguments().filter_map(key);
+    keys.filter(|key| !NOT_IN_FILES.contains(&key.name.as_str()))
+        .collect()
+}
+
+/// The environment variable of a flag of `serve`.
+#[must_use]
+pub fn variable(flag: &str) -> String {
+    format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
+}
+
+fn key(argument: &Arg) -> Option<Key> {
+    let name = argument.get_long()?.to_owned();
+    let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
+    let (help, default) = split_default(&help);
+    Some(Key {
+        variable: variable(&name),
+        kind: kind(argument),
+        is_list: matches!(argument.get_action(), ArgAction::Append)
+            || argument
+                .get_num_args()
+                .is_some_and(|count| count.max_values() > 1),
+        help,
+        default,
+        name,
+    })
+}
+
+/// A help text without its `[default: VALUE]`, and the value.
+#[must_use]
+pub fn split_default(help: &str) -> (String, Option<String>) {
+    let Some((before, rest)) = help.split_once("[default: ") else {
+        return (help.trim().to_owned(), None);
+    };
+    let (default, after) = rest.split_once(']').unwrap_or((rest, ""));
+    let help = format!("{} {}", before.trim(), after.trim());
+    (help.trim().to_owned(), Some(default.to_owned()))
+}
+
+fn kind(argument: &Arg) -> Kind {
+    if matches!(argument.get_action(), ArgAction::Count) {
+        return Kind::Whole(2);
+    }
+    let words: Vec<String> = argument
+        .get_possible_values()
+        .iter()
+        .map(|value| value.get_name().to_owned())
+        .collect();
+    if words == ["true", "false"] {
+        return Kind::Flag;
+    }
+    if !words.is_empty() {
+        return Kind::Words(words);
+    }
+    let found = argument.get_value_parser().type_id();
+    let whole = [
+        (TypeId::of::<u16>(), u64::from(u16::MAX)),
+        (TypeId::of::<u64>(), u64::MAX),
+    ];
+    if let Some((_, most)) = whole.iter().find(|(id, _)| found == *id) {
+        return Kind::Whole(*most);
+    }
+    if found == TypeId::of::<f64>() {
+        Kind::Number
+    } else if found == TypeId::of::<String>() || found == TypeId::of::<PathBuf>() {
+        Kind::Text
+    } else {
+        Kind::TextOrNumber
+    }
+}
+
+/// The JSON schema of the configuration file (draft 2020-12).
+#[must_use]
+pub fn schema() -> Value {
+    let mut properties: Map<String, Value> = keys()
+        .into_iter()
+        .map(|key| (key.name.clone(), key_schema(&key)))
+        .collect();
+    properties.insert("options".to_owned(), options_schema());
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Configuration of ts3100 serve and ts3100 exec",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": properties,
+    })
+}
+
+fn key_schema(key: &Key) -> Value {
+    let one = match &key.kind {
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Whole(most) => json!({ "type": "integer", "minimum": 0, "maximum": most }),
+        Kind::Number => json!({ "type": "number" }),
+        Kind::Words(words) => json!({ "enum": words }),
+        Kind::Text => json!({ "type": "string" }),
+        Kind::TextOrNumber => json!({ "type": ["string", "integer"] }),
+    };
+    let schema = match key.is_list {
+        true => json!({ "anyOf": [one, { "type": "array", "items": one }] }),
+        false => one,
+    };
+    described(schema, &key.help, key.default.as_deref())
+}
+
+fn described(mut schema: Value, description: &str, default: Option<&str>) -> Value {
+    if let Some(schema) = schema.as_object_mut() {
+        let text = match default {
+            Some(default) => format!("{description}. Default: {default}"),
+            None => description.to_owned(),
+        };
+        schema.insert("description".to_owned(), text.into());
+    }
+    schema
+}
+
+/// The table `options`; a dot in the name of an option is a table of its own.
+fn options_schema() -> Value {
+    let mut top = Map::new();
+    let mut groups: Map<String, Value> = Map::new();
+    for row in OPTIONS {
+        let default = Some(row.field).filter(|default| !default.is_empty());
+        let schema = described(option_schema(&row.values), &row.values.to_string(), default);
+        match row.key.split_once('.') {
+            None => {
+                top.insert(row.key.to_owned(), schema);
+            }
+            Some((group, key)) => {
+                let group = groups.entry(group).or_insert_with(|| json!({}));
+                if let Some(group) = group.as_object_mut() {
+                    group.insert(key.to_owned(), schema);
+                }
+            }
+        }
+    }
+    top.extend(groups.into_iter().map(|(name, keys)| {
+        let group = json!({ "type": "object", "additionalProperties": false, "properties": keys });
+        (name, group)
+    }));
+    json!({
+        "type": "object",
+        "description": "Named options, as --set",
+        "additionalProperties": false,
+        "properties": top,
+    })
+}
+
+fn option_schema(values: &Values) -> Value {
+    match values {
+        Values::Flag => json!({ "type": "boolean" }),
+        Values::Words(words) if words.contains(&"true") => {
+            let mut all = vec![Value::from(true), Value::from(false)];
+            all.extend(words.iter().map(|word| Value::from(*word)));
+            json!({ "enum": all })
+        }
+        Values::Words(words) => json!({ "enum": words }),
+        Values::Duration { .. } => json!({ "type": "string", "pattern": DURATION }),
+        Values::Whole { min, max, .. } => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Values::Number { min, max } => json!({ "type": "number", "minimum": min, "maximum": max }),
+        Values::OpenModes => json!({ "type": "string", "pattern": OPEN_MODES }),
+    }
+}
