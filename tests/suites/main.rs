@@ -40,6 +40,7 @@ mod polling_independence;
 mod ports;
 mod print_input;
 mod programs;
+mod prose;
 mod purity;
 mod scara_edition;
 mod serial;

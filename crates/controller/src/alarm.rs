@@ -48,10 +48,10 @@ alarms! {
     SAFETY_STOP = L8 203 true "Safety switch open", "The safety switch (fence) was opened.",
         "Close it, reset the alarm, turn servo power on.";
     SERVO_FAILURE = L8 204 true "Servo failure", "The servo of an axis has failed.",
-        "Reset the alarm and turn servo power on; if it comes again the servo amplifier is to be looked at.";
+        "Reset the alarm and turn servo power on. If it comes again, have the servo amplifier inspected.";
     INVALID_CHANNEL = L2 46 false "Invalid channel",
-        "PRINT or INPUT on a channel without a peer, or INPUT received something that is no number.",
-        "Connect the peer before the program reaches the statement; send figures, commas and CR only.";
+        "PRINT or INPUT on a channel without a peer, or INPUT received something that is not a number.",
+        "Connect the peer before the program reaches the statement. Send numbers, commas and CR only.";
     OUT_OF_REACH = L4 101 true "Position out of reach",
         "The target, or a point of the path to it, cannot be reached by the arm.",
         "Correct the position, the tool, or the work coordinate system.";
@@ -59,17 +59,17 @@ alarms! {
         "Correct the load data.";
     SINGULAR = L4 103 true "Singular posture",
         "A line, an arc or an arch leads through a posture in which an axis would have to jump.",
-        "Go there by MOVE, or lead the path around it.";
+        "Use MOVE, or choose a path around the posture.";
     AXIS_FREE = L4 104 true "Axis without servo gain", "A motion needs an axis whose GAIN or TORQUE is 0.",
         "Give the axis its gain and torque back, or move without it.";
     DIVISION_BY_ZERO = L2 101 true "Division by zero", "A divisor was zero.", "Check the value before dividing.";
     UNDEFINED_VARIABLE = L2 102 true "Undefined variable",
-        "A variable was read before a value was given to it.", "Give it a value at the head of the program.";
-    TYPE_MISMATCH = L2 103 true "Type mismatch", "A value of one type stands where another is needed.",
+        "A variable was read before it got a value.", "Give it a value at the beginning of the program.";
+    TYPE_MISMATCH = L2 103 true "Type mismatch", "A value has another type than is needed.",
         "Correct the expression.";
-    OUT_OF_RANGE = L2 104 true "Value out of range", "A value lies outside what the statement allows.",
+    OUT_OF_RANGE = L2 104 true "Value out of range", "A value is outside the range of the statement.",
         "Correct the value.";
-    SUBSCRIPT = L2 105 true "Subscript out of range", "An array element that does not exist was named.",
+    SUBSCRIPT = L2 105 true "Subscript out of range", "The array element does not exist.",
         "Correct the subscript or the DIM.";
     NESTING = L2 106 true "Nesting too deep", "Too many calls or FOR loops are open.",
         "Leave loops and subprograms before entering further ones.";
@@ -81,9 +81,10 @@ alarms! {
     ARM_TAKEN = L2 110 true "Arm belongs to another task",
         "A task wanted to move the arm that another task moves.", "Move the arm from one task only.";
     TOO_MANY_TASKS = L2 111 true "Too many tasks", "TASK was executed while all tasks were in use.",
-        "End a task first; MAXTASK tells how many there can be.";
+        "End a task first; MAXTASK is the largest number.";
     NOT_RESTORED = L2 112 true "Data not restored",
-        "RESTORE could not write the file: none is selected, it was downloaded anew, or the RAM drive is full.",
+        "RESTORE could not write the file: none is selected, it was downloaded again, or the RAM \
+             drive is full.",
         "Select the file again, or make room on the RAM drive.";
     PARAMETER = L1 101 true "Parameter not accepted", "A value in USER.PAR or ETHERNET.PAR is not allowed.",
         "Correct the file and turn the power off and on.";
@@ -94,11 +95,11 @@ alarms! {
         "Reconnect and restart.";
     ETHERNET_2 = L2 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 2).",
         "Reconnect and restart.";
-    HOST_TIME_OUT_8 = L8 352 false "Host Port Time Out", "A host had set WD, level 8, and sent nothing in time.",
+    HOST_TIME_OUT_8 = L8 352 false "Host Port Time Out", "A host had started the watchdog, level 8, and sent nothing in time.",
         "Restart the host, reset the alarm, turn servo power on.";
-    HOST_TIME_OUT_2 = L2 137 false "Host Port Time Out", "A host had set WD, level 2, and sent nothing in time.",
+    HOST_TIME_OUT_2 = L2 137 false "Host Port Time Out", "A host had started the watchdog, level 2, and sent nothing in time.",
         "Restart the host.";
-    HOST_TIME_OUT_1 = L1 200 false "Host Port Time Out", "A host had set WD, level 1, and sent nothing in time.",
+    HOST_TIME_OUT_1 = L1 200 false "Host Port Time Out", "A host had started the watchdog, level 1, and sent nothing in time.",
         "Restart the host.";
     ETHERNET_1 = L1 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 1).",
         "Reconnect.";

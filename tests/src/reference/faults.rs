@@ -61,7 +61,7 @@ const EXAMPLES: [(&str, &str); 20] = [
     ),
     (
         "key-turned:delay=100,back=300",
-        "100 ms after the first command, someone turns the key switch to TEACHING, and back after 300 ms.",
+        "100 ms after RN, someone turns the key switch to TEACHING, and back after 300 ms.",
     ),
     (
         "parity-error:channel=HOST,character=1",

@@ -72,7 +72,12 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
     assert_eq!(fired["bites"][0]["what"], "the answer to SO is not sent");
     assert_eq!(fired["bites"][0]["port"], "IP0");
     assert_eq!(fired["bites"][0]["t"], fired["at"][0]);
-    assert!(fired["host"].as_str().unwrap().starts_with("Wait for the answer"));
+    assert!(
+        fired["host"]
+            .as_str()
+            .unwrap()
+            .starts_with("It waits for the reply")
+    );
     assert_eq!(never["bites"], serde_json::json!([]));
     let waits = never["waits_for"].as_str().unwrap();
     assert_eq!(waits, "a command or an FL text that came in; command CA; block 0");

@@ -39,11 +39,11 @@ impl InjectionPoint {
     #[must_use]
     pub const fn description(self) -> &'static str {
         match self {
-            InjectionPoint::Command => "a command or an FL text that came in",
-            InjectionPoint::Reply => "a text that goes out",
+            InjectionPoint::Command => "an incoming command or FL text",
+            InjectionPoint::Reply => "an outgoing text",
             InjectionPoint::Print => "what PRINT sends",
-            InjectionPoint::Bytes => "bytes that came in",
-            InjectionPoint::Character => "a character that came off a serial line",
+            InjectionPoint::Bytes => "incoming bytes",
+            InjectionPoint::Character => "a character received on a serial line",
             InjectionPoint::Record => "a record for INPUT",
         }
     }

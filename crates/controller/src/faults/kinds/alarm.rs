@@ -9,9 +9,9 @@ use crate::alarm::ALARMS;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "alarm",
-    summary: "An alarm of the table comes; its level acts as always.",
-    remedy: "Take the unsolicited SP, or a status that is no longer running, for what it is: read the alarm (EU, SF), \
-             reset it, and start again where that is safe.",
+    summary: "Raises an alarm, with the effect of its level.",
+    remedy: "It notices the unsolicited SP or the changed status, reads the alarm (EU, SF), resets it, \
+             and starts again where that is safe.",
     parameters: &[
         Parameter {
             name: "number",

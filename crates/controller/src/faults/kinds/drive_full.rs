@@ -13,16 +13,16 @@ const STORING: [&str; 2] = ["DL", "MW"];
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "drive-full",
-    summary: "The RAM drive has only so much room for the file of this DL, or of this MW that writes into the file: NG \
-           at the text that does not fit, and the file is as before.",
-    remedy: "Look at every answer inside a download; after NG look at the directory, erase what is not needed, and \
-             begin with DL again.",
+    summary: "Limits the room on the RAM drive for a download, or for an MW that writes into the file. \
+             The text that does not fit gets NG, and the file stays as it was.",
+    remedy: "It checks every reply inside a download. After NG it reads the directory, erases what is \
+             not needed, and begins with DL again.",
     parameters: &[number(
         "free",
         "bytes",
         (0, MAX_FILE as u64),
         Some("0"),
-        "bytes that are free",
+        "free bytes",
     )],
     points: &[InjectionPoint::Command],
     command: Some("DL"),

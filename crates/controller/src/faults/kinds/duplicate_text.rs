@@ -9,9 +9,9 @@ use crate::endpoint::send_queue::{Departure, Segment};
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "duplicate-text",
-    summary: "What leaves, leaves twice.",
-    remedy: "Before a command is sent drop what has come unasked; compare each answer with its question.",
-    parameters: &[millis("pause", "10", "between the two")],
+    summary: "Sends a text twice.",
+    remedy: "It drops unexpected bytes before it sends a command, and compares each reply with its command.",
+    parameters: &[millis("pause", "10", "pause between the two")],
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));

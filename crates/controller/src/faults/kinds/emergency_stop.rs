@@ -9,14 +9,15 @@ use crate::input::PanelAction;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "emergency-stop",
-    summary: "The emergency stop button is pressed, and released later.",
-    remedy: "Stop asking for motion; when the button is out again reset the alarm, turn the servo on, start.",
+    summary: "Presses the emergency stop, and releases it later.",
+    remedy: "It stops commanding motion. After the release it resets the alarm, turns servo power on, \
+             and starts.",
     parameters: &[
         DELAY,
         millis(
             "release",
             "0",
-            "how long it stays pressed; 0: until somebody releases it",
+            "how long it stays pressed; 0: until it is released by hand",
         ),
     ],
     points: MACHINE,

@@ -17,9 +17,9 @@ const FARTHEST: u64 = 511;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "flipped-bit",
-    summary: "One bit of a text, of what PRINT sends, or of what comes in is inverted.",
-    remedy: "Compare every answer with the forms it can have, send the command again when it has none of them; for \
-             files read back what was stored. A checksum (text.checksum) finds what forms do not.",
+    summary: "Inverts one bit of a text, of the output of PRINT, or of incoming bytes.",
+    remedy: "It checks the form of every reply, and sends the command again if the form is wrong. It \
+             reads a stored file back. A checksum (text.checksum) finds the other errors.",
     parameters: &[
         word("way", &[OUT, IN], "out: towards the host; in: towards the robot"),
         number(
@@ -27,14 +27,14 @@ pub const KIND: FaultKind = FaultKind {
             "bytes",
             (0, FARTHEST),
             None,
-            "how many bytes stand before it, STX included; drawn if not said",
+            "how many bytes precede it, STX included; random by default",
         ),
         number(
             "bit",
             "bits",
             (0, 7),
             None,
-            "0 the lowest to 7 the highest; drawn if not said",
+            "0 is the lowest, 7 the highest; random by default",
         ),
     ],
     points: &[

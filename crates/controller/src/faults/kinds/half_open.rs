@@ -11,13 +11,13 @@ use core::time::Duration;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "half-open",
-    summary: "From this text on nothing is read or written on the connection, which stays open; then it is reset.",
-    remedy: "Give every answer a time limit; when it passes close the connection, connect again until the robot \
-             serves, and ask for the status.",
+    summary: "Stops reading and writing on a connection without closing it, and resets it later.",
+    remedy: "It has a time limit for every reply. After it, it closes the connection, connects again \
+             until the robot answers, and reads the status.",
     parameters: &[millis(
         "lasts",
         "5000",
-        "until the robot gives the connection up and takes another one",
+        "how long until the robot resets the connection and accepts another one",
     )],
     points: OUTGOING,
     apply: |_, values, site| {

@@ -10,16 +10,16 @@ use ts3100_proto::words::Word;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "key-turned",
-    summary: "The key switch is turned, by default in the middle of the cycle that RN starts; the program stops behind \
-           its step, and commands of the other mode are NG.",
-    remedy: "After SP or NG read the mode (SU); wait until it is external again, then start again.",
+    summary: "Turns the key switch, by default in the middle of the cycle that RN starts. The program \
+             stops after its step, and commands that the new mode forbids get NG.",
+    remedy: "After SP or NG it reads the mode (SU), waits until it is external again, and starts again.",
     parameters: &[
-        word("to", &["teaching", "internal", "ext"], "where it is turned to"),
-        millis("delay", "500", "how long after its occasion it is turned"),
+        word("to", &["teaching", "internal", "ext"], "the new position"),
+        millis("delay", "500", "delay after the occasion"),
         millis(
             "back",
             "0",
-            "how long until it is turned to EXT again; 0: until somebody does",
+            "how long until it is turned back to EXT; 0: it is turned back by hand",
         ),
     ],
     points: MACHINE,

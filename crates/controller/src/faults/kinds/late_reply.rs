@@ -9,9 +9,10 @@ use crate::endpoint::send_queue::{Departure, Segment};
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "late-reply",
-    summary: "The text leaves so much later.",
-    remedy: "Have a longer time limit than the delay, or drop what comes late before the command is sent again.",
-    parameters: &[millis("delay", "6000", "how late it leaves")],
+    summary: "Delays a text by `delay`.",
+    remedy: "Its time limit is longer than the delay, or it drops a late reply before it sends the \
+             command again.",
+    parameters: &[millis("delay", "6000", "how late the text is sent")],
     points: OUTGOING,
     apply: |_, values, site| {
         let delay = values.millis("delay");

@@ -9,8 +9,8 @@ use ts3100_proto::text::ETX;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "lost-etx",
-    summary: "The text leaves without its ETX.",
-    remedy: "Give up a text that does not end in time, forget its beginning, and send the command again.",
+    summary: "Sends a text without its ETX.",
+    remedy: "It drops a text that does not end in time, and sends the command again.",
     points: &[InjectionPoint::Reply],
     apply: |_, _, site| {
         let end = site.bytes.iter().rposition(|byte| *byte == ETX);

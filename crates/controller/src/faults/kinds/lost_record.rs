@@ -7,8 +7,9 @@ use super::super::kind::{Effect, FaultKind, InjectionPoint};
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "lost-record",
-    summary: "A record for INPUT, up to its CR, is lost on its way to the program.",
-    remedy: "Let the program answer each record by PRINT; when no answer comes in time send the record again.",
+    summary: "Loses a record for INPUT, up to its CR.",
+    remedy: "The program confirms each record by PRINT. Without a confirmation in time the host sends \
+             the record again.",
     points: &[InjectionPoint::Record],
     apply: |_, _, site| {
         let message = alloc::format!("a record for INPUT on {} is lost", site.port);

@@ -9,9 +9,10 @@ use crate::endpoint::send_queue::{Departure, Segment};
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "merged-texts",
-    summary: "A text waits for the next one of its port, and both leave in one write; alone when its time is over.",
-    remedy: "Cut what was read at each ETX (on channels at each CR) and keep what is behind it.",
-    parameters: &[millis("hold", "1000", "how long it waits at most")],
+    summary: "Holds a text until the next one of its port, and sends both in one packet. After `hold` the \
+             text is sent alone.",
+    remedy: "It splits received bytes at each ETX (on channels at each CR) and keeps the rest.",
+    parameters: &[millis("hold", "1000", "longest wait")],
     points: OUTGOING,
     apply: |_, values, site| {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));

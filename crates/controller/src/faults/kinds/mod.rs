@@ -89,4 +89,4 @@ const fn word(name: &'static str, words: &'static [&'static str], description: &
 }
 
 /// Delay between the triggering site and a fault of the machine.
-const DELAY: Parameter = millis("delay", "0", "how long after its occasion it comes");
+const DELAY: Parameter = millis("delay", "0", "delay after the occasion");

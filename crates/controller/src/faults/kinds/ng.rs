@@ -7,8 +7,8 @@ use super::super::kind::{Effect, FaultKind, InjectionPoint};
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "ng",
-    summary: "A command, or a text of a download, is answered NG and has no effect.",
-    remedy: "Send the command again after NG; after NG inside a download begin with DL again.",
+    summary: "Answers a command or a text of a download with NG, without effect.",
+    remedy: "It sends the command again after NG. After NG inside a download it begins with DL again.",
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
         let message = alloc::format!("{} is refused", site.description());

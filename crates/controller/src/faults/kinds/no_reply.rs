@@ -13,13 +13,13 @@ const COMMAND: &str = "command";
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "no-reply",
-    summary: "The answer to a command, or a text of a file, never leaves; or the command never reached the robot.",
-    remedy: "Wait for the answer with a time limit, then send the command again; one that must not be done twice \
-             only when the status shows that it was not done.",
+    summary: "Loses the reply to a command, a text of a file, or the command itself.",
+    remedy: "It waits for the reply with a time limit, then sends the command again. Before it repeats a \
+             command that must not be done twice, it reads the status.",
     parameters: &[word(
         "lost",
         &[REPLY, COMMAND],
-        "reply: the command is obeyed; command: it is not",
+        "reply: the robot obeys the command; command: it never gets it",
     )],
     points: &[InjectionPoint::Command, InjectionPoint::Reply],
     applies: |values, point, _| (values.word("lost") == COMMAND) == (point == InjectionPoint::Command),

@@ -11,16 +11,16 @@ const FARTHEST: u64 = 15;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "parity-error",
-    summary: "A character that comes in on HOST or COM1 has a parity error; what becomes of it is \
-           serial.bad_character.",
-    remedy: "On HOST send the command again when no answer comes or NG; on COM1 let the program answer each record \
-             with what it has read, and compare.",
+    summary: "Gives a character received on HOST or COM1 a parity error. The option serial.bad_character \
+             decides what happens to it.",
+    remedy: "On HOST it sends the command again without a reply or after NG. On COM1 the program prints \
+             what it has read, and the host compares.",
     parameters: &[number(
         "character",
         "characters",
         (0, FARTHEST),
         None,
-        "how many of those that came at once stand before it; drawn if not said",
+        "how many characters of one reading precede it; random by default",
     )],
     points: &[InjectionPoint::Character],
     apply: |context, values, site| {

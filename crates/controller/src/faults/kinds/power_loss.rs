@@ -9,10 +9,10 @@ use crate::input::PanelAction;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "power-loss",
-    summary: "The power goes off and on again: connections, a half-finished download, outputs and the program's place \
-           are gone; the files are there.",
-    remedy: "Connect again, look at the directory or read the file back, begin the download again with DL, turn the \
-             servo on and start.",
+    summary: "Turns the power off and on. Connections, an unfinished download, outputs and the place in \
+             the program are lost; the files remain.",
+    remedy: "It connects again, checks the file, repeats the download from DL, turns servo power on, and \
+             starts.",
     parameters: &[DELAY],
     points: MACHINE,
     command: Some("DL"),

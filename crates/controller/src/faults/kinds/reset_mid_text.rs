@@ -15,15 +15,16 @@ const DISCONNECT_DELAY: Duration = Duration::from_millis(20);
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "reset-mid-text",
-    summary: "A part of the text leaves, then the connection ends; on a serial line the rest is lost and the line stays.",
-    remedy: "Connect again, forget the unfinished text, ask for the status, and do again what is not done.",
+    summary: "Sends a part of a text, then ends the connection. On a serial line only the rest of the \
+             text is lost.",
+    remedy: "It connects again, drops the unfinished text, reads the status, and repeats what was not done.",
     parameters: &[
         number(
             "bytes",
             "bytes",
             (0, MAX_SEND as u64),
             None,
-            "how many leave before; half of them if not said",
+            "how many bytes are sent; half of the text by default",
         ),
         word(
             "how",

@@ -9,8 +9,9 @@ use crate::alarm::SERVO_FAILURE;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "servo-failure",
-    summary: "The servo drops out: alarm 8-204, servo power goes off, the motion is given up.",
-    remedy: "See by SP and SF that the servo is off, reset the alarm, SO, and start again: the step is done again.",
+    summary: "Fails the servo: alarm 8-204, servo power goes off, and the motion ends.",
+    remedy: "It sees by SP and SF that servo power is off, resets the alarm, sends SO, and starts again. \
+             The step is repeated.",
     parameters: &[DELAY],
     points: MACHINE,
     apply: |context, values, site| {

@@ -14,9 +14,9 @@ const BITS: u64 = 10;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "slow-line",
-    summary: "What leaves takes its time, byte by byte, as on a line of so many bits a second.",
-    remedy: "Count the time limit from the last byte that came, as the robot does (10 s), not from the \
-             question.",
+    summary: "Sends a text byte by byte, as a line of `speed` would.",
+    remedy: "Its time limit counts from the last byte received, as the robot's does (10 s), not from the \
+             command.",
     parameters: &[number(
         "speed",
         "bit/s",

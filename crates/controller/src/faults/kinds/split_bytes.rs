@@ -11,8 +11,8 @@ use core::time::Duration;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "split-bytes",
-    summary: "What leaves is cut into portions, each in a write of its own behind a pause.",
-    remedy: "Read on until ETX (SF: until its length), however many reads that takes.",
+    summary: "Sends a text in portions, with a pause before each.",
+    remedy: "It reads until ETX (SF: until its length), however many reads that takes.",
     parameters: &[
         number(
             "size",
@@ -21,7 +21,7 @@ pub const KIND: FaultKind = FaultKind {
             Some("1"),
             "bytes of a portion",
         ),
-        millis("pause", "20", "the pause before each but the first"),
+        millis("pause", "20", "the pause before each portion but the first"),
     ],
     points: OUTGOING,
     apply: |_, values, site| {

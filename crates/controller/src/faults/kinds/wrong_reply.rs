@@ -15,14 +15,14 @@ const EMPTY_FILE: &[u8] = b"FL,\x1a";
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "wrong-reply",
-    summary: "Another text leaves in place of the answer.",
-    remedy: "Compare the answer with what the command can be answered with, not with NG alone; on anything else wait \
-             for silence and send the command again.",
+    summary: "Sends another text instead of the reply.",
+    remedy: "It compares the reply with all that the command can get, not with NG alone. On anything \
+             else it waits for silence and sends the command again.",
     parameters: &[Parameter {
         name: "text",
         value_type: ParameterType::Text { most: MAX_DATA },
         default: None,
-        description: "its data section; if not said, OK in place of a file and an empty file in place of OK and NG",
+        description: "its data section; by default OK instead of a file, and an empty file instead of OK and NG",
     }],
     points: &[InjectionPoint::Reply],
     apply: |_, values, site| {

