@@ -80,7 +80,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
     );
     assert_eq!(never["bites"], serde_json::json!([]));
     let waits = never["waits_for"].as_str().unwrap();
-    assert_eq!(waits, "a command or an FL text that came in; command CA; block 0");
+    assert_eq!(waits, "an incoming command or FL text; command CA; block 0");
     let xml = std::fs::read_to_string(xml).unwrap();
     assert!(xml.contains("tests=\"2\" skipped=\"0\" failures=\"1\""), "{xml}");
     assert!(

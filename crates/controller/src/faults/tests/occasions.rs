@@ -218,12 +218,12 @@ fn a_refusal_says_what_to_leave_out_or_to_give() {
     for (spec, says) in [
         (
             "flipped-bit:way=in,command=SO",
-            "cannot arm flipped-bit: no occasion has command=SO (it waits for bytes that came in); leave out command, \
+            "cannot arm flipped-bit: no occasion has command=SO (it waits for incoming bytes); leave out command, \
              or give way=out",
         ),
         (
             "ng:command=SU,block=1",
-            "no occasion has command=SU and block=1 (it waits for a command or an FL text that came in); leave out \
+            "no occasion has command=SU and block=1 (it waits for an incoming command or FL text); leave out \
              command, or leave out block",
         ),
         (
