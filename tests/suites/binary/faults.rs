@@ -84,7 +84,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
     let xml = std::fs::read_to_string(xml).unwrap();
     assert!(xml.contains("tests=\"2\" skipped=\"0\" failures=\"1\""), "{xml}");
     assert!(
-        xml.contains("the answer to SO is not sent\nThe host: Wait"),
+        xml.contains("the answer to SO is not sent\nA robust host: It waits"),
         "{xml}"
     );
     assert!(

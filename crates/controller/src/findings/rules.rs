@@ -144,7 +144,7 @@ rules! { false:
         "CR between EOF and ETX"
         "EOF is followed by ETX."
     SELECTED_OVERWRITTEN "selected-overwritten" Note "5.3.3 DL [CMD-DL-07]"
-        "The selected file was downloaded anew"
+        "The selected file was downloaded again"
         "Select it again with SL; the manual does not specify whether RN starts the old or the new one."
     LONG_FILE_NAME "long-file-name" Note "STE 58761 1-16 [S8]"
         "A file is downloaded with a longer name than the robot's own editor allows"

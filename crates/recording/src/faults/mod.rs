@@ -67,11 +67,11 @@ pub fn kinds_text() -> String {
     );
     for kind in KINDS {
         text += &format!(
-            "\n{}\n  {}\n  The host: {}\n",
+            "\n{}\n  {}\n  A robust host: {}\n",
             kind.name, kind.summary, kind.remedy
         );
         let points: Vec<&str> = kind.points.iter().map(|point| point.description()).collect();
-        text += &format!("  Bites: {}{}\n", points.join("; "), defaults(kind));
+        text += &format!("  Waits for: {}{}\n", points.join("; "), defaults(kind));
         for parameter in kind.parameters {
             let default = parameter.default.map(|default| format!(" [default: {default}]"));
             text += &format!(

@@ -134,7 +134,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
             let place = port.map(|port| format!("{port} ")).unwrap_or_default();
             let _ = writeln!(text, "{place}at {at} s: {message}");
         }
-        let _ = writeln!(text, "The host: {}", fault.kind.remedy);
+        let _ = writeln!(text, "A robust host: {}", fault.kind.remedy);
         let mut case = junit::case(&class, &name, Duration::ZERO, TestCaseStatus::success());
         case.set_system_out(text);
         case

@@ -230,7 +230,7 @@ mod tests {
             assert_eq!(rules[index]["id"], result["ruleId"]);
             assert_eq!(
                 rules[index]["helpUri"],
-                "docs/reference/diagnostics.md#unknown-statement"
+                "docs/reference/diagnostics.md#not-a-statement"
             );
             let place = &result["locations"][0]["physicalLocation"];
             assert_eq!(place["artifactLocation"]["uri"], "a%20b/pick.scol");
