@@ -1,6 +1,7 @@
 //! The control interface: who may call, what each call does, and that what it does is seen on the protocol side.
 
 mod clock;
+mod document;
 #[cfg(unix)]
 mod drive;
 mod guard;

@@ -56,9 +56,9 @@ pub struct AlarmRow {
     ours: bool,
 }
 
-/// Active alarms and the history.
+/// Active alarms and the error history.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = AlarmsDoc)]
+#[schema(as = Alarms)]
 pub struct AlarmList {
     /// Active, oldest first.
     active: Vec<ActiveAlarm>,
@@ -66,7 +66,7 @@ pub struct AlarmList {
     history: Vec<ActiveAlarm>,
 }
 
-/// An alarm to be raised.
+/// The alarm to raise.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Raise)]
@@ -132,15 +132,15 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(get_alarm_row))
 }
 
-/// Active alarms and the history
+/// List active alarms and the error history
 #[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmList)))]
 async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
     handle.query(AlarmList::new).await.map(Json)
 }
 
-/// Raise an alarm of the table
+/// Raise an alarm
 ///
-/// With all that its level brings about: 8 and 4 stop the robot at once, 2 stops it behind the present step.
+/// Its level decides what follows: 8 and 4 stop the robot at once, 2 stops it after the current step.
 #[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
 async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;
@@ -153,20 +153,22 @@ async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<A
     handle.act(action, AlarmList::new).await.map(Json)
 }
 
-/// Press ALARM RESET: every alarm ends whose cause does not persist
+/// Press ALARM RESET
+///
+/// Clears every alarm whose cause has gone.
 #[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
 async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
     let panel = PanelAction::AlarmReset;
     handle.act(Action::Panel(panel), AlarmList::new).await.map(Json)
 }
 
-/// Every alarm there can be
-#[utoipa::path(get, path = "/alarms/table", responses((status = 200, body = Vec<AlarmRow>)))]
+/// List every alarm of the controller
+#[utoipa::path(get, path = "/alarms/table", responses((status = 200, description = "All alarms, with cause and remedy.", body = Vec<AlarmRow>)))]
 async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
     Json(ALARMS.iter().map(AlarmRow::new).collect())
 }
 
-/// One alarm of the table
+/// Look up an alarm by its number
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
 async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {

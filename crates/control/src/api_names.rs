@@ -13,27 +13,24 @@ use utoipa::{PartialSchema, ToSchema};
 /// Position of the key switch.
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(remote = "KeySwitch", rename_all = "lowercase")]
-#[schema(as = KeyWord)]
 pub enum KeyPosition {
     Teaching,
     Internal,
     Ext,
 }
 
-/// Who commands the robot in EXT.
+/// Who commands the robot while the key switch is at EXT.
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(remote = "ControlRight", rename_all = "lowercase")]
-#[schema(as = RightWord)]
 pub enum RightHolder {
     Sig,
     Rs232c,
     Ether,
 }
 
-/// A communication port; small letters, as in the ready line, are read too.
+/// A communication port. Calls accept lower case too.
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(remote = "Port", rename_all = "UPPERCASE")]
-#[schema(as = PortWord)]
 pub enum PortName {
     #[serde(alias = "host")]
     Host,
@@ -57,7 +54,7 @@ pub struct NamedPort(#[serde(with = "PortName")] pub Port);
 /// Execution status.
 #[derive(Serialize, Deserialize, ToSchema)]
 #[serde(remote = "ExecutionStatus", rename_all = "lowercase")]
-#[schema(as = StatusWord)]
+#[schema(as = Status)]
 pub enum StatusName {
     /// A program or the statement of DO runs.
     Running,

@@ -18,7 +18,7 @@ use utoipa_axum::routes;
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = ChannelDoc)]
+#[schema(as = Channel)]
 pub struct ChannelStatus {
     /// Its name.
     #[serde(with = "PortName")]
@@ -44,7 +44,7 @@ pub struct ChannelStatus {
     buffer_hex: String,
 }
 
-/// Bytes: one of the two.
+/// Bytes, as text or as hexadecimal digits.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 #[schema(as = Bytes)]
@@ -57,7 +57,7 @@ pub enum ByteContent {
 
 /// Hexadecimal digits, two a byte, blanks between them allowed.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
-#[schema(as = Digits, pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+#[schema(as = HexDigits, pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
 pub struct HexDigits(String);
 
 impl ByteContent {
@@ -109,14 +109,14 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(drop_peer))
 }
 
-/// All communication ports
-#[utoipa::path(get, path = "/channels", responses((status = 200, body = Vec<ChannelStatus>)))]
+/// List the communication ports
+#[utoipa::path(get, path = "/channels", responses((status = 200, description = "All six ports.", body = Vec<ChannelStatus>)))]
 async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
     handle.query(ChannelStatus::all).await.map(Json)
 }
 
-/// One communication port
-#[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Its name")),
+/// Get a communication port
+#[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
 async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
@@ -130,8 +130,8 @@ async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> A
 
 /// Inject bytes as if they had come from the peer
 ///
-/// On HOST and IP0 a peer must be connected, which gets the answer.
-#[utoipa::path(post, path = "/channels/{port}/inject", params(("port" = PortName, Path, description = "Its name")),
+/// On HOST and IP0 a peer must be connected; it gets the answer.
+#[utoipa::path(post, path = "/channels/{port}/inject", operation_id = "inject_bytes", params(("port" = PortName, Path, description = "Name of the port")),
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
 async fn inject(
     handle: Handle,
@@ -145,8 +145,8 @@ async fn inject(
 
 /// Close the connection of a port
 ///
-/// The port goes on accepting, or dialling.
-#[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Its name")),
+/// The port keeps accepting, or dialling.
+#[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
 async fn drop_peer(
     handle: Handle,

@@ -29,7 +29,7 @@ const MAX_PRINTED_TEXT: usize = 256;
 
 /// The clock.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = ClockDoc)]
+#[schema(as = Clock)]
 pub struct ClockStatus {
     /// How time passes: `real`, `xN`, `stepped`, `auto`.
     mode: String,
@@ -37,19 +37,19 @@ pub struct ClockStatus {
     now: f64,
     /// Date and time as the error history writes them.
     calendar: String,
-    /// How many seconds less have passed than the mode asks for, because the machine could not keep up.
+    /// How many seconds the clock is behind, because the machine could not keep up.
     behind: f64,
     /// How many seconds of the wall clock were skipped because the emulator was stopped (`--time-gap skip`).
     skipped: f64,
-    /// Virtual time of the next thing that will happen by itself; absent when nothing will.
+    /// Virtual time of the next scheduled event; absent if none is scheduled.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<f64>,
 }
 
-/// How time is to pass.
+/// The new mode of the clock.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = ClockMode)]
+#[schema(as = SetClock)]
 pub struct SetModeRequest {
     /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
     #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[1-9][0-9]{0,4})$")]
@@ -64,32 +64,32 @@ pub struct AdvanceRequest {
     /// How much virtual time, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     seconds: Seconds,
-    /// Longest time the call may take on the wall, in seconds; 30 if not said.
+    /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
     #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
     wall: Option<Seconds>,
 }
 
-/// Something to wait for, and for how long.
+/// What to wait for, and for how long.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Until)]
+#[schema(as = WaitFor)]
 pub struct WaitRequest {
-    /// What.
+    /// The condition.
     condition: ConditionRequest,
-    /// For how much virtual time at most, in seconds.
+    /// Longest virtual time to wait, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     within: Seconds,
-    /// Longest time the call may take on the wall, in seconds; 30 if not said.
+    /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
     #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
     wall: Option<Seconds>,
 }
 
-/// Something that may happen.
+/// A condition. "Since" means since the call.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-#[schema(as = When)]
+#[schema(as = Condition)]
 pub enum ConditionRequest {
     /// The execution status is this, or has been since.
     Status(NamedStatus),
@@ -97,7 +97,7 @@ pub enum ConditionRequest {
     Input(#[serde(deserialize_with = "object_only")] LineCondition),
     /// An output shows this state.
     Output(#[serde(deserialize_with = "object_only")] LineCondition),
-    /// The statement in this line of the selected file has begun since.
+    /// The statement in this line of the selected file has started since.
     Line(FileLine),
     /// This was printed since.
     Printed(#[serde(deserialize_with = "object_only")] PrintedCondition),
@@ -108,13 +108,12 @@ pub enum ConditionRequest {
     Idle(#[serde(deserialize_with = "object_only")] EmptyObject),
 }
 
-/// `{}`.
+/// An empty object.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Empty)]
 pub struct EmptyObject {}
 
-/// A line of a file.
+/// A line of a file, from 1.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(transparent)]
 #[schema(minimum = 1, maximum = 99999)]
@@ -136,35 +135,33 @@ fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Err
 /// The state of a line.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = LineIs)]
 pub struct LineCondition {
     /// Its number.
     #[serde(deserialize_with = "line_number")]
     #[schema(minimum = 1, maximum = 264)]
     line: u16,
-    /// On or off.
+    /// Whether it is on.
     on: bool,
 }
 
-/// Something printed.
+/// A printed text.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Printed)]
 pub struct PrintedCondition {
-    /// On this channel; on the teach pendant if not said.
+    /// The channel; default: the teach pendant.
     #[serde(default)]
     #[schema(value_type = Option<PortName>)]
     channel: Option<NamedPort>,
-    /// This text, anywhere in what is printed.
+    /// The text, anywhere in what is printed.
     #[schema(min_length = 1, max_length = 256)]
     text: String,
 }
 
 /// How a wait ended.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Ended)]
+#[schema(as = WaitResult)]
 pub struct WaitResponse {
-    /// It happened; otherwise the virtual time given is over.
+    /// Whether the condition holds or the time was advanced; otherwise the virtual time ran out.
     reached: bool,
     /// Virtual time then, in seconds.
     now: f64,
@@ -251,7 +248,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "clock",
-            "How time passes, moving it by hand, and waiting for something.",
+            "Virtual time: how it passes, advancing it, and waiting for a condition.",
         )
         .routes(routes!(get_clock, put_clock))
         .routes(routes!(advance))
@@ -259,16 +256,16 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(wait))
 }
 
-/// The clock
+/// Get the clock
 #[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockStatus)))]
 async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
     handle.query(ClockStatus::new).await.map(Json)
 }
 
-/// Say how time passes from now on
+/// Set how time passes
 ///
-/// `real` as on the wall; `xN` that many times as fast; `stepped` only by `advance` and `advance-until`; `auto` jumps
-/// to whatever is next while every host is silent.
+/// `real`: as wall-clock time. `xN`: N times as fast. `stepped`: only by `advance` and `advance-until`. `auto`: jumps
+/// to the next event while every host is silent.
 #[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
 async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let mode: TimeMode = body.mode.parse().map_err(|_| {
@@ -280,11 +277,10 @@ async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<C
     changed.await.map(Json)
 }
 
-/// Move time by an amount
+/// Advance time by an amount
 ///
-/// In every mode: time jumps from one thing that happens by itself to the next, so that each happens at its own time,
-/// and stands at the end of the amount when the call returns.
-#[utoipa::path(post, path = "/clock/advance", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
+/// Works in every mode. Everything that is due meanwhile happens at its own time, before the call returns.
+#[utoipa::path(post, path = "/clock/advance", operation_id = "advance_time", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
 async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
     let wait = Wait::new(WaitCondition::Never, body.seconds.0, true);
@@ -297,19 +293,19 @@ async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<Wai
     Ok(Json(ended))
 }
 
-/// Move time until something happens
+/// Advance time until a condition holds
 ///
-/// As `advance`, and time stands at the moment at which it happened.
-#[utoipa::path(post, path = "/clock/advance-until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+/// As `advance`; time stops at the moment at which the condition holds, or after `within`.
+#[utoipa::path(post, path = "/clock/advance-until", operation_id = "advance_time_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
 async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(true)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }
 
-/// Wait until something happens, without moving time
+/// Wait until a condition holds
 ///
-/// In `stepped` time somebody else has to move it meanwhile.
-#[utoipa::path(post, path = "/wait", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+/// Does not advance time. In `stepped` mode another client has to advance it meanwhile.
+#[utoipa::path(post, path = "/wait", operation_id = "wait_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
 async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))

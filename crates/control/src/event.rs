@@ -14,9 +14,9 @@ use ts3100_proto::escape::Escaped;
 pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
 
-/// One thing that happened. Which of the other keys there are depends on `event`.
+/// An event. `event` decides which of the other keys are present.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
-#[schema(as = Happening)]
+#[schema(as = Event)]
 pub struct ApiEvent {
     /// Its number: 1, 2, 3 and so on since the emulator was started.
     pub seq: u64,

@@ -32,9 +32,9 @@ const BATCH: usize = 64;
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct EventsQuery {
-    /// Number of the first event wanted; 1 for all that are kept. Without it those from now on.
+    /// Number of the first event; 1 for all that are kept. Default: only new ones.
     since: Option<u64>,
-    /// End the stream after so many events.
+    /// End the stream after this many events.
     #[param(minimum = 1)]
     count: Option<u64>,
 }
@@ -42,16 +42,17 @@ struct EventsQuery {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("events", "What happens, as it happens.")
+        .group("events", "Live stream of everything that happens.")
         .routes(routes!(get_events))
 }
 
-/// What happens, as it happens: Server-Sent Events
+/// Stream events as Server-Sent Events
 ///
-/// Each is a JSON document named as its `event`, with its number as id. A reader that is too slow finds an event `missed`
-/// with the number of those that are no longer kept. With the header `Last-Event-ID` the stream goes on behind that.
+/// Each event is a JSON document; its number is the id. A reader that is too slow gets an event `missed` with the
+/// number of events it missed. With the header `Last-Event-ID` the stream continues after that event.
 #[utoipa::path(get, path = "/events", params(EventsQuery),
-    responses((status = 200, body = ApiEvent, content_type = "text/event-stream")))]
+    responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
+        body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
     State(handle): Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,

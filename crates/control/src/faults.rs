@@ -23,10 +23,9 @@ use utoipa_axum::routes;
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
 
-/// What a fault waits for; what is not said does not matter.
+/// What triggers a fault; an absent key matches anything.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
-#[schema(as = On)]
 pub struct FaultTrigger {
     /// Letters of a command: the command, the texts of its exchange, its answers.
     #[schema(example = "SU")]
@@ -40,20 +39,19 @@ pub struct FaultTrigger {
     block: Option<u32>,
 }
 
-/// A value of a parameter: a number, or words as `--fault` takes them.
+/// Value of a parameter: a number, or text as in `--fault`.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(untagged, expecting = "a whole number or words expected")]
-#[schema(as = Given)]
 pub enum ParameterValue {
     /// A whole number.
     Number(#[serde(deserialize_with = "whole")] u32),
-    /// Words: `2s`, `teaching`, `OK<CR>`.
+    /// Text: `2s`, `teaching`, `OK<CR>`.
     Words(String),
 }
 
-/// A fault to be armed: in the words of `--fault`, or by its parts.
+/// The fault to arm: as text like `--fault`, or by its parts.
 #[derive(ToSchema)]
-#[schema(as = Arm)]
+#[schema(as = ArmFault)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
 enum ArmSchema {
@@ -61,13 +59,12 @@ enum ArmSchema {
     Parts(ArmRequest),
 }
 
-/// A fault in the words of `--fault`.
+/// A fault as text, like `--fault`.
 #[derive(ToSchema)]
 #[serde(deny_unknown_fields)]
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
-#[schema(as = Spec)]
 struct FaultSpec {
-    /// `KIND` or `KIND:key=value,key=value`, as docs/reference/faults.md says.
+    /// `KIND` or `KIND:key=value,key=value`; see docs/reference/faults.md.
     #[schema(example = "no-reply:command=SU", max_length = 4096)]
     spec: String,
 }
@@ -85,22 +82,22 @@ pub struct ArmRequest {
     #[serde(default)]
     #[schema(ignore)]
     spec: Option<String>,
-    /// Its number; the next free one if not said. A fault of the same number is replaced.
+    /// Its number; default: the next free one. A fault with the same number is replaced.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
-    /// What it waits for; some kinds wait for a command of their own if nothing is said.
+    /// What triggers it; some kinds have a command by default.
     #[serde(default, deserialize_with = "object_only")]
     on: FaultTrigger,
-    /// How many occasions pass before the first it can take.
+    /// How many matches to skip first.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
-    /// How often it bites at most; 0: always; 1 if not said.
+    /// How often it triggers at most; 0: no limit; default 1.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
-    /// How probably it takes an occasion, above 0; 1 if not said.
+    /// Probability of triggering at a match, above 0; default 1.
     #[schema(minimum = 0.000001, maximum = 1)]
     probability: Option<f64>,
     /// The parameters of the kind.
@@ -108,55 +105,55 @@ pub struct ArmRequest {
     parameters: BTreeMap<String, ParameterValue>,
 }
 
-/// A fault and what has become of it.
+/// A fault and its outcome.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = FaultDoc)]
+#[schema(as = Fault)]
 pub struct FaultStatus {
     /// Its number.
     id: u32,
     /// Its kind.
     kind: &'static str,
-    /// As `--fault` takes it.
+    /// As text, like `--fault`.
     spec: String,
-    /// What it waits for.
+    /// What triggers it.
     on: FaultTrigger,
-    /// How many occasions pass before the first it can take.
+    /// How many matches to skip first.
     after: u32,
-    /// How often it bites at most; 0: always.
+    /// How often it triggers at most; 0: no limit.
     times: u32,
-    /// How probably it takes an occasion.
+    /// Probability of triggering at a match.
     probability: f64,
-    /// The parameters of the kind, the defaults among them.
+    /// The parameters of the kind, including defaults.
     parameters: BTreeMap<String, String>,
-    /// It can still bite.
+    /// Whether it can still trigger.
     armed: bool,
-    /// Occasions it saw while it was armed.
+    /// Matches while it was armed.
     seen: u32,
-    /// How often it bit.
+    /// How often it triggered.
     fired: u32,
-    /// When, the first hundred times, in seconds of virtual time.
+    /// When it triggered, in seconds of virtual time; the first hundred.
     at: Vec<f64>,
 }
 
-/// All faults since the start or the last DELETE.
+/// All faults since the start or the last removal.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = FaultsDoc)]
+#[schema(as = Faults)]
 pub struct FaultList {
     /// In the order of their numbers.
     faults: Vec<FaultStatus>,
-    /// Numbers of those that have not bitten.
+    /// Numbers of the faults that have not triggered.
     never_fired: Vec<u32>,
 }
 
 /// A parameter of a kind.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = ParameterDoc)]
+#[schema(as = FaultParameter)]
 pub struct ParameterInfo {
     /// Its key.
     name: &'static str,
-    /// What it takes, in words.
+    /// The values it accepts.
     takes: String,
-    /// Its value when nothing is said; absent: drawn, or as `what` says.
+    /// Its default; absent: drawn at random, or as `what` describes.
     default: Option<&'static str>,
     /// What it is.
     what: &'static str,
@@ -164,19 +161,19 @@ pub struct ParameterInfo {
 
 /// A kind of fault.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = KindDoc)]
+#[schema(as = FaultKind)]
 pub struct FaultKindInfo {
     /// Its name.
     kind: &'static str,
     /// What it does.
     what: &'static str,
-    /// What a host that lives with it does.
+    /// How a robust host handles it.
     remedy: &'static str,
-    /// Where it bites.
+    /// Where it triggers.
     bites: Vec<&'static str>,
-    /// The command it waits for when nothing is said.
+    /// The command that triggers it by default.
     command: Option<&'static str>,
-    /// The block it waits for when nothing is said.
+    /// The block that triggers it by default.
     block: Option<u32>,
     /// Its parameters.
     parameters: Vec<ParameterInfo>,
@@ -316,14 +313,14 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "faults",
-            "What is broken on purpose: armed, bitten, never fired; docs/reference/faults.md explains the kinds.",
+            "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
         )
         .routes(routes!(get_faults, arm_fault, clear_faults))
         .routes(routes!(get_fault_kinds))
         .routes(routes!(get_fault, disarm_fault))
 }
 
-/// The faults and what has become of them
+/// List the faults and their outcome
 #[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
 async fn get_faults(handle: Handle) -> Answer<FaultList> {
     handle.query(FaultList::new).await.map(Json)
@@ -331,36 +328,40 @@ async fn get_faults(handle: Handle) -> Answer<FaultList> {
 
 /// Arm a fault
 ///
-/// From now on. The same number again replaces it, its counters at zero.
+/// It triggers from now on. A fault with the same number is replaced, its counters start at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
 async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
     handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
 
-/// Forget all faults: none bites any more, and the report is empty
+/// Remove all faults
+///
+/// None triggers any more, and the list is empty.
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
 async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
     let clear = FaultAction::Clear;
     handle.act(Action::Fault(clear), FaultList::new).await.map(Json)
 }
 
-/// The kinds there are, with their parameters
-#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, body = Vec<FaultKindInfo>)))]
+/// List the kinds of faults
+#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
 async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
     Json(KINDS.iter().map(FaultKindInfo::new).collect())
 }
 
-/// One fault
+/// Get a fault
 #[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
-    params(("number" = String, Path, description = "Its number, as /faults has it")))]
+    params(("number" = String, Path, description = "Number of the fault")))]
 async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
     handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
-/// Disarm a fault: it does not bite any more and stays in the report
+/// Disarm a fault
+///
+/// It does not trigger any more; its outcome stays in the list.
 #[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
-    params(("number" = String, Path, description = "Its number, as /faults has it")))]
+    params(("number" = String, Path, description = "Number of the fault")))]
 async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
     let known = handle.query(FaultStatus::find(number.clone())).await??;
     let disarm = Action::Fault(FaultAction::Disarm(known.id));

@@ -17,17 +17,17 @@ use utoipa_axum::routes;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = DriveDoc)]
+#[schema(as = Drive)]
 pub struct DriveStatus {
     /// Its files in alphabetical order.
     files: Vec<FileEntry>,
     /// The selected file; empty when none is.
     selected: String,
-    /// How many bytes the user files may have together.
+    /// How many bytes all user files may have together.
     capacity: usize,
 }
 
-/// A file of the RAM drive.
+/// A file on the RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct FileEntry {
     /// Its name.
@@ -36,9 +36,9 @@ pub struct FileEntry {
     size: u32,
 }
 
-/// A file and its content: as text, or in hexadecimal digits when it is no UTF-8.
+/// A file with its content: as text, or as hexadecimal digits if it is not UTF-8.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = FileDoc)]
+#[schema(as = File)]
 pub struct FileContent {
     /// Its name.
     name: String,
@@ -94,30 +94,30 @@ impl FileContent {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("files", "The RAM drive.")
+        .group("files", "Files on the RAM drive.")
         .routes(routes!(get_files))
         .routes(routes!(get_file, put_file, delete_file))
         .routes(routes!(select_file))
 }
 
-/// The files of the RAM drive
+/// List the files on the RAM drive
 #[utoipa::path(get, path = "/files", responses((status = 200, body = DriveStatus)))]
 async fn get_files(handle: Handle) -> Answer<DriveStatus> {
     handle.query(DriveStatus::new).await.map(Json)
 }
 
-/// One file
-#[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
+/// Read a file
+#[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = FileContent)))]
 async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
     handle.query(FileContent::find(name)).await?.map(Json)
 }
 
-/// Put a file on the RAM drive
+/// Write a file
 ///
-/// Whole or not at all, as a download does; a program that is selected is taken anew at its next start. Lines end as the
-/// content has it.
-#[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
+/// The whole file is written, or nothing. If it is the selected program, its next start uses the new content. Line
+/// endings are kept.
+#[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     request_body = ByteContent, responses((status = 200, body = FileContent)))]
 async fn put_file(
     handle: Handle,
@@ -132,15 +132,17 @@ async fn put_file(
 }
 
 /// Erase a file
-#[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
+#[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = DriveStatus)))]
 async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
     let action = Action::EraseFile { name };
     handle.act(action, DriveStatus::new).await.map(Json)
 }
 
-/// Select a file as the command SL does
-#[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Its name")),
+/// Select a file
+///
+/// As the command SL does.
+#[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = ProgramStatus)))]
 async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
     let action = Action::Select { name };

@@ -14,6 +14,7 @@ mod body;
 mod channels;
 pub mod client;
 mod clock;
+mod document;
 pub mod event;
 mod events;
 mod faults;

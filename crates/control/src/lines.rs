@@ -14,13 +14,13 @@ use ts3100_driver::driver::request::View;
 use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::routes;
 
-/// The lines of one direction.
+/// The inputs or outputs that are on or forced.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = LinesDoc)]
+#[schema(as = Lines)]
 pub struct LineList {
-    /// Numbers of those that are on.
+    /// Numbers of the lines that are on.
     on: Vec<u16>,
-    /// Those that are forced.
+    /// Lines that are forced.
     forced: Vec<ForcedLine>,
 }
 
@@ -33,24 +33,23 @@ pub struct ForcedLine {
     on: bool,
 }
 
-/// One line.
+/// A digital line.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = LineDoc)]
+#[schema(as = Line)]
 pub struct LineStatus {
     /// Its number: 1-64, 101-164, 201-264.
     line: u16,
     /// The state it shows.
     on: bool,
-    /// It is forced.
+    /// Whether it is forced.
     forced: bool,
 }
 
-/// The state a line is to have.
+/// The new state of a line.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = LineState)]
 pub struct SetLine {
-    /// On or off.
+    /// Whether it is on.
     on: bool,
 }
 
@@ -62,7 +61,7 @@ pub struct PulseRequest {
     /// How long, in seconds of virtual time.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     seconds: Seconds,
-    /// The state meanwhile; on if not said. An output pulses to on only.
+    /// The state during the pulse. An output can only pulse to on.
     #[serde(default = "default_on")]
     #[schema(default = true)]
     on: bool,
@@ -173,22 +172,22 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(force_output, release_output))
 }
 
-/// All inputs
+/// List the inputs that are on or forced
 #[utoipa::path(get, path = "/inputs", responses((status = 200, body = LineList)))]
 async fn get_inputs(handle: Handle) -> Answer<LineList> {
     let look = |view: &View<'_>| LineList::new(view, IoKind::Input);
     handle.query(look).await.map(Json)
 }
 
-/// One input
+/// Get an input
 #[utoipa::path(get, path = "/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))]
 async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
     look(&handle, IoKind::Input, line).await
 }
 
-/// Drive an input from outside
+/// Set an input
 ///
-/// It stays so until it is driven again.
+/// As a device wired to it would. It keeps its state until it is set again.
 #[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_input(
     handle: Handle,
@@ -199,7 +198,9 @@ async fn put_input(
     act(&handle, IoKind::Input, line, Action::Panel(panel)).await
 }
 
-/// Drive an input for a time, then the other way
+/// Pulse an input
+///
+/// Sets it for a time, then to the opposite state.
 #[utoipa::path(post, path = "/inputs/{line}/pulse", params(Din), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_input(
     handle: Handle,
@@ -209,7 +210,9 @@ async fn pulse_input(
     pulse(&handle, IoKind::Input, line, body).await
 }
 
-/// Force an input: it shows this state whatever drives it, until it is released
+/// Force an input
+///
+/// It shows this state, whatever is wired to it, until it is released.
 #[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_input(
     handle: Handle,
@@ -227,20 +230,22 @@ async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody)
     act(&handle, side, line, Action::Release { side, line }).await
 }
 
-/// All outputs
+/// List the outputs that are on or forced
 #[utoipa::path(get, path = "/outputs", responses((status = 200, body = LineList)))]
 async fn get_outputs(handle: Handle) -> Answer<LineList> {
     let look = |view: &View<'_>| LineList::new(view, IoKind::Output);
     handle.query(look).await.map(Json)
 }
 
-/// One output
+/// Get an output
 #[utoipa::path(get, path = "/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))]
 async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
     look(&handle, IoKind::Output, line).await
 }
 
-/// Set a user output, as the command IW does: 1-64, 101-164, 201-208
+/// Set a user output
+///
+/// As the command IW does. User outputs are 1-64, 101-164 and 201-208.
 #[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn put_output(
     handle: Handle,
@@ -251,7 +256,9 @@ async fn put_output(
     act(&handle, IoKind::Output, line, set).await
 }
 
-/// Switch a user output on for a time
+/// Pulse a user output
+///
+/// Turns it on for a time, then off.
 #[utoipa::path(post, path = "/outputs/{line}/pulse", params(Dout), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
 async fn pulse_output(
     handle: Handle,
@@ -261,7 +268,9 @@ async fn pulse_output(
     pulse(&handle, IoKind::Output, line, body).await
 }
 
-/// Force an output: it shows this state whatever the program does, until it is released or the power goes off
+/// Force an output
+///
+/// It shows this state, whatever the program does, until it is released or the power goes off.
 #[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 async fn force_output(
     handle: Handle,

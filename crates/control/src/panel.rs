@@ -14,11 +14,11 @@ use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
-/// Position of the key switch.
+/// The key switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeySwitch {
-    /// Where it stands.
+    /// Its position.
     #[serde(with = "KeyPosition")]
     #[schema(value_type = KeyPosition)]
     position: input::KeySwitch,
@@ -34,28 +34,27 @@ pub struct ControlRight {
     holder: input::ControlRight,
 }
 
-/// A button that stays pressed.
+/// A button that latches.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Button {
-    /// It is pressed.
+    /// Whether it is pressed.
     pressed: bool,
 }
 
 /// The safety switch (fence).
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(as = Fence)]
 pub struct SafetySwitch {
-    /// It is open: the robot stops as by the emergency stop.
+    /// Whether it is open.
     open: bool,
 }
 
-/// Something that is on or off.
+/// A switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Switch {
-    /// It is on.
+    /// Whether it is on.
     on: bool,
 }
 
@@ -63,13 +62,12 @@ pub struct Switch {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Battery {
-    /// It is low.
+    /// Whether it is low.
     low: bool,
 }
 
-/// Where the selected program stands.
+/// The selected program and its status.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Program)]
 pub struct ProgramStatus {
     /// The selected file; empty when none is.
     file: String,
@@ -77,7 +75,7 @@ pub struct ProgramStatus {
     #[serde(with = "StatusName")]
     #[schema(value_type = StatusName)]
     status: ExecutionStatus,
-    /// File line at which the program stands; 0 when no file is selected.
+    /// Current line of the file; 0 when no file is selected.
     line: u32,
 }
 
@@ -98,7 +96,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "panel",
-            "Key switch, control right, switches and buttons of the operating panel.",
+            "Operating panel: key switch, control right, switches, START and STOP.",
         )
         .routes(routes!(get_key_switch, put_key_switch))
         .routes(routes!(get_control_right, put_control_right))
@@ -114,7 +112,7 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(stop))
 }
 
-/// Position of the key switch
+/// Get the key switch position
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
 async fn get_key_switch(handle: Handle) -> Answer<KeySwitch> {
     handle.query(key_switch).await.map(Json)
@@ -127,14 +125,14 @@ fn key_switch(view: &View<'_>) -> KeySwitch {
 
 /// Turn the key switch
 ///
-/// A program that runs stops behind its present step.
+/// A running program stops after its current step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
 async fn put_key_switch(handle: Handle, Json(body): Json<KeySwitch>) -> Answer<KeySwitch> {
     let panel = PanelAction::Key(body.position);
     handle.act(Action::Panel(panel), key_switch).await.map(Json)
 }
 
-/// Who commands the robot in EXT
+/// Get the control right
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
 async fn get_control_right(handle: Handle) -> Answer<ControlRight> {
     handle.query(control_right).await.map(Json)
@@ -145,7 +143,9 @@ fn control_right(view: &View<'_>) -> ControlRight {
     ControlRight { holder }
 }
 
-/// Set the parameter EXTERNAL mode control right
+/// Set the control right
+///
+/// The parameter EXTERNAL mode control right: who commands the robot while the key switch is at EXT.
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
 async fn put_control_right(handle: Handle, Json(body): Json<ControlRight>) -> Answer<ControlRight> {
@@ -153,7 +153,7 @@ async fn put_control_right(handle: Handle, Json(body): Json<ControlRight>) -> An
     handle.act(Action::Panel(panel), control_right).await.map(Json)
 }
 
-/// Whether the emergency stop is pressed
+/// Get the emergency stop
 #[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
 async fn get_emergency_stop(handle: Handle) -> Answer<Button> {
     handle.query(emergency_stop).await.map(Json)
@@ -166,14 +166,14 @@ fn emergency_stop(view: &View<'_>) -> Button {
 
 /// Press or release the emergency stop
 ///
-/// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
+/// Pressing it raises alarm 8-027: motion stops at once and servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
 async fn put_emergency_stop(handle: Handle, Json(body): Json<Button>) -> Answer<Button> {
     let panel = PanelAction::EmergencyStop(body.pressed);
     handle.act(Action::Panel(panel), emergency_stop).await.map(Json)
 }
 
-/// Whether the safety switch is open
+/// Get the safety switch
 #[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = SafetySwitch)))]
 async fn get_safety_switch(handle: Handle) -> Answer<SafetySwitch> {
     handle.query(safety_switch).await.map(Json)
@@ -185,13 +185,15 @@ fn safety_switch(view: &View<'_>) -> SafetySwitch {
 }
 
 /// Open or close the safety switch
+///
+/// Opening it stops the robot as the emergency stop does.
 #[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
 async fn put_safety_switch(handle: Handle, Json(body): Json<SafetySwitch>) -> Answer<SafetySwitch> {
     let panel = PanelAction::SafetySwitch(body.open);
     handle.act(Action::Panel(panel), safety_switch).await.map(Json)
 }
 
-/// Whether servo power is on
+/// Get servo power
 #[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
 async fn get_servo(handle: Handle) -> Answer<Switch> {
     handle.query(servo).await.map(Json)
@@ -204,15 +206,15 @@ fn servo(view: &View<'_>) -> Switch {
 
 /// Turn servo power on or off
 ///
-/// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
-/// level 8 is active.
+/// Servo power cannot be turned on while the emergency stop is pressed, the safety switch is open, or an alarm of
+/// level 8 is active. The command SO has the same rule.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_servo(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::Servo(body.on);
     handle.act(Action::Panel(panel), servo).await.map(Json)
 }
 
-/// Whether feed hold is on
+/// Get feed hold
 #[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
 async fn get_feed_hold(handle: Handle) -> Answer<Switch> {
     handle.query(feed_hold).await.map(Json)
@@ -224,19 +226,23 @@ fn feed_hold(view: &View<'_>) -> Switch {
 }
 
 /// Turn feed hold on or off
+///
+/// Feed hold pauses the arm; the program stays running.
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     handle.act(Action::FeedHold(body.on), feed_hold).await.map(Json)
 }
 
-/// Press the feed hold button of the panel: it switches feed hold on or off
+/// Press the feed hold button
+///
+/// It turns feed hold on, or off if it is on.
 #[utoipa::path(post, path = "/feed-hold/press", responses((status = 200, body = Switch)))]
 async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
     let panel = PanelAction::FeedHold;
     handle.act(Action::Panel(panel), feed_hold).await.map(Json)
 }
 
-/// Whether the machine lock is on
+/// Get the machine lock
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
 async fn get_machine_lock(handle: Handle) -> Answer<Switch> {
     handle.query(machine_lock).await.map(Json)
@@ -247,14 +253,16 @@ fn machine_lock(view: &View<'_>) -> Switch {
     Switch { on }
 }
 
-/// Turn the machine lock on or off: programs run without the arm moving
+/// Turn the machine lock on or off
+///
+/// With the machine lock on, programs run but the arm does not move.
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_machine_lock(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
     let panel = PanelAction::MachineLock(body.on);
     handle.act(Action::Panel(panel), machine_lock).await.map(Json)
 }
 
-/// Whether the battery of the RAM drive is low
+/// Get the battery of the RAM drive
 #[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
 async fn get_battery(handle: Handle) -> Answer<Battery> {
     handle.query(battery).await.map(Json)
@@ -265,21 +273,23 @@ fn battery(view: &View<'_>) -> Battery {
     Battery { low }
 }
 
-/// Make the battery low or ok
+/// Set the battery of the RAM drive to low or ok
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
 async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
     handle.act(Action::Panel(panel), battery).await.map(Json)
 }
 
-/// Where the selected program stands
+/// Get the selected program and its status
 #[utoipa::path(get, path = "/program", responses((status = 200, body = ProgramStatus)))]
 async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
     handle.query(ProgramStatus::new).await.map(Json)
 }
 
-/// Press START: the selected program starts or goes on, whatever the control right
-#[utoipa::path(post, path = "/program/start", responses((status = 200, body = ProgramStatus)))]
+/// Press START
+///
+/// The selected program starts or continues, whoever has the control right.
+#[utoipa::path(post, path = "/program/start", operation_id = "start_program", responses((status = 200, body = ProgramStatus)))]
 async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
     let panel = PanelAction::Start;
     handle
@@ -288,8 +298,10 @@ async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
         .map(Json)
 }
 
-/// Press STOP: the program stops behind its present step
-#[utoipa::path(post, path = "/program/stop", responses((status = 200, body = ProgramStatus)))]
+/// Press STOP
+///
+/// The program stops after its current step.
+#[utoipa::path(post, path = "/program/stop", operation_id = "stop_program", responses((status = 200, body = ProgramStatus)))]
 async fn stop(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
     let panel = PanelAction::Stop;
     handle

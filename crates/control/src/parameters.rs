@@ -120,13 +120,16 @@ impl Parameters {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("parameters", "USER.PAR and ETHERNET.PAR as of the last power-on.")
+        .group(
+            "parameters",
+            "The parameters in effect: USER.PAR and ETHERNET.PAR at the last power-on.",
+        )
         .routes(routes!(get_parameters))
 }
 
-/// Parameters in effect
+/// Get the parameters in effect
 ///
-/// Put the files USER.PAR and ETHERNET.PAR on the RAM drive and turn the power off and on to change them.
+/// To change them, write the files USER.PAR and ETHERNET.PAR, then cycle the power.
 #[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
 async fn get_parameters(handle: Handle) -> Answer<Parameters> {
     handle.query(Parameters::new).await.map(Json)

@@ -19,15 +19,15 @@ const MAX_KEYS: usize = 256;
 
 /// The teach pendant.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = PendantDoc)]
+#[schema(as = Pendant)]
 pub struct PendantStatus {
-    /// What PRINT has shown.
+    /// What PRINT without a channel has printed.
     text: String,
     /// The three pages [ETHER].
     ether_pages: Vec<PendantPage>,
 }
 
-/// Keys to be pressed.
+/// Keys to type.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Keys)]
@@ -54,13 +54,15 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(press_keys))
 }
 
-/// What the teach pendant shows
+/// Get what the teach pendant shows
 #[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
 async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
     handle.query(PendantStatus::new).await.map(Json)
 }
 
-/// Type at the teach pendant, for INPUT without a channel
+/// Type keys on the teach pendant
+///
+/// The statement INPUT without a channel reads them.
 #[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
 async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;

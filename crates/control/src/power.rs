@@ -12,11 +12,11 @@ use ts3100_driver::driver::request::{LinkAction, Request, View};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
-/// The power, and the ports it keeps open.
+/// The power, and the ports that are open.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = PowerDoc)]
+#[schema(as = Power)]
 pub struct PowerStatus {
-    /// It is on.
+    /// Whether it is on.
     on: bool,
     /// The server channels and the TCP port each accepts on.
     ports: Vec<OpenPort>,
@@ -48,7 +48,7 @@ impl PowerStatus {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("power", "Power off, on, cycle; reset between tests.")
+        .group("power", "Power off, on and cycle; reset between tests.")
         .routes(routes!(get_power))
         .routes(routes!(power_off))
         .routes(routes!(power_on))
@@ -56,36 +56,40 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(reset))
 }
 
-/// Whether the power is on
+/// Get the power state
 #[utoipa::path(get, path = "/power", responses((status = 200, body = PowerStatus)))]
 async fn get_power(handle: Handle) -> Answer<PowerStatus> {
     handle.query(PowerStatus::new).await.map(Json)
 }
 
-/// Turn the power off: every connection ends, no port is open
+/// Turn the power off
+///
+/// Closes every connection and every port.
 #[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerStatus)))]
 async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOff, PowerStatus::new).await.map(Json)
 }
 
-/// Turn the power on: as at power-on; the RAM drive, the posture and the selection are as they were
+/// Turn the power on
+///
+/// The controller starts up. Files, posture and selection are kept.
 #[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerStatus)))]
 async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOn, PowerStatus::new).await.map(Json)
 }
 
-/// Turn the power off and on
+/// Turn the power off and on again
 #[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
 async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     let panel = PanelAction::PowerCycle;
     handle.act(Action::Panel(panel), PowerStatus::new).await.map(Json)
 }
 
-/// Everything as when the emulator was started, for between tests
+/// Reset everything to the state at the start
 ///
-/// Files, variables, lines, alarms, forces and findings; time begins at 0 again; connections are closed; the TCP ports
-/// and the way time passes stay. Events and counters go on.
-#[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerStatus)))]
+/// For use between tests: files, variables, lines, alarms, forced lines and findings are as at the start, and time
+/// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay; events and counters continue.
+#[utoipa::path(post, path = "/reset", operation_id = "reset_emulator", responses((status = 200, body = PowerStatus)))]
 async fn reset(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     let reset = handle.change(Request::LinkAction, LinkAction::Reset, PowerStatus::new);
     reset.await.map(Json)

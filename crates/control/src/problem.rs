@@ -17,12 +17,12 @@ use utoipa::ToSchema;
 pub struct Problem {
     #[serde(skip)]
     status: StatusCode,
-    /// The whole of it in one sentence.
+    /// What went wrong, in one sentence.
     error: String,
-    /// What would have been taken.
+    /// What is accepted.
     #[serde(skip_serializing_if = "Option::is_none")]
     expected: Option<String>,
-    /// What was there.
+    /// What was found.
     #[serde(skip_serializing_if = "Option::is_none")]
     found: Option<String>,
     /// Where: the header, the field of the body, the line, the variable.

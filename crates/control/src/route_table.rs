@@ -1,23 +1,18 @@
 //! The table of all routes. A resource adds its handlers; the router and the OpenAPI document are both made from
 //! the `#[utoipa::path]` at each handler, so they cannot disagree.
 //!
-//! The error responses that all calls share are added here.
+//! The error responses that all calls share are added here; `document` adds the rest.
 
+use super::document;
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
 use utoipa::openapi::path::{Operation, PathItem, Paths};
-use utoipa::openapi::schema::{AdditionalProperties, Schema};
-use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
-use utoipa::openapi::{Components, Content, Info, License, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
+use utoipa::openapi::schema::Schema;
+use utoipa::openapi::{Content, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
 use utoipa::{PartialSchema as _, ToSchema as _};
 use utoipa_axum::router::UtoipaMethodRouter;
-
-/// What the OpenAPI document says first.
-const DESCRIPTION: &str = "Everything a real controller denies a test: look at all of it, set any of it, move \
-    time by hand. Changes go through one queue and are done, with all that follows at once, when the call \
-    returns. Durations and moments are seconds of virtual time.";
 
 /// All calls.
 pub struct RouteTable {
@@ -75,24 +70,9 @@ impl RouteTable {
         self
     }
 
-    /// The router, and the document, which is not in it yet and says for all calls whether they need a token.
+    /// The router, and the document of its calls. The document itself is not one of them yet.
     pub fn into_parts(self, needs_token: bool) -> (Router<DriverHandle>, OpenApi) {
-        let mut info = Info::new("TS3100 control interface", env!("CARGO_PKG_VERSION"));
-        info.description = Some(DESCRIPTION.to_owned());
-        info.license = Some(License::new("MIT OR Apache-2.0"));
-        let mut components = Components::new();
-        components.schemas.extend(self.schemas);
-        components
-            .schemas
-            .values_mut()
-            .for_each(forbid_additional_properties);
-        let scheme = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).build();
-        components.add_security_scheme("token", SecurityScheme::Http(scheme));
-        let mut document = OpenApi::new(info, self.paths);
-        document.components = Some(components);
-        document.tags = Some(self.tags);
-        let no_scopes: [&str; 0] = [];
-        document.security = needs_token.then(|| vec![SecurityRequirement::new("token", no_scopes)]);
+        let document = document::build(self.paths, self.schemas, self.tags, needs_token);
         let router = self
             .router
             .fallback(no_such_path)
@@ -101,43 +81,36 @@ impl RouteTable {
     }
 }
 
-/// Exactly one of several keys: the document says of each alternative that it has no others.
-fn forbid_additional_properties(schema: &mut RefOr<Schema>) {
-    let RefOr::T(Schema::OneOf(alternatives)) = schema else {
-        return;
-    };
-    for alternative in &mut alternatives.items {
-        if let RefOr::T(Schema::Object(object)) = alternative
-            && !object.properties.is_empty()
-        {
-            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
-        }
-    }
-}
-
-/// The refusals that every call shares.
+/// Adds the refusals that every call shares.
 fn add_error_responses(operation: &mut Operation, changes: bool) {
     let mut refusals = vec![
-        ("400", "The path, the query or the body cannot be read."),
-        ("401", "The token is missing or another one."),
+        ("400", "The path, the query or the body is malformed."),
+        ("401", "The token is missing or wrong."),
         (
             "403",
-            "The header `Host`, `Origin` or `Sec-Fetch-Site` tells of a foreign web page.",
+            "The header `Host`, `Origin` or `Sec-Fetch-Site` is that of a foreign web page.",
         ),
-        ("404", "There is no such thing."),
-        ("405", "The path has no such method."),
-        ("503", "The emulator is ending, or too many listen."),
+        ("404", "There is no such path, line, variable, file or alarm."),
+        ("405", "The path does not have this method."),
+        ("503", "The emulator is ending, or 32 event streams are open."),
     ];
     if changes {
         refusals.extend([
-            ("408", "The body, or what was waited for, did not come in time."),
+            (
+                "408",
+                "The body did not arrive in time, or a wait took longer than `wall` allows.",
+            ),
             (
                 "409",
                 "The state of the controller forbids it, or the value does not fit.",
             ),
             ("413", "The body is too large."),
             ("415", "The header `Content-Type` is not `application/json`."),
-            ("422", "The body is JSON but not of the form described."),
+            ("422", "The body is JSON, but does not match its schema."),
+            (
+                "507",
+                "The directory of `--drive` did not accept the change of a file.",
+            ),
         ]);
     }
     for (status, description) in refusals {

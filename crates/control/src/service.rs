@@ -21,31 +21,31 @@ use utoipa_axum::routes;
 /// Media type of the text format of Prometheus.
 const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// The emulator answers.
+/// The health of the emulator.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Health {
-    /// `ok`: whoever reads this has been served by the loop that serves the hosts.
+    /// `ok`: the loop that serves the hosts has answered.
     status: &'static str,
-    /// The power of the controller is on.
+    /// Whether the power of the controller is on.
     power: bool,
     /// Virtual time in seconds.
     t: f64,
-    /// The directory behind the RAM drive (`--drive`), if there is one.
+    /// The directory of the RAM drive (`--drive`), if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     drive: Option<DriveHealth>,
 }
 
-/// How it is with the directory behind the RAM drive.
+/// The health of the directory of the RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct DriveHealth {
-    /// `ok`, or `failing`: it did not take the last change, or lacks files.
+    /// `ok`, or `failing`: it did not accept the last change, or lacks files.
     status: &'static str,
-    /// Changes that it did not take since the start.
+    /// Changes that it did not accept since the start.
     failures: u64,
-    /// Why it did not take the last one.
+    /// Why it did not accept the last one.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
-    /// Files that it does not have as the RAM drive has them: they are lost at a restart.
+    /// Files that a restart would lose, because the directory does not have them.
     unkept: Vec<String>,
 }
 
@@ -61,14 +61,14 @@ impl DriveHealth {
     }
 }
 
-/// What runs here.
+/// Version of the emulator, and what it emulates.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Version {
     /// `ts3100`.
     name: &'static str,
     /// Version of the emulator.
     version: &'static str,
-    /// The controller it stands in for.
+    /// The controller that it emulates.
     controller: &'static str,
     /// The arm model.
     model: String,
@@ -77,14 +77,17 @@ pub struct Version {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("service", "For those who look after the emulator and its hosts.")
+        .group(
+            "service",
+            "Monitoring of the emulator, and findings about its hosts.",
+        )
         .routes(routes!(get_health))
         .routes(routes!(get_version))
         .routes(routes!(get_metrics))
         .routes(routes!(get_findings))
 }
 
-/// Whether the emulator answers
+/// Check that the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
 async fn get_health(handle: Handle) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
@@ -96,7 +99,7 @@ async fn get_health(handle: Handle) -> Answer<Health> {
     handle.query(look).await.map(Json)
 }
 
-/// What runs here
+/// Get the version of the emulator
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
 async fn get_version(handle: Handle) -> Answer<Version> {
     let look = |view: &View<'_>| Version {
@@ -108,9 +111,10 @@ async fn get_version(handle: Handle) -> Answer<Version> {
     handle.query(look).await.map(Json)
 }
 
-/// Counters and gauges in the text format of Prometheus
+/// Get metrics for Prometheus
 #[utoipa::path(get, path = "/metrics",
-    responses((status = 200, body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "Counters and gauges in the text format of Prometheus.", body = String,
+    content_type = "text/plain")))]
 async fn get_metrics(handle: Handle) -> Result<impl IntoResponse, Problem> {
     let gauges = handle.query(gauges).await?;
     let text = handle.journal.metrics().to_prometheus(&gauges);
@@ -174,8 +178,11 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
     ]
 }
 
-/// What hosts did that the manual advises against or that was forgiven, the last 1024, oldest first
-#[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<ApiEvent>)))]
+/// List the protocol mistakes of hosts
+///
+/// The last 1024, oldest first.
+#[utoipa::path(get, path = "/findings",
+    responses((status = 200, description = "The findings, oldest first.", body = Vec<ApiEvent>)))]
 async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;

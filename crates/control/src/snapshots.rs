@@ -18,7 +18,7 @@ use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
-/// The snapshots under names.
+/// The named snapshots.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Snapshots)]
 pub struct SnapshotList {
@@ -26,9 +26,9 @@ pub struct SnapshotList {
     snapshots: Vec<SnapshotInfo>,
 }
 
-/// A snapshot under a name.
+/// A named snapshot.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Named)]
+#[schema(as = Snapshot)]
 pub struct SnapshotInfo {
     /// Its name.
     name: String,
@@ -53,7 +53,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "snapshots",
-            "The whole controller at a moment, kept and put back.",
+            "Save the whole state of the controller, and restore it.",
         )
         .routes(routes!(get_snapshots))
         .routes(routes!(get_named, put_snapshot, delete_snapshot))
@@ -61,14 +61,16 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(get_snapshot, load_snapshot))
 }
 
-/// The snapshots there are
+/// List the named snapshots
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
 async fn get_snapshots(handle: Handle) -> Answer<SnapshotList> {
     handle.query(SnapshotList::new).await.map(Json)
 }
 
-/// Keep the present state under a name, in place of one of the same name
-#[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
+/// Save the current state under a name
+///
+/// Replaces a snapshot with the same name.
+#[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 async fn put_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Save(name);
@@ -76,11 +78,11 @@ async fn put_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> An
     change.await.map(Json)
 }
 
-/// Go on from the state of that name
+/// Restore a named snapshot
 ///
-/// Hosts that are connected stay so and are new to the controller; virtual time is that of the snapshot. Waits that are
-/// under way end unreached.
-#[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
+/// Hosts stay connected; the controller treats them as newly connected. Virtual time becomes that of the snapshot.
+/// Pending waits end unreached.
+#[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 async fn restore_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Restore(name);
@@ -88,8 +90,8 @@ async fn restore_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -
     change.await.map(Json)
 }
 
-/// Forget the state of that name
-#[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
+/// Delete a named snapshot
+#[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 async fn delete_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     let task = SnapshotTask::Remove(name);
@@ -105,25 +107,29 @@ fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
     )
 }
 
-/// The state of that name as the file of a snapshot has it, which `serve --restore` takes
-#[utoipa::path(get, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = serde_json::Value)))]
+/// Get a named snapshot as a file
+///
+/// `serve --restore` accepts it.
+#[utoipa::path(get, path = "/snapshots/{name}", operation_id = "get_named_snapshot", params(("name" = String, Path, description = "Name of the snapshot")),
+    responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
 async fn get_named(handle: Handle, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let named = handle.query(move |view| view.snapshots.get(&name)).await?;
     Ok(snapshot_file(&named.map_err(SnapshotRequestError::from)?))
 }
 
-/// The present state as the file of a snapshot has it, which `serve --restore` takes
-#[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
+/// Get the current state as a snapshot file
+///
+/// `serve --restore` accepts it.
+#[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
 async fn get_snapshot(handle: Handle) -> Result<impl IntoResponse, Problem> {
     Ok(snapshot_file(
         &handle.query(|view| view.controller.clone()).await?,
     ))
 }
 
-/// Go on from the state of this file of a snapshot, at most 16 MiB
+/// Restore a snapshot file
 ///
-/// As of `/snapshots/{name}/restore`. What no run leads to is refused.
+/// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
 async fn load_snapshot(handle: Handle, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;

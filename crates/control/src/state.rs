@@ -23,9 +23,9 @@ use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
-/// Everything at one moment.
+/// The whole state at one moment.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Everything)]
+#[schema(as = State)]
 pub struct ControllerState {
     /// Virtual time in seconds.
     t: f64,
@@ -117,7 +117,7 @@ pub struct ControllerState {
 
 /// Guidance by hand, as SF shows it.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = GuideDoc)]
+#[schema(as = Guidance)]
 pub struct JogStatus {
     /// 0 joint, 1 tool, 2 work, 3 world.
     coordinate: u16,
@@ -129,7 +129,7 @@ pub struct JogStatus {
 
 /// A task.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = TaskDoc)]
+#[schema(as = Task)]
 pub struct TaskStatus {
     /// 1 the main program, 0 the statement of DO.
     id: u16,
@@ -146,7 +146,7 @@ pub struct TaskStatus {
 
 /// The arm.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = ArmDoc)]
+#[schema(as = Arm)]
 pub struct ArmPose {
     /// The model.
     model: String,
@@ -172,7 +172,7 @@ pub struct ArmPose {
 
 /// The watchdog of a host.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = WatchdogDoc)]
+#[schema(as = Watchdog)]
 pub struct WatchdogStatus {
     /// Longest pause between two SM, in seconds.
     timeout: f64,
@@ -184,7 +184,6 @@ pub struct WatchdogStatus {
 
 /// One page of the teach pendant.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Page)]
 pub struct PendantPage {
     /// For example `ETHERNET STATUS [1/3]`.
     heading: String,
@@ -311,11 +310,13 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("state", "Everything at one moment.")
+        .group("state", "The whole state at one moment.")
         .routes(routes!(get_state))
 }
 
-/// Everything at one moment
+/// Get the whole state
+///
+/// Everything at one moment: mode, status, panel, lines, arm, channels, tasks, alarms.
 #[utoipa::path(get, path = "/state", responses((status = 200, body = ControllerState)))]
 async fn get_state(handle: Handle) -> Answer<ControllerState> {
     let journal = Arc::clone(&handle.journal);

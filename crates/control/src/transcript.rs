@@ -24,12 +24,12 @@ pub enum FormatName {
     Pcapng,
 }
 
-/// How it is wanted.
+/// The format of the transcript.
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct TranscriptQuery {
-    /// `text` as people read it and `ts3100 diff` plays it, `jsonl` for programs, `pcapng` for Wireshark.
+    /// `text` for people and for `ts3100 diff`, `jsonl` for programs, `pcapng` for Wireshark.
     #[serde(default)]
     #[param(schema_with = format_schema, required = false)]
     format: FormatName,
@@ -58,15 +58,16 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "transcript",
-            "What went over the ports and what was done at the controller.",
+            "The traffic of all ports and every action at the controller.",
         )
         .routes(routes!(get_transcript))
 }
 
-/// The transcript since the start or the last reset, the last 16384 records of it
+/// Get the transcript
 ///
-/// What `--transcript FILE` writes to a file: docs/reference/transcripts.md. What is no longer kept is a remark at the beginning.
-#[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, content(
+/// Everything since the start or the last reset, at most the last 16,384 records; a remark at the beginning tells how
+/// many are missing. `--transcript FILE` writes the same to a file.
+#[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, description = "The transcript in the format asked for.", content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
     handle: Handle,

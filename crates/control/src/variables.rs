@@ -20,9 +20,9 @@ use utoipa_axum::routes;
 /// Values a variable takes at most.
 const MAX_VALUES: usize = 16;
 
-/// A variable of GLOBAL or DATA.
+/// A variable, or an element of an array.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = VariableDoc)]
+#[schema(as = Variable)]
 pub struct VariableInfo {
     /// Its name.
     name: String,
@@ -46,7 +46,7 @@ pub struct VariableInfo {
 /// Kind of a variable.
 #[derive(Serialize, ToSchema)]
 #[serde(remote = "ValueKind", rename_all = "lowercase")]
-#[schema(as = KindWord)]
+#[schema(as = VariableKind)]
 enum KindName {
     Integer,
     Real,
@@ -59,7 +59,7 @@ enum KindName {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 struct Kind(#[serde(with = "KindName")] ValueKind);
 
-/// A value to be set.
+/// The new value of a variable.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = SetValue)]
@@ -69,7 +69,7 @@ pub struct SetValueRequest {
     #[serde(deserialize_with = "one_or_several")]
     #[schema(schema_with = values_schema)]
     value: Vec<Number>,
-    /// It is written into the file of the RAM drive too.
+    /// Whether to write it into the file on the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
     restore: bool,
@@ -99,12 +99,12 @@ fn values_schema() -> Schema {
     OneOfBuilder::new().item(number()).item(several).into()
 }
 
-/// How a position is taught.
+/// How to teach a position.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Teach)]
 pub struct TeachRequest {
-    /// It is written into the file of the RAM drive too.
+    /// Whether to write it into the file on the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
     restore: bool,
@@ -173,7 +173,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "variables",
-            "GLOBAL and DATA of the selected file; positions among them.",
+            "GLOBAL and DATA variables of the selected file, and its positions.",
         )
         .routes(routes!(get_variables))
         .routes(routes!(get_variable, put_variable))
@@ -188,23 +188,25 @@ pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
     variables.map(VariableInfo::new).collect()
 }
 
-/// All variables of GLOBAL and DATA of the selected file
-#[utoipa::path(get, path = "/variables", responses((status = 200, body = Vec<VariableInfo>)))]
+/// List the variables of the selected file
+#[utoipa::path(get, path = "/variables", responses((status = 200, description = "GLOBAL and DATA variables, positions included.", body = Vec<VariableInfo>)))]
 async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
     handle.query(all).await.map(Json)
 }
 
-/// One variable, or an element of an array
+/// Get a variable, or an element of an array
 #[utoipa::path(get, path = "/variables/{name}",
-    params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
+    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
 async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, false)).await?.map(Json)
 }
 
-/// Give a variable a value, as the command MW does
+/// Set a variable
+///
+/// As the command MW does.
 #[utoipa::path(put, path = "/variables/{name}", request_body = SetValueRequest,
-    params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
+    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
 async fn put_variable(
     handle: Handle,
@@ -214,16 +216,16 @@ async fn put_variable(
     set(&handle, name, body, false).await
 }
 
-/// All positions of GLOBAL and DATA of the selected file
-#[utoipa::path(get, path = "/positions", responses((status = 200, body = Vec<VariableInfo>)))]
+/// List the positions of the selected file
+#[utoipa::path(get, path = "/positions", responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))]
 async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
     let mut found = handle.query(all).await?;
     found.retain(|document| document.kind == Some(Kind(ValueKind::Position)));
     Ok(Json(found))
 }
 
-/// One position
-#[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Its name")),
+/// Get a position
+#[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Name of the position")),
     responses((status = 200, body = VariableInfo)))]
 async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, true)).await?.map(Json)
@@ -231,7 +233,7 @@ async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<Variab
 
 /// Set a position
 #[utoipa::path(put, path = "/positions/{name}", request_body = SetValueRequest,
-    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
+    params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
 async fn put_position(
     handle: Handle,
     Path(name): Path<String>,
@@ -240,9 +242,11 @@ async fn put_position(
     set(&handle, name, body, true).await
 }
 
-/// Teach a position: it becomes the present one of the arm
+/// Teach a position
+///
+/// It takes the current position of the arm.
 #[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
-    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
+    params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
 async fn teach_position(
     handle: Handle,
     Path(name): Path<String>,

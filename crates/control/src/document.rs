@@ -1,0 +1,197 @@
+//! The OpenAPI document: adds to the description of the calls what no handler knows: servers, security, examples.
+//!
+//! The calls and their schemas come from `route_table`. The examples are a recorded session, `assets/examples.json`;
+//! a test replays it, and `tests/openapi.py` records it again.
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use utoipa::openapi::example::ExampleBuilder;
+use utoipa::openapi::path::{Operation, ParameterBuilder, PathItem, Paths};
+use utoipa::openapi::schema::{AdditionalProperties, Schema};
+use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
+use utoipa::openapi::server::{Server, ServerBuilder};
+use utoipa::openapi::{Components, Content, Info, License, OpenApi, RefOr, Tag};
+
+/// The recorded session.
+const EXAMPLES: &str = include_str!("../assets/examples.json");
+const TITLE: &str = "TS3100 control interface";
+const DESCRIPTION: &str = "Do what a real controller won't let you: inspect and set any state, and control the clock.\n\n\
+    A call is done when it returns, with everything that follows from it at once. Durations and moments are seconds \
+    of virtual time. A refused call has changed nothing; its response is a `Problem`.";
+const TOKEN_DESCRIPTION: &str = "The token of `--control-token`. Without one, calls need no authorization: by default \
+    the interface listens on the loopback only.";
+/// Name of the security scheme.
+const TOKEN: &str = "token";
+
+/// A call of the session.
+#[derive(Debug, Deserialize)]
+struct RecordedCall {
+    /// Method and path, as in the document.
+    call: String,
+    /// What to call this example; needed if a call has several.
+    #[serde(default)]
+    name: Option<String>,
+    /// Values of the parameters in the path and in the query.
+    #[serde(default)]
+    parameters: Map<String, Value>,
+    #[serde(default)]
+    request: Option<Value>,
+    #[serde(default)]
+    response: Option<Value>,
+}
+
+/// Makes the document of the calls.
+pub fn build(
+    mut paths: Paths,
+    schemas: Vec<(String, RefOr<Schema>)>,
+    tags: Vec<Tag>,
+    needs_token: bool,
+) -> OpenApi {
+    let mut components = Components::new();
+    components.schemas.extend(schemas);
+    components
+        .schemas
+        .values_mut()
+        .for_each(forbid_additional_properties);
+    let scheme = HttpBuilder::new()
+        .scheme(HttpAuthScheme::Bearer)
+        .description(Some(TOKEN_DESCRIPTION))
+        .build();
+    components.add_security_scheme(TOKEN, SecurityScheme::Http(scheme));
+
+    // The file is part of the source and a test reads it: there is nothing to report to whoever asks for the document.
+    let examples: Vec<RecordedCall> = serde_json::from_str(EXAMPLES).unwrap_or_default();
+    for (path, item) in &mut paths.paths {
+        for (method, operation) in operations(item) {
+            let call = format!("{method} {path}");
+            describe_success(operation, &components);
+            for example in examples.iter().filter(|example| example.call == call) {
+                add_example(operation, example);
+            }
+        }
+    }
+
+    let mut info = Info::new(TITLE, env!("CARGO_PKG_VERSION"));
+    info.description = Some(DESCRIPTION.to_owned());
+    let mut license = License::new("MIT OR Apache-2.0");
+    license.identifier = Some("MIT OR Apache-2.0".to_owned());
+    info.license = Some(license);
+    let mut document = OpenApi::new(info, paths);
+    document.components = Some(components);
+    document.tags = Some(tags);
+    document.servers = Some(servers());
+    document.security = Some(security(needs_token));
+    document
+}
+
+/// The calls of a path with their methods.
+fn operations(item: &mut PathItem) -> impl Iterator<Item = (&'static str, &mut Operation)> {
+    let PathItem {
+        get,
+        put,
+        post,
+        delete,
+        ..
+    } = item;
+    [("GET", get), ("PUT", put), ("POST", post), ("DELETE", delete)]
+        .into_iter()
+        .filter_map(|(method, operation)| Some((method, operation.as_mut()?)))
+}
+
+fn servers() -> Vec<Server> {
+    let served = ServerBuilder::new()
+        .url("/")
+        .description(Some("The emulator that served this document"))
+        .build();
+    let default = ServerBuilder::new()
+        .url(format!("http://127.0.0.1:{}", super::DEFAULT_PORT))
+        .description(Some("The default of ts3100 serve"))
+        .build();
+    vec![served, default]
+}
+
+/// With a token, every call needs it; otherwise none does, and one is ignored.
+fn security(needs_token: bool) -> Vec<SecurityRequirement> {
+    let no_scopes: [&str; 0] = [];
+    let token = SecurityRequirement::new(TOKEN, no_scopes);
+    if needs_token {
+        vec![token]
+    } else {
+        vec![SecurityRequirement::default(), token]
+    }
+}
+
+/// Exactly one of several keys: the document says of each alternative that it has no others.
+fn forbid_additional_properties(schema: &mut RefOr<Schema>) {
+    let RefOr::T(Schema::OneOf(alternatives)) = schema else {
+        return;
+    };
+    for alternative in &mut alternatives.items {
+        if let RefOr::T(Schema::Object(object)) = alternative
+            && !object.properties.is_empty()
+        {
+            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+        }
+    }
+}
+
+/// A response that does not describe itself has the description of its schema.
+fn describe_success(operation: &mut Operation, components: &Components) {
+    let Some(RefOr::T(response)) = operation.responses.responses.get_mut("200") else {
+        return;
+    };
+    if !response.description.is_empty() {
+        return;
+    }
+    let contents = response.content.values();
+    let mut descriptions = contents.filter_map(|content| {
+        let RefOr::T(Content {
+            schema: Some(RefOr::Ref(reference)),
+            ..
+        }) = content
+        else {
+            return None;
+        };
+        let (_, name) = reference.ref_location.rsplit_once('/')?;
+        let RefOr::T(Schema::Object(object)) = components.schemas.get(name)? else {
+            return None;
+        };
+        object.description.clone()
+    });
+    if let Some(description) = descriptions.next() {
+        drop(descriptions);
+        response.description = description;
+    }
+}
+
+fn add_example(operation: &mut Operation, example: &RecordedCall) {
+    for parameter in operation.parameters.iter_mut().flatten() {
+        if let RefOr::T(parameter) = parameter
+            && let Some(value) = example.parameters.get(&parameter.name)
+        {
+            *parameter = ParameterBuilder::from(parameter.clone())
+                .example(Some(value.clone()))
+                .build();
+        }
+    }
+    if let (Some(RefOr::T(body)), Some(value)) = (&mut operation.request_body, &example.request) {
+        body.content
+            .values_mut()
+            .for_each(|content| add_value(content, example, value));
+    }
+    if let (Some(RefOr::T(response)), Some(value)) =
+        (operation.responses.responses.get_mut("200"), &example.response)
+        && let Some(content) = response.content.values_mut().next()
+    {
+        add_value(content, example, value);
+    }
+}
+
+fn add_value(content: &mut RefOr<Content>, example: &RecordedCall, value: &Value) {
+    let RefOr::T(content) = content else {
+        return;
+    };
+    let name = example.name.as_deref().unwrap_or("example");
+    let value = ExampleBuilder::new().value(Some(value.clone())).build();
+    content.examples.insert(name.to_owned(), value.into());
+}
