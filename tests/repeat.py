@@ -62,33 +62,33 @@ servo-on = true
 
 [[do]]
 at = "100 ms"
-actions = ["start"]
+actions = ["program start"]
 
 [[do]]
 when = "output 1 on"
 after = "70 ms"
 times = 0
-actions = ["channel IP1 4<CR>"]
+actions = ["channel IP1 inject 4<CR>"]
 
 [[do]]
 when = "output 5 on"
 after = "50 ms"
 times = 0
-actions = ["pulse input 3 on 40000us", "channel IP1 9<CR>"]
+actions = ["input 3 pulse on 40 ms", "channel IP1 inject 9<CR>"]
 
 [[do]]
 when = "alarm"
 after = "300 ms"
 times = 0
-actions = ["emergency-stop off", "alarm-reset", "servo on", "start"]
+actions = ["emergency-stop release", "alarms reset", "servo on", "program start"]
 
 [[do]]
 at = "9 s"
-actions = ["fault arm emergency-stop:channel=IP1,delay=200,release=250"]
+actions = ["faults arm emergency-stop:channel=IP1,delay=200,release=250"]
 
 [[do]]
 at = "20 s"
-actions = ["raise 2-046 shown by hand", "feed-hold on"]
+actions = ["alarms raise 2-046 shown by hand", "feed-hold on"]
 
 [[do]]
 at = "21 s"
@@ -96,7 +96,7 @@ actions = ["feed-hold off"]
 
 [[do]]
 at = "40 s"
-actions = ["channel IP1 0<CR>0<CR>", "channel IP2 lost<CR>"]
+actions = ["channel IP1 inject 0<CR>0<CR>", "channel IP2 inject lost<CR>"]
 
 [[expect]]
 what = "alarm"

@@ -17,7 +17,7 @@
 //! <: IP0 OK<CR><ETX>              the next bytes sent are these
 //! < IP0 nothing                   nothing more was sent
 //! @+250ms                         time passes
-//! ! emergency-stop on             something is done at the controller; also `! connect IP1`
+//! ! emergency-stop press          something is done at the controller; also `! connect IP1`
 //! # a remark
 //! ```
 //! Recordings of an emulator (`ts3100_emulator::transcript::text`) are read too, as far as they need no flags.
@@ -28,7 +28,7 @@ use crate::notation::{self, ExpectedByte};
 use crate::{Robot, frame, unframe};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, Dialect, PanelAction, Port};
+use ts3100_controller::{Action, Config, Dialect, PanelAction, Port};
 use ts3100_emulator::transcript::text;
 
 /// One line of a transcript that does something.
@@ -324,8 +324,12 @@ fn action(words: &str) -> Result<Step, String> {
         ["connect", name] | ["connect", name, _] => Ok(Step::Connect(port(name)?)),
         ["disconnect", name] => Ok(Step::Disconnect(port(name)?)),
         _ => {
-            let panel = words.parse::<PanelAction>();
-            panel.map(Step::Panel).map_err(|error| error.to_string())
+            let action = words.parse::<Action>().map_err(|error| error.to_string())?;
+            if let Action::Panel(panel) = action {
+                Ok(Step::Panel(panel))
+            } else {
+                Err(format!("{words} is not done at the panel"))
+            }
         }
     }
 }

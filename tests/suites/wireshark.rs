@@ -143,7 +143,7 @@ fn texts_are_found_however_they_are_cut() {
             "host|SO||||||",
             "controller|||OK|SO|||",
             "||||||7<CR>|",
-            "|||||||emergency-stop on",
+            "|||||||emergency-stop press",
         ]
     );
 }

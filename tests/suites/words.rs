@@ -58,29 +58,9 @@ const ALLOWED: &[(&str, &str, &str)] = &[
     ("emulator/src/cli/", "evidence", "calls the embedding API"),
     ("control/src/transcript.rs", "evidence", "the page EVIDENCE.md"),
     (
-        "control/src/faults.rs",
-        "bite",
-        "published in the OpenAPI document",
-    ),
-    (
-        "control/src/faults.rs",
-        "bites",
-        "published in the OpenAPI document",
-    ),
-    (
-        "control/src/faults.rs",
-        "bitten",
-        "published in the OpenAPI document",
-    ),
-    (
         "control/src/event.rs",
         "happening",
         "published in the OpenAPI document",
-    ),
-    (
-        "control/src/event.rs",
-        "deaf",
-        "an event of the control interface",
     ),
     (
         "control/src/state.rs",

@@ -53,16 +53,20 @@ pub struct NamedPort(#[serde(with = "PortName")] pub Port);
 
 /// Execution status.
 #[derive(Serialize, Deserialize, ToSchema)]
-#[serde(remote = "ExecutionStatus", rename_all = "lowercase")]
+#[serde(remote = "ExecutionStatus")]
 #[schema(as = Status)]
 pub enum StatusName {
     /// A program or the statement of DO runs.
+    #[serde(rename = "running")]
     Running,
-    /// `stop (reset)`: at step 1.
+    /// At step 1.
+    #[serde(rename = "stop (reset)")]
     Reset,
-    /// `stop (retry)`: inside a step, which will be done again.
+    /// Inside a step, which will be done again.
+    #[serde(rename = "stop (retry)")]
     Retry,
-    /// `stop (continue)`: between steps.
+    /// Between steps.
+    #[serde(rename = "stop (continue)")]
     Continue,
 }
 

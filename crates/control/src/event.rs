@@ -23,8 +23,8 @@ pub struct ApiEvent {
     /// Virtual time in seconds.
     pub t: f64,
     /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
-    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `cut`, `deaf`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `servo-held-back`, `selected`,
-    /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `undone`, `reset`.
+    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `closed`, `stalled`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `servo-delayed`, `selected`,
+    /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `action-refused`, `reset`.
     pub event: &'static str,
     /// The port it concerns.
     #[serde(skip_serializing_if = "Option::is_none")]

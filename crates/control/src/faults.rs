@@ -170,7 +170,7 @@ pub struct FaultKindInfo {
     /// How a robust host handles it.
     remedy: &'static str,
     /// Where it triggers.
-    bites: Vec<&'static str>,
+    applies_to: Vec<&'static str>,
     /// The command that triggers it by default.
     command: Option<&'static str>,
     /// The block that triggers it by default.
@@ -241,7 +241,7 @@ impl FaultKindInfo {
             kind: kind.name,
             what: kind.summary,
             remedy: kind.remedy,
-            bites: kind
+            applies_to: kind
                 .points
                 .iter()
                 .copied()

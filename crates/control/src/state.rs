@@ -38,7 +38,7 @@ pub struct ControllerState {
     /// Position of the key switch.
     #[serde(with = "KeyPosition")]
     #[schema(value_type = KeyPosition)]
-    key: KeySwitch,
+    key_switch: KeySwitch,
     /// Who commands the robot in EXT.
     #[serde(with = "RightHolder")]
     #[schema(value_type = RightHolder)]
@@ -219,7 +219,7 @@ impl ControllerState {
             time_mode: view.clock.mode().to_string(),
             calendar: controller.calendar_now().to_string(),
             power: state.powered,
-            key: state.key,
+            key_switch: state.key,
             control_right: state.control_right,
             master_mode: state.master_mode().as_str(),
             run_mode: state.run_mode.as_str(),

@@ -1,5 +1,5 @@
-//! The text form of actions: after `!` in a text transcript, in JSON lines, in scenarios and in the log of what a
-//! scenario does.
+//! The text form of actions, in the words of `ts3100 ctl`: after `!` in a text transcript, in JSON lines, in scenarios and in
+//! the log of what a scenario does.
 //!
 //! What `Display` writes, `FromStr` reads back as the same action. It checks words only, not whether there is such a line
 //! or file.
@@ -7,22 +7,58 @@
 use crate::action::{Action, IoKind};
 use crate::faults::{Fault, FaultAction, FaultError};
 use crate::input::{ControlRight, KeySwitch, PanelAction};
+use crate::time::parse_duration;
 use alloc::boxed::Box;
 use alloc::string::{FromUtf8Error, String, ToString};
-use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
-use core::time::Duration;
 use thiserror::Error;
 use ts3100_proto::command::Number;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::Word;
 
-/// Words that are no action.
+/// Every form of an action, as the page of scenarios lists it.
+pub const ACTION_FORMS: [&str; 33] = [
+    "key-switch teaching|internal|ext",
+    "control-right sig|rs232c|ether",
+    "emergency-stop press|release",
+    "safety-switch open|close",
+    "servo on|off",
+    "feed-hold on|off",
+    "feed-hold press",
+    "machine-lock on|off",
+    "battery low|ok",
+    "program start",
+    "program stop",
+    "alarms raise NUMBER [TEXT]",
+    "alarms reset",
+    "power on|off|cycle",
+    "pendant keys TEXT",
+    "input LINE on|off",
+    "output LINE on|off",
+    "input LINE pulse on|off TIME",
+    "output LINE pulse on|off TIME",
+    "input LINE force on|off",
+    "output LINE force on|off",
+    "input LINE release",
+    "output LINE release",
+    "variable NAME VALUES",
+    "variable NAME VALUES restore",
+    "position NAME teach",
+    "position NAME teach restore",
+    "file put NAME TEXT",
+    "file erase NAME",
+    "file select NAME",
+    "faults arm SPEC",
+    "faults disarm NUMBER",
+    "faults clear",
+];
+
+/// Why words are not an action.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ActionParseError {
     /// A word of an action.
-    #[error("{expected} expected, {found:?} found")]
+    #[error("expected {expected}, found `{found}`")]
     Expected {
         /// What the action has there.
         expected: &'static str,
@@ -30,10 +66,10 @@ pub enum ActionParseError {
         found: String,
     },
     /// No action begins so.
-    #[error("{0:?} is no action at the controller")]
+    #[error("unknown action `{0}`")]
     Unknown(String),
-    /// Keys of the pendant that are no UTF-8.
-    #[error("keys of the pendant expected: {0}")]
+    /// Keys of the pendant that are not UTF-8.
+    #[error("the keys of the pendant are not UTF-8: {0}")]
     Keys(FromUtf8Error),
     /// Bytes.
     #[error(transparent)]
@@ -53,72 +89,35 @@ fn expected(expected: &'static str, found: &str) -> ActionParseError {
 impl fmt::Display for PanelAction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            PanelAction::Key(key) => write!(f, "key {}", key.word()),
+            PanelAction::Key(key) => write!(f, "key-switch {}", key.word()),
             PanelAction::ControlRight(right) => write!(f, "control-right {}", right.word()),
-            PanelAction::EmergencyStop(on) => write!(f, "emergency-stop {}", on.word()),
-            PanelAction::SafetySwitch(open) => write!(f, "safety-switch {}", open.word()),
+            PanelAction::EmergencyStop(pressed) => write!(f, "emergency-stop {}", BUTTON.word(*pressed)),
+            PanelAction::SafetySwitch(open) => write!(f, "safety-switch {}", FENCE.word(*open)),
             PanelAction::Servo(on) => write!(f, "servo {}", on.word()),
-            PanelAction::Start => f.write_str("start"),
-            PanelAction::Stop => f.write_str("stop"),
-            PanelAction::FeedHold => f.write_str("feed-hold"),
-            PanelAction::AlarmReset => f.write_str("alarm-reset"),
+            PanelAction::Start => f.write_str("program start"),
+            PanelAction::Stop => f.write_str("program stop"),
+            PanelAction::FeedHold => f.write_str("feed-hold press"),
+            PanelAction::AlarmReset => f.write_str("alarms reset"),
             PanelAction::MachineLock(on) => write!(f, "machine-lock {}", on.word()),
             PanelAction::InputLine { line, on } => write!(f, "input {line} {}", on.word()),
-            PanelAction::Battery(low) => write!(f, "battery-low {}", low.word()),
-            PanelAction::Keys(keys) => write!(f, "keys {}", Escaped::new(keys.as_bytes())),
-            PanelAction::PowerCycle => f.write_str("power-cycle"),
+            PanelAction::Battery(low) => write!(f, "battery {}", BATTERY.word(*low)),
+            PanelAction::Keys(keys) => write!(f, "pendant keys {}", Escaped::new(keys.as_bytes())),
+            PanelAction::PowerCycle => f.write_str("power cycle"),
         }
-    }
-}
-
-impl FromStr for PanelAction {
-    type Err = ActionParseError;
-
-    fn from_str(words: &str) -> ParseResult<PanelAction> {
-        let (name, rest) = split(words);
-        let unknown = || ActionParseError::Unknown(words.to_string());
-        Ok(match (name, rest) {
-            ("key", rest) => PanelAction::Key(KeySwitch::from_word(rest).ok_or_else(unknown)?),
-            ("control-right", rest) => {
-                PanelAction::ControlRight(ControlRight::from_word(rest).ok_or_else(unknown)?)
-            }
-            ("emergency-stop", state) => PanelAction::EmergencyStop(switch(state)?),
-            ("safety-switch", state) => PanelAction::SafetySwitch(switch(state)?),
-            ("servo", state) => PanelAction::Servo(switch(state)?),
-            ("start", "") => PanelAction::Start,
-            ("stop", "") => PanelAction::Stop,
-            ("feed-hold", "") => PanelAction::FeedHold,
-            ("alarm-reset", "") => PanelAction::AlarmReset,
-            ("machine-lock", state) => PanelAction::MachineLock(switch(state)?),
-            ("input", rest) => {
-                let (number, state) = split(rest);
-                let line = number.parse();
-                let line = line.map_err(|_| expected("a line number", number))?;
-                let on = switch(state)?;
-                PanelAction::InputLine { line, on }
-            }
-            ("battery-low", state) => PanelAction::Battery(switch(state)?),
-            ("keys", keys) => {
-                let keys = String::from_utf8(escape::parse(keys)?);
-                PanelAction::Keys(keys.map_err(ActionParseError::Keys)?)
-            }
-            ("power-cycle", "") => PanelAction::PowerCycle,
-            _ => return Err(unknown()),
-        })
     }
 }
 
 impl fmt::Display for Action {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let suffix = |restore: &bool| if *restore { "-restore" } else { "" };
+        let suffix = |restore: &bool| if *restore { " restore" } else { "" };
         match self {
             Action::Panel(action) => action.fmt(f),
             Action::FeedHold(on) => write!(f, "feed-hold {}", on.word()),
             Action::PowerOff => f.write_str("power off"),
             Action::PowerOn => f.write_str("power on"),
             Action::RaiseAlarm { number, detail } => match detail.trim_end() {
-                "" => write!(f, "raise {number}"),
-                detail => write!(f, "raise {number} {detail}"),
+                "" => write!(f, "alarms raise {number}"),
+                detail => write!(f, "alarms raise {number} {detail}"),
             },
             Action::Pulse {
                 side,
@@ -127,31 +126,32 @@ impl fmt::Display for Action {
                 length,
             } => {
                 let micros = length.as_micros();
-                write!(f, "pulse {} {line} {} {micros}us", side.word(), on.word())
+                write!(f, "{} {line} pulse {} {micros} us", side.word(), on.word())
             }
             Action::SetOutput { line, on } => write!(f, "output {line} {}", on.word()),
-            Action::Force { side, line, on } => write!(f, "force {} {line} {}", side.word(), on.word()),
-            Action::Release { side, line } => write!(f, "release {} {line}", side.word()),
+            Action::Force { side, line, on } => write!(f, "{} {line} force {}", side.word(), on.word()),
+            Action::Release { side, line } => write!(f, "{} {line} release", side.word()),
             Action::SetVariable {
                 name,
                 values,
                 restore,
             } => {
-                write!(f, "set{} {name}", suffix(restore))?;
+                write!(f, "variable {name}")?;
                 values.iter().try_for_each(|value| match value {
                     Number::Integer(whole) => write!(f, " {whole}"),
                     // With a decimal point or an exponent, so that it reads back as a real.
                     Number::Real(real) => write!(f, " {real:?}"),
-                })
+                })?;
+                f.write_str(suffix(restore))
             }
-            Action::Teach { name, restore } => write!(f, "teach{} {name}", suffix(restore)),
-            Action::PutFile { name, content } => write!(f, "put {name} {}", Escaped::new(content)),
-            Action::EraseFile { name } => write!(f, "erase {name}"),
-            Action::Select { name } => write!(f, "select {name}"),
-            Action::Fault(FaultAction::Arm(fault)) if fault.id == 0 => write!(f, "fault arm {fault}"),
-            Action::Fault(FaultAction::Arm(fault)) => write!(f, "fault arm {} {fault}", fault.id),
-            Action::Fault(FaultAction::Disarm(id)) => write!(f, "fault disarm {id}"),
-            Action::Fault(FaultAction::Clear) => f.write_str("fault clear"),
+            Action::Teach { name, restore } => write!(f, "position {name} teach{}", suffix(restore)),
+            Action::PutFile { name, content } => write!(f, "file put {name} {}", Escaped::new(content)),
+            Action::EraseFile { name } => write!(f, "file erase {name}"),
+            Action::Select { name } => write!(f, "file select {name}"),
+            Action::Fault(FaultAction::Arm(fault)) if fault.id == 0 => write!(f, "faults arm {fault}"),
+            Action::Fault(FaultAction::Arm(fault)) => write!(f, "faults arm {} {fault}", fault.id),
+            Action::Fault(FaultAction::Disarm(id)) => write!(f, "faults disarm {id}"),
+            Action::Fault(FaultAction::Clear) => f.write_str("faults clear"),
         }
     }
 }
@@ -160,90 +160,189 @@ impl FromStr for Action {
     type Err = ActionParseError;
 
     fn from_str(words: &str) -> ParseResult<Action> {
-        let (name, rest) = split(words);
-        Ok(match (name, rest) {
-            ("feed-hold", "on" | "off") => Action::FeedHold(switch(rest)?),
-            ("power", "off") => Action::PowerOff,
-            ("power", "on") => Action::PowerOn,
-            ("raise", rest) => {
-                let (number, detail) = split(rest);
-                let (number, detail) = (number.to_string(), detail.to_string());
-                Action::RaiseAlarm { number, detail }
+        let (thing, rest) = split(words);
+        let key = || KeySwitch::from_word(rest).ok_or_else(|| expected("teaching, internal or ext", rest));
+        let right = || ControlRight::from_word(rest).ok_or_else(|| expected("sig, rs232c or ether", rest));
+        Ok(match thing {
+            "key-switch" => Action::Panel(PanelAction::Key(key()?)),
+            "control-right" => Action::Panel(PanelAction::ControlRight(right()?)),
+            "emergency-stop" => Action::Panel(PanelAction::EmergencyStop(BUTTON.read(rest)?)),
+            "safety-switch" => Action::Panel(PanelAction::SafetySwitch(FENCE.read(rest)?)),
+            "servo" => Action::Panel(PanelAction::Servo(switch(rest)?)),
+            "feed-hold" if rest == "press" => Action::Panel(PanelAction::FeedHold),
+            "feed-hold" => {
+                Action::FeedHold(bool::from_word(rest).ok_or_else(|| expected("on, off or press", rest))?)
             }
-            ("pulse" | "force" | "release", rest) => line_action(name, rest)?,
-            ("output", rest) => {
-                let (number, state) = rest
-                    .split_once(' ')
-                    .ok_or_else(|| expected("a line and on or off", rest))?;
-                let (line, on) = (line(number)?, switch(state)?);
-                Action::SetOutput { line, on }
-            }
-            ("set" | "set-restore", rest) => set_variable(rest, name == "set-restore")?,
-            ("teach" | "teach-restore", rest) => Action::Teach {
-                name: single_word(rest)?,
-                restore: name == "teach-restore",
+            "machine-lock" => Action::Panel(PanelAction::MachineLock(switch(rest)?)),
+            "battery" => Action::Panel(PanelAction::Battery(BATTERY.read(rest)?)),
+            "program" => Action::Panel(match rest {
+                "start" => PanelAction::Start,
+                "stop" => PanelAction::Stop,
+                _ => return Err(expected("start or stop", rest)),
+            }),
+            "alarms" => alarms_action(rest)?,
+            "power" => match rest {
+                "on" => Action::PowerOn,
+                "off" => Action::PowerOff,
+                "cycle" => Action::Panel(PanelAction::PowerCycle),
+                _ => return Err(expected("on, off or cycle", rest)),
             },
-            ("put", rest) => {
-                let (name, content) = split(rest);
-                let (name, content) = (single_word(name)?, escape::parse(content)?);
-                Action::PutFile { name, content }
-            }
-            ("erase", rest) => Action::EraseFile {
-                name: single_word(rest)?,
-            },
-            ("select", rest) => Action::Select {
-                name: single_word(rest)?,
-            },
-            ("fault", rest) => Action::Fault(fault_action(rest)?),
-            _ => Action::Panel(words.parse()?),
+            "pendant" => pendant_action(rest)?,
+            "input" => line_action(IoKind::Input, rest)?,
+            "output" => line_action(IoKind::Output, rest)?,
+            "variable" => set_variable(rest)?,
+            "position" => teach(rest)?,
+            "file" => file_action(rest)?,
+            "faults" => Action::Fault(fault_action(rest)?),
+            _ => return Err(ActionParseError::Unknown(words.to_string())),
         })
     }
 }
 
-/// `pulse`, `force` and `release` of a line.
-fn line_action(name: &str, rest: &str) -> ParseResult<Action> {
-    let kind = |word: &str| IoKind::from_word(word).ok_or_else(|| expected("input or output", word));
-    let words: Vec<&str> = rest.split(' ').collect();
-    match (name, words.as_slice()) {
-        ("pulse", [side, number, on, length]) => {
-            let micros = length.strip_suffix("us").and_then(|micros| micros.parse().ok());
-            let micros = micros.ok_or_else(|| expected("a length in us", length))?;
-            Ok(Action::Pulse {
-                side: kind(side)?,
-                line: line(number)?,
-                on: switch(on)?,
-                length: Duration::from_micros(micros),
-            })
+/// The two words of a thing with words of its own.
+struct Pair {
+    on: &'static str,
+    off: &'static str,
+    /// Both, for a message.
+    both: &'static str,
+}
+
+const BUTTON: Pair = Pair {
+    on: "press",
+    off: "release",
+    both: "press or release",
+};
+const FENCE: Pair = Pair {
+    on: "open",
+    off: "close",
+    both: "open or close",
+};
+const BATTERY: Pair = Pair {
+    on: "low",
+    off: "ok",
+    both: "low or ok",
+};
+
+impl Pair {
+    const fn word(&self, on: bool) -> &'static str {
+        if on { self.on } else { self.off }
+    }
+
+    fn read(&self, word: &str) -> ParseResult<bool> {
+        match word {
+            word if word == self.on => Ok(true),
+            word if word == self.off => Ok(false),
+            _ => Err(expected(self.both, word)),
         }
-        ("force", [side, number, on]) => Ok(Action::Force {
-            side: kind(side)?,
-            line: line(number)?,
-            on: switch(on)?,
-        }),
-        ("release", [side, number]) => Ok(Action::Release {
-            side: kind(side)?,
-            line: line(number)?,
-        }),
-        ("pulse", _) => Err(expected(
-            "input or output, a line, on or off, and a length in us",
-            rest,
-        )),
-        _ => Err(expected("input or output, a line, and for force on or off", rest)),
     }
 }
 
-fn set_variable(rest: &str, restore: bool) -> ParseResult<Action> {
-    let mut words = rest.split(' ');
-    let name = single_word(words.next().unwrap_or_default())?;
-    let number = |word: &str| Number::parse(word).ok_or_else(|| expected("a number", word));
-    let values = words.map(number).collect::<ParseResult<Vec<Number>>>()?;
-    if values.is_empty() {
+fn alarms_action(rest: &str) -> ParseResult<Action> {
+    let (verb, rest) = split(rest);
+    match verb {
+        "raise" => {
+            let (number, detail) = split(rest);
+            let (number, detail) = (number.to_string(), detail.to_string());
+            Ok(Action::RaiseAlarm { number, detail })
+        }
+        "reset" if rest.is_empty() => Ok(Action::Panel(PanelAction::AlarmReset)),
+        _ => Err(expected("raise NUMBER or reset", verb)),
+    }
+}
+
+fn pendant_action(rest: &str) -> ParseResult<Action> {
+    let ("keys", keys) = split(rest) else {
+        return Err(expected("keys TEXT", rest));
+    };
+    let keys = String::from_utf8(escape::parse(keys)?);
+    let keys = keys.map_err(ActionParseError::Keys)?;
+    Ok(Action::Panel(PanelAction::Keys(keys)))
+}
+
+/// What is done to an input or output: `5 on`, `5 pulse on 200 ms`, `5 force off`, `5 release`.
+fn line_action(side: IoKind, rest: &str) -> ParseResult<Action> {
+    let (number, what) = split(rest);
+    let line = number
+        .parse()
+        .map_err(|_| expected("the number of a line", number))?;
+    let (verb, rest) = split(what);
+    Ok(match (verb, side) {
+        ("pulse", side) => {
+            let (on, length) = split(rest);
+            let on = switch(on)?;
+            let length = parse_duration(length).ok_or_else(|| expected("a time such as 200 ms", length))?;
+            Action::Pulse {
+                side,
+                line,
+                on,
+                length,
+            }
+        }
+        ("force", side) => {
+            let on = switch(rest)?;
+            Action::Force { side, line, on }
+        }
+        ("release", side) if rest.is_empty() => Action::Release { side, line },
+        ("on" | "off", IoKind::Input) => {
+            let on = switch(what)?;
+            Action::Panel(PanelAction::InputLine { line, on })
+        }
+        ("on" | "off", IoKind::Output) => {
+            let on = switch(what)?;
+            Action::SetOutput { line, on }
+        }
+        _ => return Err(expected("on, off, pulse, force or release", what)),
+    })
+}
+
+fn set_variable(rest: &str) -> ParseResult<Action> {
+    let (rest, restore) = split_restore(rest);
+    let (name, values) = split(rest);
+    if name.is_empty() || values.is_empty() {
         return Err(expected("a name and numbers", rest));
     }
+    let number = |word: &str| Number::parse(word).ok_or_else(|| expected("a number", word));
+    let values = values.split(' ').map(number).collect::<ParseResult<_>>()?;
     Ok(Action::SetVariable {
-        name,
+        name: name.to_string(),
         values,
         restore,
+    })
+}
+
+fn teach(rest: &str) -> ParseResult<Action> {
+    let (words, restore) = split_restore(rest);
+    match split(words) {
+        (name, "teach") if !name.is_empty() => Ok(Action::Teach {
+            name: name.to_string(),
+            restore,
+        }),
+        _ => Err(expected("NAME teach", rest)),
+    }
+}
+
+/// The words without a `restore` at their end, and whether there was one.
+fn split_restore(words: &str) -> (&str, bool) {
+    words
+        .strip_suffix(" restore")
+        .map_or((words, false), |words| (words, true))
+}
+
+fn file_action(rest: &str) -> ParseResult<Action> {
+    let (verb, rest) = split(rest);
+    Ok(match verb {
+        "put" => {
+            let (name, content) = split(rest);
+            let (name, content) = (single_word(name)?, escape::parse(content)?);
+            Action::PutFile { name, content }
+        }
+        "erase" => Action::EraseFile {
+            name: single_word(rest)?,
+        },
+        "select" => Action::Select {
+            name: single_word(rest)?,
+        },
+        _ => return Err(expected("put, erase or select", verb)),
     })
 }
 
@@ -282,10 +381,6 @@ fn single_word(word: &str) -> ParseResult<String> {
     Ok(word.to_string())
 }
 
-fn line(word: &str) -> ParseResult<u16> {
-    word.parse().map_err(|_| expected("the number of a line", word))
-}
-
 fn switch(word: &str) -> ParseResult<bool> {
     bool::from_word(word).ok_or_else(|| expected("on or off", word))
 }
@@ -295,6 +390,9 @@ mod tests {
     use super::*;
     use alloc::borrow::ToOwned;
     use alloc::vec;
+    use alloc::vec::Vec;
+
+    use core::time::Duration;
 
     #[test]
     fn every_action_reads_back_as_it_was_written() {
@@ -361,20 +459,79 @@ mod tests {
     }
 
     #[test]
+    fn words_are_those_of_ctl() {
+        for words in [
+            "key-switch teaching",
+            "control-right rs232c",
+            "emergency-stop press",
+            "safety-switch close",
+            "servo off",
+            "feed-hold on",
+            "feed-hold press",
+            "machine-lock on",
+            "battery low",
+            "battery ok",
+            "program start",
+            "program stop",
+            "alarms raise 2-046",
+            "alarms reset",
+            "pendant keys 1,2<CR>",
+            "input 5 on",
+            "input 5 pulse on 200000 us",
+            "output 5 off",
+            "output 5 force on",
+            "output 5 release",
+            "variable A(1,2) -3 1.5",
+            "variable N 1 restore",
+            "position P1 teach",
+            "position P1 teach restore",
+            "file put N A<CR>",
+            "file erase N",
+            "file select N",
+            "power on",
+            "power off",
+            "power cycle",
+            "faults disarm 3",
+            "faults clear",
+        ] {
+            let action: Action = words.parse().unwrap();
+            assert_eq!(action.to_string(), words);
+        }
+        let pulse: Action = "input 5 pulse on 0.2s".parse().unwrap();
+        assert_eq!("input 5 pulse on 200 ms".parse(), Ok(pulse));
+    }
+
+    #[test]
     fn what_is_no_action_is_refused() {
         for words in [
             "",
             "power",
-            "pulse input 1 on 5",
-            "force input 1",
-            "release input",
-            "set N",
-            "set N one",
+            "input 1 pulse on 5",
+            "input 1 pulse on -5 ms",
+            "input 1 force",
+            "input release",
+            "input 1 release now",
+            "variable N",
+            "variable N one",
+            "variable N restore",
             "output 1",
-            "teach",
-            "teach A B",
-            "erase ",
+            "position P1",
+            "position P1 teach now",
+            "position teach",
+            "file put",
+            "file erase ",
+            "file select A B",
             "fly",
+            "servo",
+            "servo maybe",
+            "emergency-stop on",
+            "battery good",
+            "input x on",
+            "program",
+            "program start now",
+            "alarms reset now",
+            "pendant 5",
+            "pendant keys <FF>",
         ] {
             assert!(words.parse::<Action>().is_err(), "{words}");
         }
@@ -406,23 +563,7 @@ mod tests {
             PanelAction::Keys("1,2<\r".to_owned()),
         ]);
         for panel in all {
-            assert_eq!(panel.to_string().parse(), Ok(panel));
-        }
-    }
-
-    #[test]
-    fn what_is_no_panel_action_is_refused() {
-        for words in [
-            "",
-            "dance",
-            "servo",
-            "servo maybe",
-            "input x on",
-            "input 1",
-            "start now",
-            "keys <FF>",
-        ] {
-            assert!(words.parse::<PanelAction>().is_err(), "{words}");
+            assert_eq!(panel.to_string().parse(), Ok(Action::Panel(panel)));
         }
     }
 }

@@ -63,7 +63,7 @@ mod timers;
 pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
-pub use action_text::ActionParseError;
+pub use action_text::{ACTION_FORMS, ActionParseError};
 pub use arm::ArmPose;
 pub use bytes::Bytes;
 pub use command_coverage::CommandCoverage;

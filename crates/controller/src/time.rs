@@ -5,6 +5,7 @@
 use core::fmt;
 use core::ops::{Add, Sub};
 use core::time::Duration;
+use ts3100_proto::words::split_duration;
 
 /// A moment of virtual time, in microseconds since the controller value was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -22,6 +23,20 @@ pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
         reason = "not negative, and the cast saturates"
     )]
     Duration::from_micros(micros as u64)
+}
+
+/// Reads a duration with its unit (`us`, `ms`, `s`, `min`), for example `250 ms` or `1.5s`, to the nearest microsecond.
+#[must_use]
+pub fn parse_duration(text: &str) -> Option<Duration> {
+    let (number, micros) = split_duration(text, &["us", "ms", "s", "min"])?;
+    let number = number.trim_end();
+    if number.contains(|letter: char| !letter.is_ascii_digit() && letter != '.') {
+        return None;
+    }
+    let number: f64 = number.parse().ok()?;
+    let time = Duration::try_from_secs_f64(number * f64::from(micros) / 1e6).ok()?;
+    let micros = (time + Duration::from_nanos(500)).as_micros();
+    Some(Duration::from_micros(u64::try_from(micros).ok()?))
 }
 
 impl Time {

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use ts3100_controller::findings::Rule;
+use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{Accepted, ActionError, Controller, Event, Input, Output, PersistError, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
@@ -71,12 +72,21 @@ pub trait Subscriber: Send {
     }
 }
 
-/// Plans inputs, as a scenario does.
+/// Something planned.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlannedAction {
+    /// An input of the controller.
+    Input(Input),
+    /// The connection of this port is closed from outside.
+    Drop(Port),
+}
+
+/// Plans actions, as a scenario does.
 pub trait ActionSource: Send {
-    /// When the next input is due.
+    /// When the next action is due.
     fn deadline(&self) -> Option<Time>;
-    /// Takes the next input that is due at `now`, with its time.
-    fn take_due(&mut self, now: Time) -> Option<(Time, Input)>;
+    /// Takes the next action that is due at `now`, with its time.
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)>;
 }
 
 /// The world around a controller.
@@ -234,14 +244,23 @@ impl Cell {
             let due = self.controller.poll_deadline().filter(|due| *due < now);
             let actions = self.audience.actions.as_mut();
             let planned = actions.and_then(|actions| actions.take_due(due.unwrap_or(now)));
-            let (at, input) = match (planned, due) {
-                (Some((at, input)), _) => (at, input),
-                (None, Some(due)) => (due, Input::Tick),
+            let (at, planned) = match (planned, due) {
+                (Some((at, planned)), _) => (at, planned),
+                (None, Some(due)) => (due, PlannedAction::Input(Input::Tick)),
                 (None, None) => return now,
             };
             let at = at.max(self.controller.now());
-            // The refusal of a planned action is an event; no caller waits for its result.
-            let _ = self.step(at, input, by, inputs, effects);
+            match planned {
+                // The refusal of a planned action is an event; no caller waits for its result.
+                PlannedAction::Input(input) => drop(self.step(at, input, by, inputs, effects)),
+                PlannedAction::Drop(port) if self.controller.peer(port).is_none() => {}
+                PlannedAction::Drop(port) => {
+                    self.notify(at, Notice::Dropped(port));
+                    let how = DisconnectMode::Close;
+                    let close = Output::Disconnect { port, how };
+                    inputs.extend(effects.perform(at, close, &self.controller));
+                }
+            }
             let reached = self.controller.now();
             if effects.is_late(reached) {
                 return reached;

@@ -285,7 +285,7 @@ fn log_event(t: &str, event: &Event) {
         Event::Alarm { number, text } => {
             warn!(event = "alarm", t, number, text, "alarm {number} {text}");
         }
-        Event::ActionRefused(error) => info!(event = "undone", "{error}"),
+        Event::ActionRefused(error) => info!(event = "action-refused", "{error}"),
         Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
         Event::Status { status, line } => {
             let status = status.as_str();
@@ -301,8 +301,8 @@ fn log_event(t: &str, event: &Event) {
         Event::ServoDelayed(until) => {
             let until = until.to_string();
             info!(
-                event = "servo-held-back",
-                t, until, "servo on: held back until {until}"
+                event = "servo-delayed",
+                t, until, "servo on: delayed until {until}"
             );
         }
         Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),

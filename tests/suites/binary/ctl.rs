@@ -44,7 +44,7 @@ fn a_snapshot_and_a_transcript_become_files() {
     assert_eq!(code(&serve, &["snapshot", "show", "none"]), Some(1));
 
     let text = stdout(&ctl(&serve, &["transcript"]));
-    assert!(text.contains("! battery-low on\n"), "{text}");
+    assert!(text.contains("! battery low\n"), "{text}");
     let lines = stdout(&ctl(&serve, &["transcript", "--json"]));
     assert!(lines.starts_with("{\"event\":\"start\""), "{lines}");
     for (name, begins) in [
@@ -119,7 +119,7 @@ fn every_resource_has_its_words() {
     assert_eq!(answer(&serve, &["input"])["on"], json!([9]));
     answer(&serve, &["input", "9", "force", "off"]);
     assert_eq!(answer(&serve, &["input", "9", "release"])["on"], true);
-    answer(&serve, &["output", "9", "pulse", "0.5"]);
+    answer(&serve, &["output", "9", "pulse", "on", "0.5", "s"]);
     answer(&serve, &["servo", "on"]);
     assert_eq!(answer(&serve, &["program", "start"])["status"], "running");
     let reached = answer(
@@ -129,7 +129,7 @@ fn every_resource_has_its_words() {
     assert_eq!(reached["passed"], 5.0);
     assert_eq!(answer(&serve, &["clock", "advance", "2"])["now"], 7.0);
     assert_eq!(
-        answer(&serve, &["wait", "status", "reset", "--within", "0"])["reached"],
+        answer(&serve, &["wait", "status", "stop", "(reset)", "--within", "0"])["reached"],
         true
     );
     assert_eq!(

@@ -69,16 +69,16 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
     );
     let report: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
     let [fired, never] = [0, 1].map(|index| &report["faults"]["faults"][index]);
-    assert_eq!(fired["bites"][0]["what"], "the answer to SO is not sent");
-    assert_eq!(fired["bites"][0]["port"], "IP0");
-    assert_eq!(fired["bites"][0]["t"], fired["at"][0]);
+    assert_eq!(fired["applied"][0]["what"], "the answer to SO is not sent");
+    assert_eq!(fired["applied"][0]["port"], "IP0");
+    assert_eq!(fired["applied"][0]["t"], fired["at"][0]);
     assert!(
         fired["host"]
             .as_str()
             .unwrap()
             .starts_with("It waits for the reply")
     );
-    assert_eq!(never["bites"], serde_json::json!([]));
+    assert_eq!(never["applied"], serde_json::json!([]));
     let waits = never["waits_for"].as_str().unwrap();
     assert_eq!(waits, "an incoming command or FL text; command CA; block 0");
     let xml = std::fs::read_to_string(xml).unwrap();

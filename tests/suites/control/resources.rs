@@ -91,7 +91,7 @@ fn feed_hold_refuses_a_start_and_start_starts() {
     assert_eq!(robot.get("/state")["tasks"][0]["doing"], "wait");
     robot.put("/inputs/7", r#"{"on":true}"#);
     assert_eq!(robot.get("/outputs/5")["on"], false);
-    assert_eq!(robot.get("/program")["status"], "reset");
+    assert_eq!(robot.get("/program")["status"], "stop (reset)");
     assert_eq!(host.text(), b"SP\r", "the end of the cycle is told");
 }
 
@@ -99,7 +99,7 @@ fn feed_hold_refuses_a_start_and_start_starts() {
 fn stop_ends_the_step() {
     let robot = running(DATA);
     robot.post("/program/start", "");
-    assert_eq!(robot.post("/program/stop", "")["status"], "continue");
+    assert_eq!(robot.post("/program/stop", "")["status"], "stop (continue)");
 }
 
 #[test]
@@ -115,7 +115,7 @@ fn an_alarm_of_the_table_acts_by_its_level() {
             .unwrap()
             .starts_with("Correct")
     );
-    assert_eq!(robot.get("/program")["status"], "retry");
+    assert_eq!(robot.get("/program")["status"], "stop (retry)");
     assert_eq!(host.text(), b"SP\r");
     assert!(host.command("EU").contains("004-101"));
     robot.refused(404, "POST", "/alarms", r#"{"number":"4-999"}"#);
@@ -282,7 +282,7 @@ fn bytes_are_injected_and_peers_dropped() {
     let mut host = robot.host();
     let mut peer = robot.dial(Port::Ip1);
     peer.write_all(b"").unwrap();
-    robot.post("/wait", r#"{"condition":{"status":"reset"},"within":0}"#);
+    robot.post("/wait", r#"{"condition":{"status":"stop (reset)"},"within":0}"#);
     robot.post("/channels/IP0/inject", r#"{"text":"\u0002SP\r\u0003"}"#);
     assert_eq!(host.text(), b"OK\r");
     robot.post("/channels/IP1/inject", r#"{"hex":"34 32"}"#);

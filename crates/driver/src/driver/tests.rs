@@ -2,7 +2,7 @@
 
 use super::request::View;
 use super::*;
-use crate::cell::ActionSource;
+use crate::cell::{ActionSource, PlannedAction};
 use crate::clock::Wake;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -38,10 +38,13 @@ impl ActionSource for OnAlarm {
         None
     }
 
-    fn take_due(&mut self, now: Time) -> Option<(Time, Input)> {
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let name = "NOFILE".to_owned();
         let raised = self.0.swap(false, Ordering::Relaxed);
-        raised.then(|| (now, Input::Action(Action::Select { name })))
+        raised.then(|| {
+            let select = Input::Action(Action::Select { name });
+            (now, PlannedAction::Input(select))
+        })
     }
 }
 

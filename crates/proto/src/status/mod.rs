@@ -18,6 +18,7 @@ pub mod sm;
 pub mod su;
 pub mod vr;
 
+use crate::words::Word;
 use alloc::string::String;
 
 /// The five columns of tables 5.3 and 5.4: key switch, and in EXT who has the control right.
@@ -128,6 +129,15 @@ impl ExecutionStatus {
         ExecutionStatus::ALL
             .into_iter()
             .find(|status| status.code() == code)
+    }
+}
+
+/// The words for people and programs outside the protocol, everywhere: `stop (retry)`.
+impl Word for ExecutionStatus {
+    const ALL: &'static [ExecutionStatus] = &ExecutionStatus::ALL;
+
+    fn word(self) -> &'static str {
+        self.as_str()
     }
 }
 

@@ -38,7 +38,7 @@ pub fn kinds_json() -> Value {
             "kind": kind.name,
             "what": kind.summary,
             "remedy": kind.remedy,
-            "bites": kind.points.iter().map(|point| point.description()).collect::<Vec<_>>(),
+            "applies_to": kind.points.iter().map(|point| point.description()).collect::<Vec<_>>(),
             "command": kind.command,
             "block": kind.block,
             "parameters": kind.parameters.iter().map(|parameter| json!({

@@ -100,7 +100,7 @@ fn report_json(report: &FaultReport, log: &[AppliedFault]) -> Value {
         "seen": report.seen,
         "fired": report.fired,
         "at": at,
-        "bites": log.iter().map(applied).collect::<Vec<_>>(),
+        "applied": log.iter().map(applied).collect::<Vec<_>>(),
         "words": report.summary(),
     })
 }

@@ -7,6 +7,7 @@ use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::signals::{IoKind, Signals};
 use ts3100_controller::{Action, ActionParseError, Controller, alarm};
+use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{UnexpectedWord, Word as _};
@@ -22,8 +23,8 @@ pub const CONDITIONS: [&str; 18] = [
     "disconnected PORT",
     "alarm",
     "alarm NUMBER",
-    "alarms-reset",
-    "status WORD",
+    "alarms reset",
+    "status WORDS",
     "servo on|off",
     "selected NAME",
     "stored NAME",
@@ -33,31 +34,8 @@ pub const CONDITIONS: [&str; 18] = [
     "output LINE on|off",
 ];
 
-/// Every form of an action beside those at the panel.
-pub const ACTIONS: [&str; 17] = [
-    "channel CHANNEL TEXT",
-    "raise NUMBER TEXT",
-    "power on|off",
-    "feed-hold on|off",
-    "pulse input|output LINE on|off TIME",
-    "output LINE on|off",
-    "force input|output LINE on|off",
-    "release input|output LINE",
-    "set NAME VALUES",
-    "set-restore NAME VALUES",
-    "teach NAME",
-    "put NAME TEXT",
-    "erase NAME",
-    "select NAME",
-    "fault arm SPEC",
-    "fault disarm NUMBER",
-    "fault clear",
-];
-
-/// The forms of actions at the panel.
-pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, machine-lock, battery-low on|off; key \
-    teaching|internal|ext; control-right sig|rs232c|ether; start, stop, feed-hold, alarm-reset, power-cycle; input \
-    LINE on|off; keys TEXT";
+/// Every form of an action beside those of [`ts3100_controller::ACTION_FORMS`].
+pub const CHANNEL_ACTIONS: [&str; 2] = ["channel CHANNEL inject TEXT", "channel PORT drop"];
 
 /// The teach pendant, as `printed` names it.
 const PENDANT: &str = "TP";
@@ -78,11 +56,11 @@ pub enum WordsError {
     #[error(transparent)]
     Bytes(#[from] EscapeError),
     /// No action.
-    #[error("expected an action ({}; {PANEL_ACTIONS}), found `{words}`: {reason}", ACTIONS.join(", "))]
+    #[error("cannot read the action `{words}`: {reason}")]
     Action {
         /// The words.
         words: String,
-        /// Why they are none.
+        /// Why they are not an action.
         reason: ActionParseError,
     },
 }
@@ -130,7 +108,7 @@ pub struct ScenarioAction {
     /// As it was written.
     pub words: String,
     /// What.
-    pub input: Input,
+    pub action: PlannedAction,
 }
 
 impl ScenarioAction {
@@ -139,31 +117,45 @@ impl ScenarioAction {
     /// # Errors
     /// What was expected and found.
     pub fn parse(words: &str) -> Result<ScenarioAction, WordsError> {
-        let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
-        let input = match name {
-            "channel" => {
-                let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
-                Input::received(parse_scol_port(port)?, parse_bytes(text)?)
-            }
+        let action = match words.split_once(' ') {
+            Some(("channel", rest)) => channel_action(rest)?,
             _ => {
                 let action = action(words)?;
-                if let Action::Panel(panel) = action {
+                PlannedAction::Input(if let Action::Panel(panel) = action {
                     Input::Panel(panel)
                 } else {
                     Input::Action(action)
-                }
+                })
             }
         };
         let words = words.to_owned();
-        Ok(ScenarioAction { words, input })
+        Ok(ScenarioAction { words, action })
     }
 
     /// One at the panel, in its words.
     pub(super) fn at_panel(panel: &PanelAction) -> ScenarioAction {
         ScenarioAction {
             words: panel.to_string(),
-            input: Input::Panel(panel.clone()),
+            action: PlannedAction::Input(Input::Panel(panel.clone())),
         }
+    }
+}
+
+/// `IP1 inject TEXT` or `IP0 drop`.
+fn channel_action(words: &str) -> Result<PlannedAction, WordsError> {
+    let (name, what) = words.split_once(' ').unwrap_or((words, ""));
+    let (verb, text) = what.split_once(' ').unwrap_or((what, ""));
+    match (verb, text) {
+        ("inject", text) => {
+            let input = Input::received(parse_scol_port(name)?, parse_bytes(text)?);
+            Ok(PlannedAction::Input(input))
+        }
+        ("drop", "") => {
+            let found = Port::from_word(name).filter(|port| Port::ETHERNET.contains(port));
+            let port = found.ok_or_else(|| UnexpectedWord::new("IP0, IP1, IP2 or IP3", name))?;
+            Ok(PlannedAction::Drop(port))
+        }
+        _ => Err(UnexpectedWord::new("inject TEXT or drop", what).into()),
     }
 }
 
@@ -224,7 +216,7 @@ impl ScenarioCondition {
             "disconnected" => ScenarioCondition::Disconnected(port(rest)?),
             "alarm" if rest.is_empty() => ScenarioCondition::Alarm(None),
             "alarm" => ScenarioCondition::Alarm(Some(alarm_number(rest)?)),
-            "alarms-reset" if rest.is_empty() => ScenarioCondition::AlarmsReset,
+            "alarms" if rest == "reset" => ScenarioCondition::AlarmsReset,
             "status" => ScenarioCondition::Status(status(rest)?),
             "servo" => ScenarioCondition::Servo(switch(rest)?),
             "selected" => ScenarioCondition::Selected(if rest == "none" {
@@ -320,8 +312,8 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Disconnected(port) => write!(f, "disconnected {port}"),
             ScenarioCondition::Alarm(None) => f.write_str("alarm"),
             ScenarioCondition::Alarm(Some(number)) => write!(f, "alarm {number}"),
-            ScenarioCondition::AlarmsReset => f.write_str("alarms-reset"),
-            ScenarioCondition::Status(status) => write!(f, "status {}", status.compact_str()),
+            ScenarioCondition::AlarmsReset => f.write_str("alarms reset"),
+            ScenarioCondition::Status(status) => write!(f, "status {status}"),
             ScenarioCondition::Servo(on) => write!(f, "servo {}", on.word()),
             ScenarioCondition::Selected(name) if name.is_empty() => f.write_str("selected none"),
             ScenarioCondition::Selected(name) => write!(f, "selected {name}"),
@@ -362,14 +354,10 @@ fn alarm_number(word: &str) -> Result<String, UnexpectedWord> {
         .ok_or_else(|| UnexpectedWord::new("the number of an alarm, for example 2-046", word))
 }
 
-/// An execution status in the words of SU; blanks do not count.
 fn status(word: &str) -> Result<ExecutionStatus, UnexpectedWord> {
-    let found: String = word.chars().filter(|letter| *letter != ' ').collect();
-    let mut known = ExecutionStatus::ALL.into_iter();
-    let expected = "running, stop(reset), stop(retry), stop(continue)";
-    known
-        .find(|status| status.compact_str() == found)
-        .ok_or_else(|| UnexpectedWord::new(expected, word))
+    let status = ExecutionStatus::from_word(word);
+    let expected = "running, stop (reset), stop (retry) or stop (continue)";
+    status.ok_or_else(|| UnexpectedWord::new(expected, word))
 }
 
 fn switch(word: &str) -> Result<bool, UnexpectedWord> {

@@ -9,7 +9,7 @@ mod play;
 mod read;
 mod results;
 
-pub use condition::{ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition, WordsError};
+pub use condition::{CHANNEL_ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition, WordsError};
 pub use play::Play;
 pub use read::{ScenarioError, TABLES};
 pub use results::{ScenarioOutcome, Verdict};

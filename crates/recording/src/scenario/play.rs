@@ -13,7 +13,7 @@ use tracing::info;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::{Controller, Time};
-use ts3100_driver::cell::{ActionSource, Cell, Notice, Side, Subscriber};
+use ts3100_driver::cell::{ActionSource, Cell, Notice, PlannedAction, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
 const MAX_SCHEDULED: usize = 10_000;
@@ -240,7 +240,7 @@ impl ActionSource for Play {
             .map(|(due, _)| state.controller_time(*due))
     }
 
-    fn take_due(&mut self, now: Time) -> Option<(Time, Input)> {
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let state = &mut *self.state();
         let now = state.scenario_time(now);
         if state.actions_at_time.0 != now {
@@ -255,7 +255,7 @@ impl ActionSource for Play {
         let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
         let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
         info!(event = "scenario", "scenario: {}", action.words);
-        Some((state.controller_time(due), action.input))
+        Some((state.controller_time(due), action.action))
     }
 }
 

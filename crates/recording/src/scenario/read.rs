@@ -10,8 +10,9 @@ use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_controller::input::PanelAction;
+use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
-use ts3100_proto::words::{Word, split_duration};
+use ts3100_proto::words::Word;
 
 /// The tables and their keys; the first is the file itself.
 pub const TABLES: [(&str, &[&str]); 5] = [
@@ -352,18 +353,7 @@ fn duration(value: &Value<'_>) -> ReadResult<Duration> {
     let text = string(value)?;
     let example = "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"";
     let wrong = || expected(value, example);
-    let split = split_duration(text.trim_end(), &["us", "ms", "s", "min"]);
-    let (number, micros) = split.ok_or_else(wrong)?;
-    let number = number.trim_end();
-    if number.contains(|letter: char| !letter.is_ascii_digit() && letter != '.') {
-        return Err(wrong());
-    }
-    let number: f64 = number.parse().map_err(|_| wrong())?;
-    let seconds = number * f64::from(micros) / 1e6;
-    let time = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
-    // To the microsecond, which is what virtual time counts.
-    let micros = (time + Duration::from_nanos(500)).as_micros();
-    let time = Duration::from_micros(u64::try_from(micros).unwrap_or(u64::MAX));
+    let time = parse_duration(text.trim_end()).ok_or_else(wrong)?;
     if time > MAX_DURATION {
         return Err(expected(value, "a time of at most 365 days"));
     }

@@ -1,12 +1,14 @@
 //! Scenarios read and played against a controller without sockets.
 
-use super::{ACTIONS, CONDITIONS, Play, Scenario, ScenarioAction, ScenarioCondition, TABLES, Verdict};
+use super::{
+    CHANNEL_ACTIONS, CONDITIONS, Play, Scenario, ScenarioAction, ScenarioCondition, TABLES, Verdict,
+};
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use ts3100_controller::port::Port;
-use ts3100_controller::{Config, Controller, Dialect, Input, Time};
+use ts3100_controller::{ACTION_FORMS, Config, Controller, Dialect, Input, Time};
 use ts3100_driver::cell::{Cell, Notice, Side, Subscriber};
 
 fn read(text: &str) -> Result<Scenario, String> {
@@ -61,18 +63,18 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[[do]]\nat = \"1 s\"\nactions = [\n \"servo on\",\n \"servo up\"]",
-            "line 5: expected an action",
+            "line 5: cannot read the action `servo up`: expected on or off, found `up`",
         ),
         (
-            "[[do]]\nat = \"1 s\"\nactions = [\"channel IP0 x\"]",
+            "[[do]]\nat = \"1 s\"\nactions = [\"channel IP0 inject x\"]",
             "expected the channel COM1, IP1 or IP2, found `IP0`",
         ),
         (
-            "[[do]]\nat = \"1 s\"\nactions = [\"raise 9-999\"]",
+            "[[do]]\nat = \"1 s\"\nactions = [\"alarms raise 9-999\"]",
             "line 3: expected the number of an alarm",
         ),
         (
-            "[[do]]\nat = \"1 s\"\nactions = [\"fault arm flipped-bit:way=in,command=SO\"]",
+            "[[do]]\nat = \"1 s\"\nactions = [\"faults arm flipped-bit:way=in,command=SO\"]",
             "cannot arm flipped-bit: no occasion has command=SO",
         ),
         ("[[expect]]\nwhat = \"command\"", "line 2: expected text"),
@@ -113,8 +115,8 @@ fn every_condition_reads_back_and_every_form_is_listed() {
         "disconnected HOST",
         "alarm",
         "alarm 2-046",
-        "alarms-reset",
-        "status stop(retry)",
+        "alarms reset",
+        "status stop (retry)",
         "servo off",
         "selected none",
         "selected TEST",
@@ -131,29 +133,33 @@ fn every_condition_reads_back_and_every_form_is_listed() {
         let name = form.split(' ').next().unwrap();
         assert!(words.iter().any(|words| words.starts_with(name)), "{form}");
     }
-    for form in ACTIONS {
-        let name = form.split(' ').next().unwrap();
+    for form in ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS) {
         let examples = [
-            "channel IP1 5<CR>",
-            "raise 2-046 by hand",
-            "power off",
-            "feed-hold on",
-            "pulse input 3 on 250us",
-            "output 5 on",
-            "force output 5 off",
-            "release input 3",
-            "set A 1 2.5",
-            "set-restore A 1",
-            "teach P",
-            "put T END<LF>",
-            "erase T",
-            "select T",
-            "fault clear",
+            ("teaching|internal|ext", "ext"),
+            ("sig|rs232c|ether", "sig"),
+            ("press|release", "release"),
+            ("open|close", "close"),
+            ("on|off|cycle", "cycle"),
+            ("on|off", "off"),
+            ("low|ok", "ok"),
+            ("alarms raise NUMBER [TEXT]", "alarms raise 2-046 by hand"),
+            ("NUMBER", "3"),
+            ("put NAME TEXT", "put NAME END<LF>"),
+            ("keys TEXT", "keys 5<CR>"),
+            ("inject TEXT", "inject 5<CR>"),
+            ("SPEC", "ng:command=SO"),
+            ("TIME", "250 us"),
+            ("VALUES", "1 2.5"),
+            ("LINE", "3"),
+            ("CHANNEL", "IP1"),
+            ("PORT", "IP0"),
         ];
-        let example = examples
-            .into_iter()
-            .find(|words| words.split(' ').next() == Some(name));
-        assert!(ScenarioAction::parse(example.unwrap()).is_ok(), "{form}");
+        let words = examples
+            .iter()
+            .fold((*form).to_owned(), |words, (word, example)| {
+                words.replace(word, example)
+            });
+        assert!(ScenarioAction::parse(&words).is_ok(), "{words}");
     }
 }
 
@@ -172,15 +178,29 @@ fn every_key_and_word_is_documented() {
             assert!(page.contains(&format!("| `{heading}` |")), "{heading} is missing");
         }
     }
-    for form in CONDITIONS.iter().chain(&ACTIONS) {
-        assert!(
-            page.contains(
-                &format!("| `{form}` |")
-                    .replace("on|off", "on\\|off")
-                    .replace("input|output", "input\\|output")
-            ),
-            "{form} is missing"
-        );
+    for form in CONDITIONS.iter().chain(&ACTION_FORMS).chain(&CHANNEL_ACTIONS) {
+        let form = form.replace('|', "\\|");
+        assert!(page.contains(&format!("`{form}`")), "{form} is missing");
+    }
+}
+
+#[test]
+fn a_connection_can_be_dropped() {
+    let mut step = Stage::new("[[do]]\nat = \"1 s\"\nactions = [\"channel IP0 drop\", \"channel IP3 drop\"]");
+    let drops = Arc::default();
+    step.cell.subscribe(Box::new(Drops(Arc::clone(&drops))));
+    step.until(2_000);
+    assert_eq!(*drops.lock().unwrap(), [Port::Ip0], "nobody is connected to IP3");
+}
+
+/// Notes the connections that were closed from outside.
+struct Drops(Arc<Mutex<Vec<Port>>>);
+
+impl Subscriber for Drops {
+    fn notice(&mut self, _at: Time, notice: Notice<'_>) {
+        if let Notice::Dropped(port) = notice {
+            self.0.lock().unwrap().push(port);
+        }
     }
 }
 
@@ -242,11 +262,11 @@ inputs = [3]
 [[do]]
 when = "command RN"
 after = "200 ms"
-actions = ["channel IP1 5<CR>"]
+actions = ["channel IP1 inject 5<CR>"]
 
 [[do]]
 at = "2 s"
-actions = ["emergency-stop on"]
+actions = ["emergency-stop press"]
 
 [[expect]]
 what = "printed IP1 5"
@@ -269,11 +289,11 @@ after = "alarm"
 [[never]]
 what = "command RN"
 after = "alarm"
-until = "alarms-reset"
+until = "alarms reset"
 
 [[do]]
 when = "finding no-cr"
-actions = ["stop"]
+actions = ["program stop"]
 "#;
 
 #[test]
@@ -302,7 +322,7 @@ fn a_host_that_does_what_is_expected_passes() {
 
 #[test]
 fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
-    let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop on\"]\n\
+    let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop press\"]\n\
         [[expect]]\nwhat = \"command SU\"\nwithin = \"3 s\"\n\
         [[never]]\nwhat = \"servo on\"\n";
     for (asked, held) in [(1_900, true), (2_100, false)] {
@@ -332,7 +352,7 @@ fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
 #[test]
 fn a_fault_keeps_the_number_it_is_armed_with() {
     let text =
-        "[[do]]\nat = \"10 ms\"\nactions = [\"fault arm ng:command=SO,id=9\", \"fault arm 8 no-reply\"]\n";
+        "[[do]]\nat = \"10 ms\"\nactions = [\"faults arm ng:command=SO,id=9\", \"faults arm 8 no-reply\"]\n";
     let mut step = Stage::new(text);
     step.until(20);
     let armed = step
@@ -414,7 +434,7 @@ impl Subscriber for FeedHolds {
 #[test]
 fn a_step_happens_as_often_as_it_says() {
     for (times, expected) in [("", 1), ("times = 2", 2), ("times = 0", 5)] {
-        let text = format!("[[do]]\nwhen = \"command SU\"\n{times}\nactions = [\"feed-hold\"]\n");
+        let text = format!("[[do]]\nwhen = \"command SU\"\n{times}\nactions = [\"feed-hold press\"]\n");
         let mut step = Stage::new(&text);
         let held = Arc::default();
         step.cell.subscribe(Box::new(FeedHolds(Arc::clone(&held))));
@@ -424,7 +444,7 @@ fn a_step_happens_as_often_as_it_says() {
         }
         assert_eq!(held.load(Ordering::Relaxed), expected, "{times}");
     }
-    let at = read("[[do]]\nat = \"0.0015 s\"\nactions = [\"start\"]").unwrap();
+    let at = read("[[do]]\nat = \"0.0015 s\"\nactions = [\"program start\"]").unwrap();
     assert_eq!(
         at.steps[0].trigger,
         super::StepTrigger::At(Duration::from_micros(1_500))

@@ -4,7 +4,7 @@
 use super::{EndReason, Header, LineError, LinkRecord, PeerId, Record, RecordKind, Recording, Side, text};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use ts3100_controller::{Action, PanelAction, Time};
+use ts3100_controller::{Action, Time};
 use ts3100_proto::escape::Escaped;
 
 /// What stands in `format` of the first line.
@@ -59,22 +59,17 @@ enum Event {
         by: Side,
         how: EndReason,
     },
-    Panel {
-        #[serde(with = "as_text")]
-        panel: PanelAction,
-    },
-    #[serde(rename = "deed")]
     Action {
-        #[serde(rename = "deed", with = "as_text")]
+        #[serde(with = "as_text")]
         action: Action,
     },
     Restored {
         to_us: u64,
         snapshot: Value,
     },
-    Edge {
+    Link {
         #[serde(with = "as_text")]
-        edge: LinkRecord,
+        link: LinkRecord,
     },
     Remark {
         remark: String,
@@ -166,14 +161,13 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
         RecordKind::FromHost { line, bytes } => Event::FromHost(Bytes::new(line, &bytes)),
         RecordKind::FromRobot { line, bytes } => Event::FromRobot(Bytes::new(line, &bytes)),
         RecordKind::Ended { line, by, how } => Event::Ended { line, by, how },
-        RecordKind::Action(Action::Panel(panel)) => Event::Panel { panel },
         RecordKind::Action(action) => Event::Action { action },
         RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
             to_us: at.as_micros(),
             // One that is no JSON is nobody's: it is written as it is.
             snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
         },
-        RecordKind::Link(edge) => Event::Edge { edge },
+        RecordKind::Link(link) => Event::Link { link },
         RecordKind::Remark(remark) => Event::Remark { remark },
     };
     let t_us = record.at.as_micros();
@@ -236,7 +230,6 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         Event::FromHost(Bytes { line, hex: bytes, .. }) => RecordKind::FromHost { line, bytes },
         Event::FromRobot(Bytes { line, hex: bytes, .. }) => RecordKind::FromRobot { line, bytes },
         Event::Ended { line, by, how } => RecordKind::Ended { line, by, how },
-        Event::Panel { panel } => RecordKind::Action(Action::Panel(panel)),
         Event::Action { action } => RecordKind::Action(action),
         Event::Restored { to_us, snapshot } => RecordKind::Link(LinkRecord::Restored {
             at: Time::from_micros(to_us),
@@ -245,7 +238,7 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
                 snapshot => snapshot.to_string(),
             },
         }),
-        Event::Edge { edge } => RecordKind::Link(edge),
+        Event::Link { link } => RecordKind::Link(link),
         Event::Remark { remark } => RecordKind::Remark(remark),
     };
     let at = Time::from_micros(t_us);

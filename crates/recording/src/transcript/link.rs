@@ -1,7 +1,7 @@
 //! Records of what reaches the controller besides bytes, connections and actions: the state of a serial line, a second
 //! connection, a peer that does not read, a restored snapshot, a reset.
 //!
-//! Also their text form: after `!` in a text transcript, in `edge` of a JSON line.
+//! Also their text form: after `!` in a text transcript, in `link` of a JSON line.
 
 use super::LineError;
 use std::fmt;
@@ -257,7 +257,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn everything_of_the_edge_reads_back() {
+    fn every_link_record_reads_back() {
         let port = Port::Host;
         let all = [
             LinkRecord::Settings {

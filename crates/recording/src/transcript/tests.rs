@@ -206,7 +206,7 @@ fn what_does_not_hold_is_refused_with_its_line() {
         "",
         "[]",
         "{}",
-        r#"{"t_us":-1,"event":"panel","panel":"start"}"#,
+        r#"{"t_us":-1,"event":"action","action":"program start"}"#,
         r#"{"t_us":1,"event":"dance"}"#,
         r#"{"t_us":1,"event":"from-host","line":"IP0","hex":"2g"}"#,
         r#"{"t_us":1,"event":"from-host","line":"IP9","hex":"20"}"#,
@@ -218,7 +218,8 @@ fn what_does_not_hold_is_refused_with_its_line() {
     }
     let back = format!(
         "{start}{}\n{}\n",
-        r#"{"t_us":5,"event":"panel","panel":"start"}"#, r#"{"t_us":4,"event":"panel","panel":"start"}"#
+        r#"{"t_us":5,"event":"action","action":"program start"}"#,
+        r#"{"t_us":4,"event":"action","action":"program start"}"#
     );
     assert!(json::read(&back).unwrap_err().1.to_string().contains("or later"));
     assert!(json::read("").is_err());

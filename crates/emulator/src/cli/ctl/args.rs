@@ -261,8 +261,14 @@ pub enum LineCommand {
     On,
     /// Drive it off
     Off,
-    /// On for so many seconds
-    Pulse { seconds: f64 },
+    /// Drive it for a time, and then the other way
+    Pulse {
+        #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
+        state: bool,
+        /// For example 200ms, 200 ms or 0.5 s
+        #[arg(required = true, num_args = 1..=2)]
+        time: Vec<String>,
+    },
     /// It shows this state whatever drives it
     Force {
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
@@ -336,7 +342,7 @@ pub struct WaitLimits {
 
 #[derive(Debug, Args)]
 pub struct WaitArgs {
-    /// status running|reset|retry|continue; input N on|off; output N on|off; line N; printed [PORT] TEXT; alarm NUMBER|any;
+    /// status running|stop (reset)|stop (retry)|stop (continue); input N on|off; output N on|off; line N; printed [PORT] TEXT; alarm NUMBER|any;
     /// idle
     #[arg(required = true, num_args = 1..)]
     pub condition: Vec<String>,

@@ -15,6 +15,7 @@ use std::time::Duration;
 use ts3100_control::client::percent_encoded;
 use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::faults::Fault;
+use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
 use ts3100_proto::escape::hex_byte;
 use ts3100_proto::words::{UnexpectedWord, Word as _};
@@ -252,7 +253,15 @@ fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>
         None => get(path),
         Some(LineCommand::On) => put(path, json!({"on": true})),
         Some(LineCommand::Off) => put(path, json!({"on": false})),
-        Some(LineCommand::Pulse { seconds }) => post(format!("{path}/pulse"), json!({"seconds": seconds})),
+        Some(LineCommand::Pulse { state, time }) => {
+            let time = time.join(" ");
+            let length = parse_duration(&time)
+                .ok_or_else(|| UnexpectedWord::new("a time such as 200 ms or 0.5 s", &time))?;
+            post(
+                format!("{path}/pulse"),
+                json!({"on": *state, "seconds": length.as_secs_f64()}),
+            )
+        }
         Some(LineCommand::Force { state }) => put(format!("{path}/force"), json!({"on": *state})),
         Some(LineCommand::Release) => delete(format!("{path}/force")),
         Some(LineCommand::Wait { state, limits }) => {
@@ -368,7 +377,7 @@ fn condition(words: &[String]) -> anyhow::Result<Value> {
         number.map_err(|_| UnexpectedWord::new("a number", word))
     };
     Ok(match words.as_slice() {
-        ["status", status] => json!({ "status": status }),
+        ["status", status @ ..] if !status.is_empty() => json!({ "status": status.join(" ") }),
         [side @ ("input" | "output"), line, on] => {
             json!({ *side: {"line": number(line)?, "on": state(on)?} })
         }

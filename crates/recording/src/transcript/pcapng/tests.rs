@@ -213,7 +213,7 @@ fn serial_ports_and_the_panel_have_interfaces_of_their_own() {
         [
             (1, &b"\x02SO\r\x03"[..], 1),
             (2, b"REQ\r", 2),
-            (3, b"emergency-stop on", 1),
+            (3, b"emergency-stop press", 1),
         ]
     );
 }
