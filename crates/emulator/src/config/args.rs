@@ -4,10 +4,10 @@
 //! Every field is optional: which layer wins is decided by `with_fallback`, and defaults are applied afterwards in
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
+use super::device::serial_device;
 use super::model::ModelChoice;
 use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
-use super::serial::serial_device;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::net::{IpAddr, SocketAddr};

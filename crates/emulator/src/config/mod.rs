@@ -5,6 +5,7 @@
 //! settings without a command line.
 
 pub mod args;
+mod device;
 mod error;
 pub mod exported;
 mod layers;

@@ -5,10 +5,8 @@
 
 use super::ConfigError;
 use super::args::{ListenAt, ServeArgs};
-use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::path::{Path, PathBuf};
 use ts3100_controller::Port;
 use ts3100_driver::serial::SerialEndpoint;
 
@@ -17,33 +15,6 @@ fn address(at: ListenAt, listen: IpAddr) -> SocketAddr {
         ListenAt::Address(address) => address,
         ListenAt::Port(port) => SocketAddr::new(listen, port),
     }
-}
-
-/// Reads the name of a serial port of this machine. A network address is refused: `--serial-host` is the serial port
-/// HOST, not the address of a host.
-pub(super) fn serial_device() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|device| {
-        if is_network_name(&device) {
-            Err("a network address is not a serial port; did you mean --listen?")
-        } else {
-            Ok(device)
-        }
-    })
-}
-
-/// An IP address with or without a port, or a name that can only be one of a network host. Serial ports of Unix are
-/// paths; on Windows they may have any name (`CNCA0`), so only a dot or a colon tells.
-fn is_network_name(device: &Path) -> bool {
-    let Some(word) = device.to_str().filter(|word| !word.contains(['/', '\\'])) else {
-        return false;
-    };
-    let is_address = word.parse::<IpAddr>().is_ok() || word.parse::<SocketAddr>().is_ok();
-    let is_com = word
-        .get(..3)
-        .is_some_and(|start| start.eq_ignore_ascii_case("com"))
-        && word[3..].bytes().all(|byte| byte.is_ascii_digit());
-    let is_name = cfg!(unix) || word.contains(['.', ':']) || word == "localhost";
-    is_address || (is_name && !is_com && !device.exists())
 }
 
 /// The endpoint of each serial port for which a flag is given.
@@ -127,16 +98,6 @@ mod tests {
         }
         for word in ["", ":", "localhost", "70000", "1.2.3.4", "a:b"] {
             assert!(address(word).unwrap_err().to_string().contains(word), "{word}");
-        }
-    }
-
-    #[test]
-    fn a_network_address_is_no_serial_port() {
-        for word in ["127.0.0.1", "::1", "0.0.0.0:2217", "localhost", "robot.example"] {
-            assert!(is_network_name(Path::new(word)), "{word}");
-        }
-        for word in ["/dev/ttyUSB0", "COM3", "com12", r"\\.\COM12", "./robot"] {
-            assert!(!is_network_name(Path::new(word)), "{word}");
         }
     }
 
