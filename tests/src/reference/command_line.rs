@@ -52,16 +52,17 @@ fn section(text: &mut String, parent: &str, command: &Command, flags: Flags<'_>)
         if heading != "Options" && heading != "Arguments" {
             write!(text, "\n\n**{heading}**").unwrap();
         }
+        let first = if heading == "Arguments" { "Operand" } else { "Flag" };
         let rows = arguments.iter().map(|argument| row(&path, "", argument));
         let rows = match flags {
             Flags::Configured => table(
-                ["Flag", "Meaning", "Default", "Variable"],
+                [first, "Meaning", "Default", "Variable"],
                 rows.zip(&arguments).map(|([flag, meaning, default], argument)| {
                     let name = argument.get_long().unwrap_or_default();
                     [flag, meaning, default, code(&variable(name))]
                 }),
             ),
-            Flags::OfServe(_) | Flags::Own => table(["Flag", "Meaning", "Default"], rows),
+            Flags::OfServe(_) | Flags::Own => table([first, "Meaning", "Default"], rows),
         };
         write!(text, "\n\n{rows}").unwrap();
     }

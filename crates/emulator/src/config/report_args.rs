@@ -11,7 +11,7 @@ use ts3100_recording::reports::{Deny, FindingsFormat, Reports};
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Reports")]
 pub struct ReportArgs {
-    /// Write what the hosts did that they had better not: .xml JUnit, .sarif SARIF, .json JSON
+    /// Write the findings, the mistakes of the hosts: JUnit for .xml, SARIF for .sarif, otherwise JSON
     #[arg(long, value_name = "FILE")]
     pub findings: Vec<PathBuf>,
     /// Form of these files, whatever their names end with

@@ -79,7 +79,9 @@ fn number(number: &Number) -> Value {
 }
 
 fn alarm_record(record: &AlarmRecord) -> Value {
-    let known = ALARMS.iter().find(|row| row.number() == record.number);
+    // The record has the level in three digits.
+    let number = record.number.trim_start_matches('0');
+    let known = ALARMS.iter().find(|row| row.number() == number);
     json!({
         "alarm": record.number,
         "message": record.message,
