@@ -83,8 +83,11 @@ fn mark(name: &str) -> String {
     format!("<!-- generated: {name} -->\n")
 }
 
-/// Files of the book that are generated as a whole: the path, and the function that returns the text.
-pub const FILES: &[(&str, fn() -> String)] = &[("reference/config.schema.json", configuration::schema)];
+/// A generated file: the path below `docs`, and the function that returns the text.
+pub type GeneratedFile = (&'static str, fn() -> String);
+
+/// Files of the book that are generated as a whole.
+pub const FILES: &[GeneratedFile] = &[("reference/config.schema.json", configuration::schema)];
 
 /// Every diagnostic of `ts3100 check`.
 fn diagnostics() -> String {
