@@ -43,6 +43,9 @@ pub enum StoreError {
         /// The directory.
         path: PathBuf,
     },
+    /// The write ended before it was done.
+    #[error("the write was not finished: {0}")]
+    Unfinished(tokio::task::JoinError),
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
         "the directory {} is the RAM drive of another running ts3100; end that one, or give each its own --drive",
@@ -68,6 +71,7 @@ impl StoreError {
         match self {
             StoreError::Io { reason, .. } => reason.to_string(),
             StoreError::DirectoryReplaced { .. }
+            | StoreError::Unfinished(_)
             | StoreError::InUse { .. }
             | StoreError::NotADriveFile { .. } => self.to_string(),
         }

@@ -42,14 +42,10 @@ impl Store {
     ///
     /// # Errors
     /// The operating system failed; the next call tries again.
-    pub fn save_history<'a>(
-        &mut self,
-        history: impl Iterator<Item = &'a Alarm> + Clone,
-    ) -> Result<(), StoreError> {
-        if self.history.iter().eq(history.clone()) {
+    pub fn save_history(&mut self, history: VecDeque<Alarm>) -> Result<(), StoreError> {
+        if self.history == history {
             return Ok(());
         }
-        let history = history.cloned().collect();
         let document = Writing {
             version: VERSION,
             history: &history,
