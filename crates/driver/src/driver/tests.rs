@@ -417,11 +417,9 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
             exchange(&mut host, b"", b"\x02OK\r\x03\x02FL,");
         })
         .await;
-        serve_until(&mut driver, |driver| {
-            driver.edge.write.is_none() && driver.awaiting.is_none()
-        })
-        .await;
-        assert_eq!(result.await.unwrap(), Ok(()), "the file was there");
+        let mut erased = None;
+        driver.serve(async { erased = result.await.ok() }).await;
+        assert_eq!(erased, Some(Ok(())), "the file was there");
         assert_eq!(driver.cell.controller.drive().get("A"), None);
         assert!(!directory.at("A").exists());
     });
