@@ -24,14 +24,19 @@ impl Driver {
         match request {
             Request::Panel(panel, reply) => {
                 self.edge.clock.note_activity();
-                let (now, input) = (self.edge.begin(), Input::Panel(panel));
-                let result = self.cell.feed(now, input, Side::Host, &mut self.edge);
+                let result =
+                    self.cell
+                        .feed(self.edge.begin(), Input::Panel(panel), Side::Host, &mut self.edge);
                 self.reply(result, Box::new(move |_, view| reply((), view)));
             }
             Request::Action(action, reply) => {
                 self.edge.clock.note_activity();
-                let (now, input) = (self.edge.begin(), Input::Action(action));
-                let result = self.cell.feed(now, input, Side::Host, &mut self.edge);
+                let result = self.cell.feed(
+                    self.edge.begin(),
+                    Input::Action(action),
+                    Side::Host,
+                    &mut self.edge,
+                );
                 self.reply(result, reply);
             }
             Request::LinkAction(action, reply) => {
@@ -99,18 +104,21 @@ impl Driver {
         match action {
             LinkAction::Inject { port, bytes } => {
                 self.require_peer(port, port.protocol().is_some())?;
-                let (now, input) = (self.edge.begin(), Input::received(port, bytes));
-                return self.cell.feed(now, input, Side::Host, &mut self.edge);
+                return self.cell.feed(
+                    self.edge.begin(),
+                    Input::received(port, bytes),
+                    Side::Host,
+                    &mut self.edge,
+                );
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
                 if self.edge.serial_lines.has(port) {
-                    return Err(ActionError {
-                        kind: ActionErrorKind::Conflict,
-                        expected: "a channel of Ethernet".to_owned(),
-                        found: "a serial line, of which the host holds its own end".to_owned(),
-                        place: port.name().to_owned(),
-                    });
+                    return Err(ActionError::conflict(
+                        port.name(),
+                        "a channel of Ethernet",
+                        "a serial line, of which the host holds its own end",
+                    ));
                 }
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
                 let channel = self.edge.channels.get_mut(port);
@@ -124,9 +132,11 @@ impl Driver {
             }
             LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
                 kind: ActionErrorKind::NotPersisted,
-                expected: "a directory with the files of the start".to_owned(),
-                found: reason.to_string(),
-                place: "drive".to_owned(),
+                ..ActionError::conflict(
+                    "drive",
+                    "a directory with the files of the start",
+                    reason.to_string(),
+                )
             })?,
         }
         Ok(Accepted::Done)
@@ -144,17 +154,15 @@ impl Driver {
 
     /// Fails if the power is off, or if `expected` is set and no peer is connected.
     fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
-        let refused = |expected: &str, found: &str| ActionError {
-            kind: ActionErrorKind::Conflict,
-            expected: expected.to_owned(),
-            found: found.to_owned(),
-            place: port.name().to_owned(),
-        };
         if !self.cell.controller.state().powered {
-            return Err(refused("power on", "the power is off"));
+            return Err(ActionError::conflict(port.name(), "power on", "the power is off"));
         }
         if expected && self.cell.controller.peer(port).is_none() {
-            return Err(refused("a connected peer", "nobody is connected"));
+            return Err(ActionError::conflict(
+                port.name(),
+                "a connected peer",
+                "nobody is connected",
+            ));
         }
         Ok(())
     }

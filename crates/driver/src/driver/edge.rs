@@ -1,7 +1,7 @@
 //! Everything around the controller that a driver owns: carries out the outputs, at sockets, serial lines and the backing
 //! directory. Which inputs come when is decided by `run_loop`.
 
-use super::request::{PendingWait, WaitResult};
+use super::request::PendingWait;
 use super::wait::WaitCondition;
 use crate::cell::Effects;
 use crate::clock::{CATCH_UP_SLICE, Clock};
@@ -75,10 +75,8 @@ impl Edge {
     /// # Errors
     /// Why some of the files were not saved.
     pub fn replace_files(&mut self, current: &Controller, next: &Controller) -> Result<(), StoreError> {
-        match &mut self.backing {
-            Some(backing) => backing.replace_files(current.files(), next),
-            None => Ok(()),
-        }
+        let backing = self.backing.as_mut();
+        backing.map_or(Ok(()), |backing| backing.replace_files(current.files(), next))
     }
 
     /// Begins to save the error history to the backing directory.
@@ -109,9 +107,7 @@ impl Edge {
     /// Ends every wait unreached: they refer to the time of another controller.
     pub fn abandon_waits(&mut self, at: Time) {
         for pending in std::mem::take(&mut self.waits) {
-            let (reached, passed) = (false, Duration::ZERO);
-            // Fails only when the caller no longer waits.
-            let _ = pending.done.send(WaitResult { reached, at, passed });
+            pending.end(false, at, Duration::ZERO);
         }
     }
 
@@ -123,12 +119,7 @@ impl Edge {
         });
         for pending in ended {
             let (reached, passed) = (pending.wait.is_met(controller), now.since(pending.since));
-            // Fails only when nobody waits for it.
-            let _ = pending.done.send(WaitResult {
-                reached,
-                at: now,
-                passed,
-            });
+            pending.end(reached, now, passed);
         }
     }
 

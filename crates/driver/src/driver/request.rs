@@ -91,3 +91,11 @@ pub(super) struct PendingWait {
     pub limit: Time,
     pub done: oneshot::Sender<WaitResult>,
 }
+
+impl PendingWait {
+    /// Answers the caller.
+    pub fn end(self, reached: bool, at: Time, passed: Duration) {
+        // Fails only when the caller no longer waits.
+        let _ = self.done.send(WaitResult { reached, at, passed });
+    }
+}

@@ -219,26 +219,19 @@ impl SerialLines {
     /// waits: no more is read than the controller has room for. Without a context the system itself is asked,
     /// whatever the runtime knows of the line.
     pub fn poll(&mut self, port: Port, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
-        let Some(open) = self.open.get_mut(&port) else {
-            return Poll::Pending;
-        };
-        let inputs = open.line.poll(open.room, context);
-        if let Poll::Ready(inputs) = &inputs {
-            inputs.iter().for_each(|input| open.note(input));
-        }
-        inputs
+        let open = self.open.get_mut(&port);
+        open.map_or(Poll::Pending, |open| open.poll(open.room, context))
     }
 
     /// What has arrived at lines without a host: who has opened one before a command came on another port.
     pub fn open_arrived(&mut self) -> Vec<Input> {
-        let mut arrived = Vec::new();
-        for open in self.open.values_mut().filter(|open| open.peer.is_none()) {
-            if let Poll::Ready(inputs) = open.line.poll(0, None) {
-                inputs.iter().for_each(|input| open.note(input));
-                arrived.extend(inputs);
-            }
-        }
-        arrived
+        let without_host = self.open.values_mut().filter(|open| open.peer.is_none());
+        let polled = without_host.map(|open| open.poll(0, None));
+        let arrived = polled.flat_map(|polled| match polled {
+            Poll::Ready(inputs) => inputs,
+            Poll::Pending => Vec::new(),
+        });
+        arrived.collect()
     }
 
     /// Notes how much room the controller has for each line.
@@ -279,6 +272,14 @@ impl SerialLines {
 }
 
 impl OpenLine {
+    fn poll(&mut self, most: usize, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
+        let polled = self.line.poll(most, context);
+        if let Poll::Ready(inputs) = &polled {
+            inputs.iter().for_each(|input| self.note(input));
+        }
+        polled
+    }
+
     /// Notes what an input says of the host.
     fn note(&mut self, input: &Input) {
         // A TCP channel says itself who comes and goes.

@@ -18,15 +18,9 @@ const VERSION: u32 = 1;
 /// Read limit in bytes, more than the longest history needs.
 const MAX_SIZE: u64 = 1024 * 1024;
 
-#[derive(Serialize)]
-struct Writing<'a> {
-    version: u32,
-    history: &'a VecDeque<Alarm>,
-}
-
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Reading {
+struct Document {
     version: u32,
     history: VecDeque<Alarm>,
 }
@@ -46,17 +40,15 @@ impl Store {
         if self.history == history {
             return Ok(());
         }
-        let document = Writing {
-            version: VERSION,
-            history: &history,
-        };
+        let version = VERSION;
+        let document = Document { version, history };
         let content = serde_json::to_vec(&document).map_err(|error| StoreError::Io {
             action: "write",
             path: self.directory.join(FILE),
             reason: error.into(),
         })?;
         self.replace(FILE, &content)?;
-        self.history = history;
+        self.history = document.history;
         Ok(())
     }
 
@@ -93,7 +85,7 @@ fn read(path: &Path) -> Result<VecDeque<Alarm>, HistoryError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(VecDeque::new()),
         content => content?,
     };
-    let Reading { version, history } = serde_json::from_slice(&content)?;
+    let Document { version, history } = serde_json::from_slice(&content)?;
     if version != VERSION {
         return Err(HistoryError::Version(version));
     }
