@@ -1,8 +1,9 @@
 //! The Ethernet channels IP0 to IP3 as TCP sockets: who is connected to which channel, and bytes in both directions.
 //! Nothing here knows what the bytes mean.
 //!
-//! The driver owns [`Channels`] and polls each [`Channel`]: accepting (`listen`), reading and writing (`connection`) happen
-//! in its own task; only dialling (`dial`) is a task of its own. Start with [`Channel::poll`].
+//! The driver owns [`Channels`] and polls each `Channel`: accepting (`listen`), reading and writing (`connection`) happen
+//! in its own task; only dialling (`dial`) is a task of its own. Start with
+//! `Channel::poll()` in `channel`.
 
 mod channel;
 mod connection;
