@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use ts3100_controller::findings::Rule;
 use ts3100_controller::output::DisconnectMode;
-use ts3100_controller::{Accepted, ActionError, Controller, Event, Input, Output, PersistError, Port, Time};
+use ts3100_controller::{
+    Accepted, ActionError, Bytes, Controller, Event, Input, Output, PersistError, Port, Time,
+};
 use ts3100_proto::calendar::CalendarTime;
 
 /// One of the two sides of a connection.
@@ -91,12 +93,21 @@ pub trait ActionSource: Send {
 
 /// The world around a controller.
 pub trait Effects {
-    /// Stores a change of a file, which the controller makes afterwards; without content the file is erased.
-    ///
-    /// # Errors
-    /// Why it is not stored; the controller then does not make the change.
-    fn persist(&mut self, _at: Time, _name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
-        Ok(())
+    /// Stores a change of a file, which the controller makes afterwards; without content the file is erased. Returns why
+    /// it is not stored, after which the controller does not make the change, or `None` while it is being stored: then
+    /// the owner feeds [`Input::Persisted`] later.
+    fn persist(
+        &mut self,
+        _at: Time,
+        _name: &str,
+        _content: Option<Bytes>,
+    ) -> Option<Result<(), PersistError>> {
+        Some(Ok(()))
+    }
+
+    /// Whether something is being stored: no output follows before the owner has fed [`Input::Persisted`].
+    fn is_storing(&self) -> bool {
+        false
     }
 
     /// Carries out an output. Returns the inputs that result from it at once.
@@ -105,6 +116,12 @@ pub trait Effects {
     /// Whether overdue work, done up to the time `reached`, has taken so long that its rest has to wait.
     fn is_late(&mut self, _reached: Time) -> bool {
         false
+    }
+
+    /// An input and what follows from it have been handled, as far as nothing has to be stored first. Returns whether all
+    /// subscribers see statements from now on; `None` changes nothing.
+    fn settled(&mut self, _controller: &Controller) -> Option<bool> {
+        None
     }
 }
 
@@ -139,6 +156,31 @@ pub struct Cell {
     timed_findings: bool,
     /// Statements are of interest to all subscribers.
     statements_awaited: bool,
+    /// What has not been handled yet, and the side that caused it.
+    inputs: VecDeque<(Input, Side, Source)>,
+    /// The step that waits until something is stored; every input waits for it.
+    waiting: Option<Step>,
+}
+
+/// Where an input comes from.
+#[derive(Clone, Copy)]
+enum Source {
+    /// It was due before the input that is next.
+    Due,
+    /// It was handed to [`Cell::feed`].
+    Fed,
+    /// It follows from another.
+    Follows,
+}
+
+/// An input that has been handled, with its result, and its outputs as far as they are carried out.
+#[derive(Clone)]
+struct Step {
+    at: Time,
+    source: Source,
+    result: Result<Accepted, ActionError>,
+    /// Name of the file whose change is being stored.
+    file: Option<String>,
 }
 
 impl Cell {
@@ -150,6 +192,8 @@ impl Cell {
             audience: Audience::default(),
             timed_findings: true,
             statements_awaited: false,
+            inputs: VecDeque::new(),
+            waiting: None,
         }
     }
 
@@ -206,93 +250,126 @@ impl Cell {
     /// Handles an input at `now` and every input that results from it. What was due before is handled first, each item
     /// at its own time.
     ///
+    /// While a change of a file is being stored, every input waits; [`Input::Persisted`] goes on with them, and
+    /// its result is that of the input that was fed.
+    ///
     /// # Errors
     /// Why `input`, an action, had no effect. The refusals of other actions that come with it are events.
     pub fn feed(
         &mut self,
         mut now: Time,
         input: Input,
-        mut by: Side,
+        by: Side,
         effects: &mut impl Effects,
-    ) -> Result<(), ActionError> {
-        let mut inputs = VecDeque::from([input]);
-        let mut first = None;
-        while let Some(input) = inputs.pop_front() {
-            now = self.catch_up(now, by, &mut inputs, effects);
-            let result = self.step(now, input, by, &mut inputs, effects);
-            first.get_or_insert(result);
-            // What follows from the first input is the controller's own doing.
-            by = Side::Robot;
-            // The controller has nothing overdue after an input; what it has put out can make planned inputs due.
-            if inputs.is_empty() && self.audience.actions.is_some() {
-                now = self.catch_up(now, by, &mut inputs, effects);
+    ) -> Result<Accepted, ActionError> {
+        let mut fed = Ok(Accepted::Pending);
+        let mut resumed = None;
+        match (input, self.waiting.take()) {
+            (Input::Persisted(answer), Some(mut step)) => {
+                self.answer(&mut step, answer);
+                resumed = Some(step);
+            }
+            (input, None) => self.inputs.push_back((input, by, Source::Fed)),
+            (input, waiting) => {
+                self.inputs.push_back((input, by, Source::Follows));
+                self.waiting = waiting;
+                return fed;
             }
         }
-        first.unwrap_or(Ok(()))
+        loop {
+            let step = if let Some(step) = resumed.take() {
+                step
+            } else if let Some((at, input, by, source)) = self.next_input(now, effects) {
+                for subscriber in &mut self.audience.subscribers {
+                    subscriber.input(at, &input, by);
+                }
+                let result = self.controller.handle(at, input);
+                let file = None;
+                Step {
+                    at,
+                    source,
+                    result,
+                    file,
+                }
+            } else {
+                break;
+            };
+            let source = step.source;
+            match (self.put_out(step, effects), source) {
+                (None, _) => break,
+                (Some(result), Source::Fed) => fed = result,
+                // What is due after the time that was reached has to wait.
+                (Some(_), Source::Due) if effects.is_late(self.controller.now()) => {
+                    now = self.controller.now();
+                }
+                (Some(_), Source::Due | Source::Follows) => {}
+            }
+        }
+        self.flush();
+        if let Some(on) = effects.settled(&self.controller) {
+            self.await_statements(on);
+        }
+        fed
     }
 
-    /// Handles everything that was due before `now`. Returns the time that was reached, which is earlier if the owner
-    /// is late.
-    fn catch_up(
-        &mut self,
-        now: Time,
-        by: Side,
-        inputs: &mut VecDeque<Input>,
-        effects: &mut impl Effects,
-    ) -> Time {
-        loop {
+    /// The input that is next, with its time: what was due before `now`, then what was fed, then what follows from it.
+    fn next_input(&mut self, now: Time, effects: &mut impl Effects) -> Option<(Time, Input, Side, Source)> {
+        // The controller has nothing overdue after an input; what it has put out can make planned inputs due.
+        while !self.inputs.is_empty() || self.audience.actions.is_some() {
             let due = self.controller.poll_deadline().filter(|due| *due < now);
             let actions = self.audience.actions.as_mut();
             let planned = actions.and_then(|actions| actions.take_due(due.unwrap_or(now)));
             let (at, planned) = match (planned, due) {
-                (Some((at, planned)), _) => (at, planned),
+                (Some(planned), _) => planned,
                 (None, Some(due)) => (due, PlannedAction::Input(Input::Tick)),
-                (None, None) => return now,
+                (None, None) => {
+                    let (input, by, source) = self.inputs.pop_front()?;
+                    return Some((now, input, by, source));
+                }
             };
             let at = at.max(self.controller.now());
             match planned {
                 // The refusal of a planned action is an event; no caller waits for its result.
-                PlannedAction::Input(input) => drop(self.step(at, input, by, inputs, effects)),
-                PlannedAction::Drop(port) if self.controller.peer(port).is_none() => {}
-                PlannedAction::Drop(port) => {
-                    self.notify(at, Notice::Dropped(port));
-                    let how = DisconnectMode::Close;
-                    let close = Output::Disconnect { port, how };
-                    inputs.extend(effects.perform(at, close, &self.controller));
+                PlannedAction::Input(input) => {
+                    let by = self.inputs.front().map_or(Side::Robot, |(_, by, _)| *by);
+                    return Some((at, input, by, Source::Due));
                 }
-            }
-            let reached = self.controller.now();
-            if effects.is_late(reached) {
-                return reached;
+                PlannedAction::Drop(port) => self.drop_peer(at, port, effects),
             }
         }
+        None
     }
 
-    /// One input at its time, and what the controller puts out.
-    fn step(
-        &mut self,
-        at: Time,
-        input: Input,
-        by: Side,
-        inputs: &mut VecDeque<Input>,
-        effects: &mut impl Effects,
-    ) -> Result<(), ActionError> {
-        for subscriber in &mut self.audience.subscribers {
-            subscriber.input(at, &input, by);
+    /// Closes the connection of a port from outside, if it has one.
+    fn drop_peer(&mut self, at: Time, port: Port, effects: &mut impl Effects) {
+        if self.controller.peer(port).is_none() {
+            return;
         }
-        let mut result = self.controller.handle(at, input);
+        self.notify(at, Notice::Dropped(port));
+        let how = DisconnectMode::Close;
+        let close = Output::Disconnect { port, how };
+        let inputs = effects.perform(at, close, &self.controller).into_iter();
+        let inputs = inputs.map(|input| (input, Side::Robot, Source::Follows));
+        self.inputs.extend(inputs);
+    }
+
+    /// Carries out what the controller puts out. Returns the result of the step, or `None` if it waits until something
+    /// is stored.
+    fn put_out(
+        &mut self,
+        mut step: Step,
+        effects: &mut impl Effects,
+    ) -> Option<Result<Accepted, ActionError>> {
+        let at = step.at;
         while let Some(output) = self.controller.poll_output() {
-            if let Output::Persist { name, content } = &output {
-                let answer = effects.persist(at, name, content.as_deref());
-                if let Err(reason) = &answer {
-                    let reason = &reason.to_string();
-                    self.notify(at, Notice::NotPersisted { name, reason });
-                }
-                // An action that waited for the answer has its result now.
-                let answered = self.controller.handle(at, Input::Persisted(answer));
-                if result == Ok(Accepted::Pending) {
-                    result = answered;
-                }
+            if let Output::Persist { name, content } = output {
+                let answer = effects.persist(at, &name, content);
+                step.file = Some(name);
+                let Some(answer) = answer else {
+                    self.waiting = Some(step);
+                    return None;
+                };
+                self.answer(&mut step, answer);
                 continue;
             }
             if !self.timed_findings && is_timed_finding(&output) {
@@ -308,12 +385,34 @@ impl Cell {
             if matches!(output, Output::Send { .. }) {
                 self.flush();
             }
-            inputs.extend(effects.perform(at, output, &self.controller));
+            let inputs = effects.perform(at, output, &self.controller).into_iter();
+            // What follows from an input is the controller's own doing.
+            let inputs = inputs.map(|input| (input, Side::Robot, Source::Follows));
+            self.inputs.extend(inputs);
+            if effects.is_storing() {
+                self.waiting = Some(step);
+                return None;
+            }
         }
         for subscriber in &mut self.audience.subscribers {
             subscriber.settled(at, &self.controller);
         }
-        result.map(drop)
+        Some(step.result)
+    }
+
+    /// Hands the answer to a change of a file to the controller. An action that waited for it has its result now.
+    fn answer(&mut self, step: &mut Step, answer: Result<(), PersistError>) {
+        let Some(name) = step.file.take() else {
+            return;
+        };
+        if let Err(reason) = &answer {
+            let (name, reason) = (&name, &reason.to_string());
+            self.notify(step.at, Notice::NotPersisted { name, reason });
+        }
+        let answered = self.controller.handle(step.at, Input::Persisted(answer));
+        if step.result == Ok(Accepted::Pending) {
+            step.result = answered;
+        }
     }
 }
 

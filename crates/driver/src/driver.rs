@@ -14,9 +14,9 @@ use crate::serial::{SerialEndpoint, SerialError, SerialLines};
 use crate::snapshot::SnapshotStore;
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels, LinkOptions, Ports};
-use edge::Edge;
-use request::Request;
-use run_loop::SourceRotation;
+use edge::{Edge, WriteResult};
+use request::{Reply, Request};
+use run_loop::Rotation;
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::net::IpAddr;
@@ -89,7 +89,9 @@ pub struct Driver {
     cell: Cell,
     edge: Edge,
     requests: mpsc::Receiver<Request>,
-    rotation: SourceRotation,
+    rotation: Rotation,
+    /// Takes the result of an action that waits until a change of a file is stored.
+    awaiting: Option<Reply<Result<(), ActionError>>>,
     snapshot_store: SnapshotStore,
     servo_on: bool,
     /// Faults that are armed at the start and after a reset.
@@ -119,9 +121,11 @@ impl Driver {
                 ports: BTreeMap::new(),
                 waits: Vec::new(),
                 begun: Instant::now(),
+                write: None,
             },
             requests,
-            rotation: SourceRotation::default(),
+            rotation: Rotation::default(),
+            awaiting: None,
             snapshot_store: SnapshotStore::default(),
             servo_on: setup.servo_on,
             faults: setup.faults,
@@ -159,42 +163,40 @@ impl Driver {
     /// Runs until `stop` completes, closes all ports and returns the final controller.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
+        self.finish_writes().await;
         // Handle what is already due, so that the returned state and the reports agree.
         self.feed(Input::Tick);
+        self.finish_writes().await;
         self.edge.channels.close();
-        self.edge.serial_lines.close().await;
+        self.edge.serial_lines.close();
         self.cell.controller
     }
 
     /// Handles an input of the host and every input that results from it.
     fn feed(&mut self, input: Input) {
         // The refusal of an action that nobody waits for is an event.
-        let _ = self.feed_from(input, Side::Host);
+        let _ = self
+            .cell
+            .feed(self.edge.begin(), input, Side::Host, &mut self.edge);
     }
 
-    /// As [`Driver::feed`]; transcripts name the side that has caused it.
-    ///
-    /// # Errors
-    /// Why `input`, an action, had no effect.
-    fn feed_from(&mut self, input: Input, by: Side) -> Result<(), ActionError> {
-        self.edge.begun = Instant::now();
-        let now = self.edge.clock.now();
-        let result = self.cell.feed(now, input, by, &mut self.edge);
-        // Grant read credit last: inputs that are still queued before would otherwise be counted as free room.
-        self.edge.serial_lines.grant_read_credit(&self.cell.controller);
-        self.cell.flush();
-        self.end_waits();
-        self.update_idle();
-        result
+    /// A write to the backing directory has ended: what has waited for it goes on.
+    fn stored(&mut self, written: WriteResult) {
+        let answer = Input::Persisted(self.edge.finish_write(written));
+        let result = self
+            .cell
+            .feed(self.edge.begin(), answer, Side::Host, &mut self.edge);
+        if let Some(reply) = self.awaiting.take() {
+            self.reply(result, reply);
+        }
     }
 
-    /// Tells the clock whether wall-clock time matters to anybody: a connected peer or a pending wait.
-    fn update_idle(&mut self) {
-        let controller = &self.cell.controller;
-        let has_peer = |port: &Port| controller.peer(*port).is_some();
-        let idle =
-            self.edge.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer);
-        self.edge.clock.set_idle(idle);
+    /// Waits until nothing is being stored.
+    async fn finish_writes(&mut self) {
+        while let Some(write) = &mut self.edge.write {
+            let written = (&mut write.task).await;
+            self.stored(written);
+        }
     }
 
     /// Findings about the host's timing are valid only while virtual time is as fast as the host's clock.

@@ -5,7 +5,7 @@
 //! and never a part. What the content means is up to the caller; the RAM drive's directory is in [`crate::store`].
 
 use std::ffi::OsString;
-use std::fs::{self, File, FileType, Metadata};
+use std::fs::{self, File, FileType, Metadata, TryLockError};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -116,7 +116,7 @@ fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
 }
 
 /// The directory of a path; `.` for a bare file name.
-fn directory_of(path: &Path) -> &Path {
+pub(crate) fn directory_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -237,10 +237,7 @@ pub fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf>
 
 /// Writes a new file and syncs it to disk. An existing file or link of that name is removed, not followed.
 pub fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-        _ => {}
-    }
+    remove(path)?;
     let mut file = File::options().write(true).create_new(true).open(path)?;
     let written = write(&mut file).and_then(|()| file.sync_all());
     if written.is_err() {
@@ -248,6 +245,26 @@ pub fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -
         let _ = fs::remove_file(path);
     }
     written
+}
+
+/// Removes a file or link, if there is one.
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    }
+}
+
+/// Opens a file, makes it if it is missing, and locks it until the returned file is closed; `None` if somebody else has
+/// locked it.
+pub(crate) fn lock(path: &Path) -> io::Result<Option<File>> {
+    let mut options = File::options();
+    let file = options.create(true).truncate(false).write(true).open(path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(Some(file)),
+        Err(TryLockError::WouldBlock) => Ok(None),
+        Err(TryLockError::Error(error)) => Err(error),
+    }
 }
 
 /// Syncs the entries of a directory to disk.

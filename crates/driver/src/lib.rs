@@ -13,7 +13,7 @@ pub mod clock;
 pub mod driver;
 pub mod files;
 pub mod pc_file;
-mod port_queues;
+mod portion;
 pub mod serial;
 pub mod snapshot;
 pub mod socket;

@@ -10,7 +10,7 @@ mod history;
 use crate::files::{self, UNFINISHED_SUFFIX};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use ts3100_controller::alarm::Alarm;
@@ -43,6 +43,9 @@ pub enum StoreError {
         /// The directory.
         path: PathBuf,
     },
+    /// The write ended before it was done.
+    #[error("the write was not finished: {0}")]
+    Unfinished(tokio::task::JoinError),
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
         "the directory {} is the RAM drive of another running ts3100; end that one, or give each its own --drive",
@@ -68,6 +71,7 @@ impl StoreError {
         match self {
             StoreError::Io { reason, .. } => reason.to_string(),
             StoreError::DirectoryReplaced { .. }
+            | StoreError::Unfinished(_)
             | StoreError::InUse { .. }
             | StoreError::NotADriveFile { .. } => self.to_string(),
         }
@@ -108,13 +112,18 @@ impl Store {
     /// which cannot be there: a download of that name would destroy it.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
+        let lock_file = directory.join(LOCK);
+        let Some(lock) = files::lock(&lock_file).map_err(io_error("lock", &lock_file))? else {
+            let path = directory.to_path_buf();
+            return Err(StoreError::InUse { path });
+        };
         let mut store = Store {
             directory: directory.to_path_buf(),
             handle: cfg!(unix)
                 .then(|| File::open(directory))
                 .transpose()
                 .map_err(io_error("open", directory))?,
-            _lock: lock(directory)?,
+            _lock: lock,
             files: BTreeMap::new(),
             history: VecDeque::new(),
             warnings: Vec::new(),
@@ -211,16 +220,19 @@ impl Store {
             let path = self.directory.join(previous);
             fs::rename(&path, &place).map_err(io_error("rename", &path))?;
         }
-        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
+        self.put_in_place(&unfinished, &place)?;
         self.files.insert(name.to_owned(), OsString::from(name));
-        self.sync()
+        Ok(())
     }
 
     /// Atomically replaces a file of the store itself.
     fn replace(&self, name: &str, content: &[u8]) -> Result<(), StoreError> {
         let unfinished = self.write_temporary(name, content)?;
-        let place = self.directory.join(name);
-        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
+        self.put_in_place(&unfinished, &self.directory.join(name))
+    }
+
+    fn put_in_place(&self, unfinished: &Path, place: &Path) -> Result<(), StoreError> {
+        fs::rename(unfinished, place).map_err(io_error("put in place", place))?;
         self.sync()
     }
 
@@ -244,12 +256,7 @@ impl Store {
             return Ok(());
         };
         let path = self.directory.join(actual);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(io_error("remove", &path)(error));
-            }
-            _ => {}
-        }
+        files::remove(&path).map_err(io_error("remove", &path))?;
         self.files.remove(name);
         self.sync()
     }
@@ -274,17 +281,12 @@ impl Store {
     /// directory.
     fn path_of(&self, name: &str) -> Result<PathBuf, StoreError> {
         let path = self.directory.join(name);
-        match FileName::parse(name) {
-            Ok(normal) if normal.as_str() == name => Ok(path),
-            Ok(_) => Err(StoreError::NotADriveFile {
-                path,
-                reason: "its name is not in upper case".to_owned(),
-            }),
-            Err(error) => Err(StoreError::NotADriveFile {
-                path,
-                reason: error.to_string(),
-            }),
-        }
+        let reason = match FileName::parse(name) {
+            Ok(normal) if normal.as_str() == name => return Ok(path),
+            Ok(_) => "its name is not in upper case".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        Err(StoreError::NotADriveFile { path, reason })
     }
 
     fn sync(&self) -> Result<(), StoreError> {
@@ -292,21 +294,6 @@ impl Store {
             Some(opened) => opened.sync_all().map_err(io_error("sync", &self.directory)),
             None => Ok(()),
         }
-    }
-}
-
-/// Locks the directory until the returned file is closed.
-fn lock(directory: &Path) -> Result<File, StoreError> {
-    let path = directory.join(LOCK);
-    let mut options = File::options();
-    let opened = options.create(true).truncate(false).write(true).open(&path);
-    let file = opened.map_err(io_error("open the lock file", &path))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err(StoreError::InUse {
-            path: directory.to_path_buf(),
-        }),
-        Err(TryLockError::Error(reason)) => Err(io_error("lock", &path)(reason)),
     }
 }
 

@@ -39,7 +39,9 @@ impl ActionError {
         }
     }
 
-    pub(crate) fn conflict(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
+    /// The state forbids it at `place`, or the value does not fit.
+    #[must_use]
+    pub fn conflict(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
         ActionError {
             kind: ActionErrorKind::Conflict,
             ..ActionError::missing(place, expected, found)

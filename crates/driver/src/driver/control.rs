@@ -4,14 +4,15 @@
 //! an input of the controller or a change of a connection, between two inputs. Snapshot requests are in `snapshots`.
 
 use super::Driver;
-use super::request::{LinkAction, PendingWait, Request, View, WaitResult};
+use super::request::{LinkAction, PendingWait, Reply, Request, View};
 use crate::cell::{Notice, Side};
 use crate::clock::{self, TimeMode, Wake};
 use crate::store::StoreError;
 use crate::store::backing::Backing;
+use crate::tcp::Channel;
 use std::time::Duration;
 use tracing::{error, info};
-use ts3100_controller::action::{Action, ActionError, ActionErrorKind};
+use ts3100_controller::action::{Accepted, Action, ActionError, ActionErrorKind};
 use ts3100_controller::faults::FaultAction;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::port::Port;
@@ -19,34 +20,44 @@ use ts3100_controller::time::Time;
 
 impl Driver {
     /// Carries out one request and replies to the caller.
-    pub(super) fn serve_request(&mut self, request: Request) {
+    pub(super) async fn serve_request(&mut self, request: Request) {
         match request {
             Request::Panel(panel, reply) => {
                 self.edge.clock.note_activity();
-                self.feed(Input::Panel(panel));
-                reply((), &self.view());
+                let result =
+                    self.cell
+                        .feed(self.edge.begin(), Input::Panel(panel), Side::Host, &mut self.edge);
+                self.reply(result, Box::new(move |_, view| reply((), view)));
             }
             Request::Action(action, reply) => {
                 self.edge.clock.note_activity();
-                let result = self.feed_from(Input::Action(action), Side::Host);
-                reply(result, &self.view());
+                let result = self.cell.feed(
+                    self.edge.begin(),
+                    Input::Action(action),
+                    Side::Host,
+                    &mut self.edge,
+                );
+                self.reply(result, reply);
             }
             Request::LinkAction(action, reply) => {
                 self.edge.clock.note_activity();
-                let result = self.act_on_link(action);
+                let result = self.act_on_link(action).await;
                 // What is due in the new time mode, before the state is read.
                 self.feed(Input::Tick);
-                reply(result, &self.view());
+                self.reply(result, reply);
             }
             Request::Snapshot(task, reply) => {
                 // Handle what is already due first, so that the saved state is the present one.
                 self.feed(Input::Tick);
-                let result = self.act_on_snapshots(task);
+                self.finish_writes().await;
+                let result = self.act_on_snapshots(task).await;
                 reply(result, &self.view());
             }
             Request::Query(look) => {
-                // As above.
-                self.feed(Input::Tick);
+                // As above, but what is being stored is not waited for.
+                if self.edge.write.is_none() {
+                    self.feed(Input::Tick);
+                }
                 look((), &self.view());
             }
             Request::Wait(wait, done) => {
@@ -59,9 +70,22 @@ impl Driver {
                     limit,
                     done,
                 });
-                self.end_waits();
-                self.update_idle();
+                // It may have ended already.
+                self.feed(Input::Tick);
             }
+        }
+    }
+
+    /// Replies to the caller, as soon as the action has its result.
+    pub(super) fn reply(
+        &mut self,
+        result: Result<Accepted, ActionError>,
+        reply: Reply<Result<(), ActionError>>,
+    ) {
+        if result == Ok(Accepted::Pending) {
+            self.awaiting = Some(reply);
+        } else {
+            reply(result.map(drop), &self.view());
         }
     }
 
@@ -76,58 +100,69 @@ impl Driver {
         }
     }
 
-    fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
+    async fn act_on_link(&mut self, action: LinkAction) -> Result<Accepted, ActionError> {
         match action {
             LinkAction::Inject { port, bytes } => {
                 self.require_peer(port, port.protocol().is_some())?;
-                self.feed(Input::received(port, bytes));
-                Ok(())
+                return self.cell.feed(
+                    self.edge.begin(),
+                    Input::received(port, bytes),
+                    Side::Host,
+                    &mut self.edge,
+                );
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
                 if self.edge.serial_lines.has(port) {
-                    return Err(ActionError {
-                        kind: ActionErrorKind::Conflict,
-                        expected: "a channel of Ethernet".to_owned(),
-                        found: "a serial line, of which the host holds its own end".to_owned(),
-                        place: port.name().to_owned(),
-                    });
+                    return Err(ActionError::conflict(
+                        port.name(),
+                        "a channel of Ethernet",
+                        "a serial line, of which the host holds its own end",
+                    ));
                 }
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
-                for input in self.edge.channels.drop_peer(port) {
-                    // Only actions are refused.
-                    let _ = self.feed_from(input, Side::Robot);
-                }
-                Ok(())
+                let channel = self.edge.channels.get_mut(port);
+                let inputs = channel.map_or_else(Vec::new, Channel::drop_peer);
+                self.feed_own(inputs);
             }
             LinkAction::TimeMode(mode) => {
                 self.edge.clock.set_mode(mode);
                 self.judge_pace();
                 info!("time: {mode}");
-                Ok(())
             }
-            LinkAction::Reset => self.reset().map_err(|reason| ActionError {
+            LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
                 kind: ActionErrorKind::NotPersisted,
-                expected: "a directory with the files of the start".to_owned(),
-                found: reason.to_string(),
-                place: "drive".to_owned(),
-            }),
+                ..ActionError::conflict(
+                    "drive",
+                    "a directory with the files of the start",
+                    reason.to_string(),
+                )
+            })?,
+        }
+        Ok(Accepted::Done)
+    }
+
+    /// Handles inputs that the controller's side has caused.
+    fn feed_own(&mut self, inputs: Vec<Input>) {
+        for input in inputs {
+            // Only actions are refused.
+            let _ = self
+                .cell
+                .feed(self.edge.begin(), input, Side::Robot, &mut self.edge);
         }
     }
 
     /// Fails if the power is off, or if `expected` is set and no peer is connected.
     fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
-        let refused = |expected: &str, found: &str| ActionError {
-            kind: ActionErrorKind::Conflict,
-            expected: expected.to_owned(),
-            found: found.to_owned(),
-            place: port.name().to_owned(),
-        };
         if !self.cell.controller.state().powered {
-            return Err(refused("power on", "the power is off"));
+            return Err(ActionError::conflict(port.name(), "power on", "the power is off"));
         }
         if expected && self.cell.controller.peer(port).is_none() {
-            return Err(refused("a connected peer", "nobody is connected"));
+            return Err(ActionError::conflict(
+                port.name(),
+                "a connected peer",
+                "nobody is connected",
+            ));
         }
         Ok(())
     }
@@ -136,14 +171,15 @@ impl Driver {
     ///
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
-    fn reset(&mut self) -> Result<(), StoreError> {
+    async fn reset(&mut self) -> Result<(), StoreError> {
         for input in self.edge.close_channels() {
             if let Input::Disconnected { port } = input {
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
             }
-            let _ = self.feed_from(input, Side::Robot);
+            self.feed_own(vec![input]);
         }
         self.feed(Input::Tick);
+        self.finish_writes().await;
         let mut next = self.initial_controller.clone();
         let files_result = self.edge.replace_files(&self.cell.controller, &next);
         let wall_clock = matches!(self.edge.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
@@ -159,8 +195,9 @@ impl Driver {
         self.cell.controller = next;
         self.edge.clock.restart();
         self.edge.clock.set(self.cell.controller.now());
-        self.abandon_waits(Time::ZERO);
+        self.edge.abandon_waits(Time::ZERO);
         self.edge.save_history(&self.cell.controller);
+        self.finish_writes().await;
         if let Err(reason) = self.edge.open_channels(&self.cell.controller) {
             error!("no port is open: {reason}");
         }
@@ -170,15 +207,6 @@ impl Driver {
         }
         self.start();
         files_result
-    }
-
-    /// Ends every wait unreached: they refer to the time of another controller.
-    pub(super) fn abandon_waits(&mut self, at: Time) {
-        for pending in std::mem::take(&mut self.edge.waits) {
-            let (reached, passed) = (false, Duration::ZERO);
-            // Fails only when the caller no longer waits.
-            let _ = pending.done.send(WaitResult { reached, at, passed });
-        }
     }
 
     /// Feeds the first inputs after power-on: the initial faults and the servo power.
@@ -194,31 +222,11 @@ impl Driver {
         }
     }
 
-    /// Answers the waits that have ended and drops those whose caller is gone.
-    pub(super) fn end_waits(&mut self) {
-        let now = self.cell.controller.now();
-        let mut index = 0;
-        while let Some(pending) = self.edge.waits.get(index) {
-            let reached = pending.wait.is_met(&self.cell.controller);
-            if !reached && now < pending.limit && !pending.done.is_closed() {
-                index += 1;
-                continue;
-            }
-            let pending = self.edge.waits.swap_remove(index);
-            let passed = now.since(pending.since);
-            // Fails only when nobody waits for it.
-            let _ = pending.done.send(WaitResult {
-                reached,
-                at: now,
-                passed,
-            });
-        }
-        let needs_statements = self.edge.waits.iter().any(PendingWait::needs_statements);
-        self.cell.await_statements(needs_statements);
-    }
-
     /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
+        if self.edge.write.is_some() {
+            return (Wake::Never, None);
+        }
         let deadline = self.cell.deadline();
         let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
         if let Some(limit) = advancing.map(|pending| pending.limit).min() {

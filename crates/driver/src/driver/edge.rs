@@ -2,6 +2,7 @@
 //! directory. Which inputs come when is decided by `run_loop`.
 
 use super::request::PendingWait;
+use super::wait::WaitCondition;
 use crate::cell::Effects;
 use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::serial::SerialLines;
@@ -9,9 +10,21 @@ use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels};
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tracing::{error, info, warn};
-use ts3100_controller::{Controller, Event, Input, Output, PersistError, Port, Time};
+use ts3100_controller::{Bytes, Controller, Event, Input, Output, PersistError, Port, Time};
+
+/// What has become of a write, as its task says.
+pub(super) type WriteResult = Result<Result<(), StoreError>, JoinError>;
+
+/// A write to the backing directory that is under way.
+pub(super) struct Write {
+    pub task: JoinHandle<Result<(), StoreError>>,
+    at: Time,
+    /// The file; `None` for the error history.
+    file: Option<String>,
+}
 
 /// Clock, connections and directory of a driver.
 pub(super) struct Edge {
@@ -24,9 +37,25 @@ pub(super) struct Edge {
     pub waits: Vec<PendingWait>,
     /// Wall-clock time at which the present input came.
     pub begun: Instant,
+    /// No input is handled before it has ended.
+    pub write: Option<Write>,
 }
 
 impl Edge {
+    /// The time of an input that is handled now.
+    pub fn begin(&mut self) -> Time {
+        self.begun = Instant::now();
+        self.clock.now()
+    }
+
+    /// Who has connected before a command came on another port is known before it: the ports are not polled in that
+    /// order.
+    pub fn arrived(&mut self) -> Vec<Input> {
+        let mut inputs = self.channels.accept_arrived();
+        inputs.extend(self.serial_lines.open_arrived());
+        inputs
+    }
+
     /// Opens the channels of the controller's network parameters.
     pub fn open_channels(&mut self, controller: &Controller) -> Result<(), ChannelError> {
         self.ports.clear();
@@ -46,29 +75,85 @@ impl Edge {
     /// # Errors
     /// Why some of the files were not saved.
     pub fn replace_files(&mut self, current: &Controller, next: &Controller) -> Result<(), StoreError> {
-        match &mut self.backing {
-            Some(backing) => backing.replace_files(current.files(), next),
-            None => Ok(()),
+        let backing = self.backing.as_mut();
+        backing.map_or(Ok(()), |backing| backing.replace_files(current.files(), next))
+    }
+
+    /// Begins to save the error history to the backing directory.
+    pub fn save_history(&mut self, controller: &Controller) {
+        if let Some(backing) = &self.backing {
+            self.write = Some(Write {
+                task: spawn_blocking(backing.history(controller)),
+                at: controller.now(),
+                file: None,
+            });
         }
     }
 
-    /// Saves the error history to the backing directory.
-    pub fn save_history(&mut self, controller: &Controller) {
-        if let Some(backing) = &mut self.backing {
-            backing.save_history(controller);
+    /// A write has ended: the answer for the controller.
+    pub fn finish_write(&mut self, ended: WriteResult) -> Result<(), PersistError> {
+        let written = ended.unwrap_or_else(|reason| Err(StoreError::Unfinished(reason)));
+        let (Some(write), Some(backing)) = (self.write.take(), &mut self.backing) else {
+            return Ok(());
+        };
+        let Some(file) = &write.file else {
+            backing.finish_history(write.at, written);
+            return Ok(());
+        };
+        let kept = backing.finish(write.at, file, written);
+        kept.map_err(|reason| PersistError::Refused(reason.to_string()))
+    }
+
+    /// Ends every wait unreached: they refer to the time of another controller.
+    pub fn abandon_waits(&mut self, at: Time) {
+        for pending in std::mem::take(&mut self.waits) {
+            pending.end(false, at, Duration::ZERO);
         }
+    }
+
+    /// Answers the waits that have ended and drops those whose caller is gone.
+    fn end_waits(&mut self, controller: &Controller) {
+        let now = controller.now();
+        let ended = self.waits.extract_if(.., |pending| {
+            now >= pending.limit || pending.done.is_closed() || pending.wait.is_met(controller)
+        });
+        for pending in ended {
+            let (reached, passed) = (pending.wait.is_met(controller), now.since(pending.since));
+            pending.end(reached, now, passed);
+        }
+    }
+
+    /// Tells the clock whether wall-clock time matters to anybody: a connected peer or a pending wait.
+    pub fn update_idle(&mut self, controller: &Controller) {
+        let has_peer = |port: &Port| controller.peer(*port).is_some();
+        let idle = self.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer);
+        self.clock.set_idle(idle);
     }
 }
 
 impl Effects for Edge {
-    fn persist(&mut self, at: Time, name: &str, content: Option<&[u8]>) -> Result<(), PersistError> {
-        match &mut self.backing {
-            Some(backing) => {
-                let kept = backing.persist(at, name, content);
-                kept.map_err(|reason| PersistError::Refused(reason.to_string()))
-            }
-            None => Ok(()),
-        }
+    fn persist(&mut self, at: Time, name: &str, content: Option<Bytes>) -> Option<Result<(), PersistError>> {
+        let Some(backing) = &self.backing else {
+            return Some(Ok(()));
+        };
+        self.write = Some(Write {
+            task: spawn_blocking(backing.change(name.to_owned(), content)),
+            at,
+            file: Some(name.to_owned()),
+        });
+        None
+    }
+
+    fn is_storing(&self) -> bool {
+        self.write.is_some()
+    }
+
+    fn settled(&mut self, controller: &Controller) -> Option<bool> {
+        self.serial_lines.note_room(controller);
+        self.end_waits(controller);
+        self.update_idle(controller);
+        let mut waits = self.waits.iter();
+        Some(waits.any(|pending| matches!(pending.wait.condition, WaitCondition::Statement(_))))
     }
 
     fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
@@ -78,10 +163,10 @@ impl Effects for Edge {
         match output {
             Output::Send { port, bytes } => {
                 self.clock.note_activity();
-                if !self.serial_lines.has(port) {
-                    return self.channels.send(port, bytes);
+                if let Some(channel) = self.channels.get_mut(port) {
+                    return channel.send(bytes);
                 }
-                self.serial_lines.send(port, bytes.into());
+                self.serial_lines.send(port, &bytes);
             }
             Output::Stored { .. } | Output::Erased { .. } => {
                 if let Some(backing) = &mut self.backing {
@@ -101,8 +186,15 @@ impl Effects for Edge {
                 }
                 return inputs;
             }
-            Output::Disconnect { port, how } => return self.channels.disconnect(port, how),
-            Output::Stall { port } => self.channels.stall(port),
+            Output::Disconnect { port, how } => {
+                let channel = self.channels.get_mut(port);
+                return channel.map_or_else(Vec::new, |channel| channel.disconnect(how));
+            }
+            Output::Stall { port } => {
+                if let Some(channel) = self.channels.get_mut(port) {
+                    channel.stall();
+                }
+            }
             // Before an answer that reports the alarm is sent.
             Output::Event(Event::Alarm { .. }) => self.save_history(controller),
             Output::Event(_) | Output::Pendant(_) | Output::Persist { .. } => {}

@@ -3,7 +3,7 @@
 //! The driver owns the controller alone, so everything else asks through a [`Request`]. Requests are served between two
 //! inputs, at the current virtual time, by `driver::control`.
 
-use super::wait::{Wait, WaitCondition};
+use super::wait::Wait;
 use crate::clock::{Clock, TimeMode};
 use crate::serial::SerialLines;
 use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
@@ -93,8 +93,9 @@ pub(super) struct PendingWait {
 }
 
 impl PendingWait {
-    /// Whether the wait needs statement events, which are off by default.
-    pub fn needs_statements(&self) -> bool {
-        matches!(self.wait.condition, WaitCondition::Statement(_))
+    /// Answers the caller.
+    pub fn end(self, reached: bool, at: Time, passed: Duration) {
+        // Fails only when the caller no longer waits.
+        let _ = self.done.send(WaitResult { reached, at, passed });
     }
 }

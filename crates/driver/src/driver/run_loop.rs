@@ -1,59 +1,93 @@
-//! The loop of the driver: it takes work from requests, TCP channels and serial lines in rotation, and lets time pass when
-//! there is none.
+//! The loop of the driver: it takes work from requests and ports in rotation, and lets time pass when there is none.
 //!
-//! What the work means is handled elsewhere: requests in `control` and `snapshots`, inputs in `Driver::feed`. When to wake
-//! is decided by [`crate::clock::Clock`].
+//! What the work means is handled elsewhere: requests in `control` and `snapshots`, inputs in [`crate::cell::Cell::feed`].
+//! When to wake is decided by [`crate::clock::Clock`].
 
 use super::Driver;
+use super::edge::WriteResult;
 use super::request::Request;
+use crate::cell::Side;
 use crate::clock::Wake;
-use crate::serial::SerialMessage;
+use crate::tcp::READ_BUFFER;
 use std::collections::BTreeSet;
 use std::future::{Future, poll_fn};
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
+use std::pin::{Pin, pin};
+use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::task::yield_now;
 use tracing::warn;
-use ts3100_controller::input::Input;
+use ts3100_controller::{Input, Port, Time};
 
-/// Yields in which the tasks of serial lines, of the control interface and of the process's signals can report what they
-/// have received: the runtime polls its sources in the first, a task reads in the second, and its message is queued in the
-/// third. The channels need none; the driver reads them itself.
-const YIELDS_TO_TASKS: u32 = 3;
-/// Most portions of bytes that are handled in each round before a request.
+/// Most portions of bytes that are handled before a request.
 const MAX_DRAINED_PORTIONS: u32 = 64;
 /// Time after which no second portion of the same port is handled before a request.
 const DRAIN_TIME: Duration = Duration::from_micros(100);
 /// Longest time the driver works without yielding to other tasks.
 const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
-/// Requests, channels, serial lines.
-const SOURCES: usize = 3;
 
 /// One unit of work.
-enum Work {
+pub(super) enum Work {
     Request(Request),
-    /// What has come of an event on a channel.
-    Channel(Vec<Input>),
-    Serial(SerialMessage),
+    /// What has come of an event on a port.
+    Inputs(Vec<Input>),
+    /// A write to the backing directory has ended.
+    Stored(WriteResult),
+    /// Virtual time jumps, because every host is silent.
+    Jump(Time),
     /// The wake time has come.
     Tick,
     /// The clock checks whether the process was stopped.
     ClockCheck,
 }
 
-/// Which source is polled next, and when the driver last yielded.
-pub(super) struct SourceRotation {
-    next: usize,
+/// Which port is polled next, what waits for the ports, and when the driver last yielded.
+pub(super) struct Rotation {
+    port: usize,
+    /// A request, or a jump of time.
+    held: Option<Held>,
     last_yield: Instant,
-    /// No source had work at the last poll.
+    /// Nothing had work at the last poll.
     idle: bool,
 }
 
-impl Default for SourceRotation {
-    fn default() -> SourceRotation {
-        SourceRotation {
-            next: 0,
+/// Work before which the ports are drained: what hosts have sent is handled first. A test that sends a command and then
+/// moves the clock expects this order, although the two arrive on different connections.
+struct Held {
+    work: Work,
+    begun: Instant,
+    served: BTreeSet<Port>,
+    portions_left: u32,
+}
+
+impl Held {
+    fn new(work: Work) -> Held {
+        Held {
+            work,
+            begun: Instant::now(),
+            served: BTreeSet::new(),
+            portions_left: MAX_DRAINED_PORTIONS,
+        }
+    }
+
+    /// Notes that a port was served. Each port with data is served once, and again only for a short time: a host that
+    /// sends without pause does not delay the work further. `None` if the work is void: time does not pass a host that has
+    /// sent something.
+    fn after(mut self, port: Port) -> Option<Held> {
+        let again = !self.served.insert(port);
+        self.portions_left = if again && self.begun.elapsed() > DRAIN_TIME {
+            0
+        } else {
+            self.portions_left - 1
+        };
+        (!matches!(self.work, Work::Jump(_))).then_some(self)
+    }
+}
+
+impl Default for Rotation {
+    fn default() -> Rotation {
+        Rotation {
+            port: 0,
+            held: None,
             last_yield: Instant::now(),
             idle: true,
         }
@@ -78,112 +112,86 @@ impl Driver {
             if let Some(missed) = self.edge.clock.skip_gap() {
                 warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
             }
-            if let (Work::Tick, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
-                // Time does not pass a host that has sent something.
-                if self.drain_once() {
-                    continue;
+            match (work, wake, deadline) {
+                (Work::Request(request), ..) => self.serve_request(request).await,
+                (Work::Inputs(inputs), ..) => {
+                    self.edge.clock.note_activity();
+                    for input in inputs {
+                        // Only actions are refused.
+                        let _ = self
+                            .cell
+                            .feed(self.edge.begin(), input, Side::Host, &mut self.edge);
+                    }
                 }
-                self.edge.clock.jump(deadline);
-            }
-            self.do_work(work).await;
-        }
-    }
-
-    fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
-        for _ in 0..SOURCES {
-            let source = self.rotation.next;
-            self.rotation.next = (source + 1) % SOURCES;
-            let work = match source {
-                // Ends when nobody can send requests any more.
-                0 => match self.requests.poll_recv(context) {
-                    Poll::Ready(Some(request)) => Poll::Ready(Work::Request(request)),
-                    Poll::Ready(None) | Poll::Pending => Poll::Pending,
-                },
-                1 => {
-                    let inputs = self.edge.channels.poll_next(Some(context));
-                    inputs.map(|(_, inputs)| Work::Channel(inputs))
+                (Work::Stored(written), ..) => self.stored(written),
+                (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {
+                    self.rotation.held = Some(Held::new(Work::Jump(deadline)));
                 }
-                _ => self.edge.serial_lines.poll_next(context).map(Work::Serial),
-            };
-            if work.is_ready() {
-                if std::mem::take(&mut self.rotation.idle) {
-                    self.rotation.last_yield = Instant::now();
+                (Work::Jump(deadline), ..) => {
+                    self.edge.clock.jump(deadline);
+                    self.feed(Input::Tick);
                 }
-                return work;
+                (Work::Tick, ..) => self.feed(Input::Tick),
+                (Work::ClockCheck, ..) => {}
             }
-        }
-        self.rotation.idle = true;
-        Poll::Pending
-    }
-
-    async fn do_work(&mut self, work: Work) {
-        match work {
-            Work::Request(request) => {
-                self.drain_links().await;
-                self.serve_request(request);
-            }
-            Work::Channel(inputs) => self.feed_received(inputs),
-            Work::Serial(message) => {
-                let input = self.edge.serial_lines.handle_message(message);
-                self.feed_received(input);
-            }
-            Work::Tick => self.feed(Input::Tick),
-            Work::ClockCheck => {}
-        }
-        if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
-            yield_now().await;
-            self.rotation.last_yield = Instant::now();
-        }
-    }
-
-    fn feed_received(&mut self, inputs: impl IntoIterator<Item = Input>) {
-        self.edge.clock.note_activity();
-        for input in inputs {
-            self.feed(input);
-        }
-    }
-
-    /// Handles what hosts have sent before a request is served. A test that sends a command and then moves the
-    /// clock expects this order, although the two arrive on different connections.
-    async fn drain_links(&mut self) {
-        self.drain_once();
-        if self.edge.serial_lines.is_open() {
-            for _ in 0..YIELDS_TO_TASKS {
+            if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
                 yield_now().await;
-                self.drain_once();
+                self.rotation.last_yield = Instant::now();
             }
         }
     }
 
-    /// Each port with data is served once, and again only for a short time: a host that sends without pause does not
-    /// delay the request further. Whether anything was served.
-    fn drain_once(&mut self) -> bool {
-        let mut context = Context::from_waker(Waker::noop());
-        let begun = Instant::now();
-        let mut served_ports = BTreeSet::new();
-        for _ in 0..MAX_DRAINED_PORTIONS {
-            let mut again = false;
-            let (channel, line) = (
-                self.edge.channels.poll_next(None),
-                self.edge.serial_lines.poll_next(&mut context),
-            );
-            if channel.is_pending() && line.is_pending() {
-                break;
+    /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
+    fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
+        let rotation = &mut self.rotation;
+        if std::mem::take(&mut rotation.idle) {
+            rotation.last_yield = Instant::now();
+        }
+        let storing = self.edge.write.is_some();
+        if let Some(write) = &mut self.edge.write
+            && let Poll::Ready(written) = Pin::new(&mut write.task).poll(context)
+        {
+            return Poll::Ready(Work::Stored(written));
+        }
+        // Ends when nobody can send requests any more.
+        if rotation.held.is_none()
+            && let Poll::Ready(Some(request)) = self.requests.poll_recv(context)
+        {
+            if storing && matches!(request, Request::Query(_)) {
+                return Poll::Ready(Work::Request(request));
             }
-            if let Poll::Ready((port, inputs)) = channel {
-                again |= !served_ports.insert(port);
-                self.feed_received(inputs);
-            }
-            if let Poll::Ready(message) = line {
-                again |= !served_ports.insert(message.port());
-                let input = self.edge.serial_lines.handle_message(message);
-                self.feed_received(input);
-            }
-            if again && begun.elapsed() > DRAIN_TIME {
-                break;
+            rotation.held = Some(Held::new(Work::Request(request)));
+        }
+        let drains = rotation.held.is_some();
+        let drained = rotation.held.as_ref().is_some_and(|held| held.portions_left == 0);
+        let turns = if drained || storing { 0 } else { Port::ALL.len() };
+        for turn in 0..turns {
+            let index = (rotation.port + turn) % Port::ALL.len();
+            let Some(&port) = Port::ALL.get(index) else {
+                continue;
+            };
+            // Before other work the system itself is asked, so that nothing that has arrived is overlooked.
+            let context = (!drains).then_some(&mut *context);
+            let polled = match self.edge.channels.get_mut(port) {
+                Some(channel) => channel.poll(READ_BUFFER, context),
+                None => self.edge.serial_lines.poll(port, context),
+            };
+            if let Poll::Ready(mut inputs) = polled {
+                rotation.port = index + 1;
+                rotation.held = rotation.held.take().and_then(|held| held.after(port));
+                if inputs.iter().any(|input| matches!(input, Input::Received { .. })) {
+                    inputs.splice(..0, self.edge.arrived());
+                }
+                return Poll::Ready(Work::Inputs(inputs));
             }
         }
-        !served_ports.is_empty()
+        match rotation.held.take_if(|_| !storing) {
+            Some(held) => Poll::Ready(held.work),
+            None => {
+                rotation.idle = true;
+                Poll::Pending
+            }
+        }
     }
 }
 
@@ -198,12 +206,7 @@ async fn sleep(wake: Wake) {
     match wake {
         Wake::Never => std::future::pending().await,
         // Something is due already, but other tasks get one turn.
-        Wake::After(duration) if duration.is_zero() => yield_now().await,
-        Wake::JumpAfter(duration) if duration.is_zero() => {
-            for _ in 0..YIELDS_TO_TASKS {
-                yield_now().await;
-            }
-        }
+        Wake::After(duration) | Wake::JumpAfter(duration) if duration.is_zero() => yield_now().await,
         Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
     }
 }

@@ -39,6 +39,7 @@ impl Driver {
             return Ok(());
         };
         let address = SocketAddr::new(connectable(listen), *number);
+        self.finish_writes().await;
         let unbroken = self.cell.controller.without_faults();
         // Nobody listens to the cell of the check.
         let before = std::mem::replace(&mut self.cell, Cell::new(unbroken));
@@ -50,10 +51,11 @@ impl Driver {
             }
         })
         .await;
+        self.finish_writes().await;
         self.edge.channels.close();
         self.cell = before;
         self.edge.clock.set(self.cell.controller.now());
-        self.update_idle();
+        self.edge.update_idle(&self.cell.controller);
         self.edge.open_channels(&self.cell.controller)?;
         result.map_err(|reason| OpenError::System {
             what: "conversation with the emulator (SU on IP0)",

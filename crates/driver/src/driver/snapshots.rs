@@ -11,14 +11,14 @@ use ts3100_controller::{Controller, Input};
 
 impl Driver {
     /// Carries out what is asked for about snapshots.
-    pub(super) fn act_on_snapshots(&mut self, task: SnapshotTask) -> Result<(), SnapshotRequestError> {
+    pub(super) async fn act_on_snapshots(&mut self, task: SnapshotTask) -> Result<(), SnapshotRequestError> {
         match task {
             SnapshotTask::Save(name) => {
                 let controller = self.cell.controller.clone();
                 Ok(self.snapshot_store.insert(&name, controller)?)
             }
-            SnapshotTask::Restore(name) => self.replace_controller(self.snapshot_store.get(&name)?),
-            SnapshotTask::Replace(controller) => self.replace_controller(*controller),
+            SnapshotTask::Restore(name) => self.replace_controller(self.snapshot_store.get(&name)?).await,
+            SnapshotTask::Replace(controller) => self.replace_controller(*controller).await,
             SnapshotTask::Remove(name) => Ok(self.snapshot_store.remove(&name)?),
         }
     }
@@ -26,9 +26,10 @@ impl Driver {
     /// Continues with `next`: its time becomes the current time, its files replace those of the backing
     /// directory, and connected peers stay and are new to it. Ports are reopened only if its network parameters
     /// or its power state differ.
-    fn replace_controller(&mut self, mut next: Controller) -> Result<(), SnapshotRequestError> {
+    async fn replace_controller(&mut self, mut next: Controller) -> Result<(), SnapshotRequestError> {
         self.edge.clock.note_activity();
         self.reset_stalled_peers();
+        self.finish_writes().await;
         self.cell.notify(self.edge.clock.now(), Notice::Restored(&next));
         next.adopt_peers(&self.cell.controller);
         let files_result = self.edge.replace_files(&self.cell.controller, &next);
@@ -38,7 +39,8 @@ impl Driver {
         let same_ports = ports(&next) == ports(&self.cell.controller);
         self.cell.controller = next;
         self.edge.save_history(&self.cell.controller);
-        self.abandon_waits(self.cell.controller.now());
+        self.finish_writes().await;
+        self.edge.abandon_waits(self.cell.controller.now());
         let mut opened = Ok(());
         if !same_ports {
             let inputs = self.edge.close_channels();
@@ -59,9 +61,10 @@ impl Driver {
     fn reset_stalled_peers(&mut self) {
         for port in Port::ETHERNET {
             if self.cell.controller.faults().is_stalled(port) {
-                for input in self.edge.channels.disconnect(port, DisconnectMode::Reset) {
-                    self.feed(input);
-                }
+                let channel = self.edge.channels.get_mut(port);
+                let inputs =
+                    channel.map_or_else(Vec::new, |channel| channel.disconnect(DisconnectMode::Reset));
+                inputs.into_iter().for_each(|input| self.feed(input));
             }
         }
     }

@@ -4,10 +4,13 @@ use super::request::View;
 use super::*;
 use crate::cell::{ActionSource, PlannedAction};
 use crate::clock::Wake;
+use crate::store::Store;
+use crate::store::backing::WhenFull;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::action::Action;
@@ -50,8 +53,14 @@ impl ActionSource for OnAlarm {
 
 /// A driver in automatic time.
 fn open() -> (Driver, mpsc::Sender<Request>) {
-    let setup = Setup {
-        controller: Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap(),
+    open_with(|_| {})
+}
+
+fn open_with(change: impl FnOnce(&mut Setup)) -> (Driver, mpsc::Sender<Request>) {
+    let mut config = Config::new(Dialect::Field);
+    config.options.serial_pacing = false;
+    let mut setup = Setup {
+        controller: Controller::new(config, Vec::new()).unwrap(),
         backing: None,
         listen: [127, 0, 0, 1].into(),
         ports: Ports::Auto,
@@ -63,7 +72,45 @@ fn open() -> (Driver, mpsc::Sender<Request>) {
         servo_on: false,
         subscribers: Vec::new(),
     };
+    change(&mut setup);
     Driver::open(setup).unwrap()
+}
+
+/// Keeps the inputs that peers have caused.
+#[derive(Clone, Default)]
+struct Inputs(Arc<Mutex<Vec<Input>>>);
+
+impl Subscriber for Inputs {
+    fn input(&mut self, _at: Time, input: &Input, _by: Side) {
+        if *input != Input::Tick {
+            self.0.lock().unwrap().push(input.clone());
+        }
+    }
+}
+
+impl Inputs {
+    /// What a port has received.
+    fn received(&self, port: Port) -> Vec<u8> {
+        let inputs = self.0.lock().unwrap();
+        let received = inputs.iter().filter_map(|input| match input {
+            Input::Received { port: of, bytes } if *of == port => Some(bytes.to_vec()),
+            _ => None,
+        });
+        received.collect::<Vec<_>>().concat()
+    }
+}
+
+/// A request that reads, and its answer.
+fn query<T: Send + 'static>(
+    requests: &mpsc::Sender<Request>,
+    read: impl FnOnce(&View<'_>) -> T + Send + 'static,
+) -> oneshot::Receiver<T> {
+    let (done, is_done) = oneshot::channel();
+    let look = Request::Query(Box::new(move |(), view| {
+        let _nobody_waits = done.send(read(view));
+    }));
+    requests.try_send(look).ok().unwrap();
+    is_done
 }
 
 /// Serves until a thread of its own has done what hosts do.
@@ -223,11 +270,7 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
         .await;
         for percent in 1..=50 {
             write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
-            let (done, is_done) = oneshot::channel();
-            let look = Request::Query(Box::new(move |(), view| {
-                done.send(view.controller.state().override_percent).unwrap();
-            }));
-            requests.try_send(look).unwrap();
+            let is_done = query(&requests, |view| view.controller.state().override_percent);
             let mut seen = None;
             driver.serve(async { seen = is_done.await.ok() }).await;
             assert_eq!(seen, Some(percent));
@@ -250,5 +293,137 @@ fn the_refusal_of_a_scenarios_action_does_not_reach_another_caller() {
         assert!(driver.cell.controller.state().emergency_stop);
         assert!(!raised.load(Ordering::Relaxed), "the action has been taken");
         assert_eq!(result.await.unwrap(), Ok(()), "the button was pressed");
+    });
+}
+
+/// A terminal of the driver, opened as a program opens one.
+#[cfg(unix)]
+fn open_terminal(path: &std::path::Path) -> std::fs::File {
+    std::fs::File::options()
+        .read(true)
+        .write(true)
+        .open(path)
+        .unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_host_has_written_to_a_terminal_is_handled_before_what_is_asked_for_after_it() {
+    single_threaded().block_on(async {
+        let directory = crate::testing::TempDir::new("order");
+        let inputs = Inputs::default();
+        let (mut driver, requests) = open_with(|setup| {
+            let line = SerialEndpoint::Pty(directory.at("host"));
+            setup.serial.insert(Port::Host, line);
+            setup.subscribers.push(Box::new(inputs.clone()));
+        });
+        // It is opened and written to while the driver gets no turn.
+        let mut host = open_terminal(&directory.at("host"));
+        let mut sent = Vec::new();
+        for number in 1..=50 {
+            let text = format!("\x02SU{number}\r\x03");
+            host.write_all(text.as_bytes()).unwrap();
+            sent.extend(text.into_bytes());
+            let seen = inputs.clone();
+            let is_done = query(&requests, move |_| seen.received(Port::Host));
+            let mut found = None;
+            driver.serve(async { found = is_done.await.ok() }).await;
+            assert_eq!(found, Some(sent.clone()));
+        }
+    });
+}
+
+#[cfg(unix)]
+#[test]
+fn who_has_connected_or_opened_a_terminal_before_a_command_on_another_port_is_known_before_it() {
+    single_threaded().block_on(async {
+        let directory = crate::testing::TempDir::new("order");
+        let inputs = Inputs::default();
+        let (mut driver, _requests) = open_with(|setup| {
+            let line = SerialEndpoint::Pty(directory.at("com1"));
+            setup.serial.insert(Port::Com1, line);
+            setup.subscribers.push(Box::new(inputs.clone()));
+        });
+        let mut host = serve_while(&mut driver, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        inputs.0.lock().unwrap().clear();
+        let _terminal = open_terminal(&directory.at("com1"));
+        let _vision = dial(driver.ports(), Port::Ip1);
+        host.write_all(b"\x02RN\r\x03").unwrap();
+        serve_until(&mut driver, |_| !inputs.received(Port::Ip0).is_empty()).await;
+        let found = inputs.0.lock().unwrap();
+        let place = |is: &dyn Fn(&Input) -> bool| found.iter().position(is).unwrap();
+        let command = place(&|input| matches!(input, Input::Received { port: Port::Ip0, .. }));
+        for port in [Port::Com1, Port::Ip1] {
+            let connected = place(&|input| matches!(input, Input::Connected { port: of, .. } if *of == port));
+            assert!(connected < command, "{found:?}");
+        }
+    });
+}
+
+#[test]
+fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_in_order() {
+    single_threaded().block_on(async {
+        let directory = crate::testing::TempDir::new("storing");
+        let (store, _) = Store::open(directory.path()).unwrap();
+        let backing = Backing::new(store, WhenFull::Refuse);
+        let (store, (locked, is_locked), (release, is_released)) =
+            (backing.store(), channel::<()>(), channel::<()>());
+        let (mut driver, requests) = open_with(|setup| {
+            setup.controller.persist_outside(true);
+            setup.backing = Some(backing);
+        });
+        let mut host = serve_while(&mut driver, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02DL,A\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        // The write waits for the store, which another thread has until it is told to let go.
+        let disk = std::thread::spawn(move || {
+            let _store = store.lock().unwrap();
+            locked.send(()).unwrap();
+            is_released.recv().unwrap();
+        });
+        is_locked.recv().unwrap();
+        host.write_all(b"\x02FL,PROGRAM A\nEND\n\x1A\x03").unwrap();
+        serve_until(&mut driver, |driver| driver.edge.write.is_some()).await;
+        let is_done = query(&requests, |view| {
+            view.controller.drive().get("A").map(<[u8]>::to_vec)
+        });
+        let mut found = None;
+        driver.serve(async { found = is_done.await.ok() }).await;
+        assert_eq!(
+            found,
+            Some(None),
+            "the state can be read, and the file is not there yet"
+        );
+        // An action, and a command on the same connection.
+        let (done, mut result) = oneshot::channel();
+        let name = "A".to_owned();
+        let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
+        let erase = Request::Action(Action::EraseFile { name }, reply);
+        requests.send(erase).await.ok().unwrap();
+        host.write_all(b"\x02SU\r\x03").unwrap();
+        driver.serve(turns()).await;
+        assert!(result.try_recv().is_err(), "the action waits");
+        host.set_nonblocking(true).unwrap();
+        assert!(host.read(&mut [0]).is_err(), "nothing has been answered");
+        host.set_nonblocking(false).unwrap();
+        release.send(()).unwrap();
+        disk.join().unwrap();
+        serve_while(&mut driver, move |_| {
+            exchange(&mut host, b"", b"\x02OK\r\x03\x02FL,");
+        })
+        .await;
+        let mut erased = None;
+        driver.serve(async { erased = result.await.ok() }).await;
+        assert_eq!(erased, Some(Ok(())), "the file was there");
+        assert_eq!(driver.cell.controller.drive().get("A"), None);
+        assert!(!directory.at("A").exists());
     });
 }

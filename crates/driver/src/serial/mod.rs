@@ -1,36 +1,33 @@
 //! The serial ports HOST and COM1 seen from outside: a pseudo terminal, a real port, or a TCP port with or without
-//! RFC 2217. Each open line is a task that carries bytes and reports events; how long characters take and what wrong
-//! settings do to them is decided by the controller.
+//! RFC 2217. Here only bytes are carried and events reported; how long characters take and what wrong settings do to them
+//! is decided by the controller.
 //!
-//! The driver owns [`SerialLines`] and is the only one that changes it. `task` has what every line task shares; `pty`,
-//! `device` and `tcp` are the three kinds.
+//! The driver owns [`SerialLines`] and polls each line in its own task. `pty`, `device` and `tcp` are the three kinds of
+//! lines; `terminal` reads and writes for the first two.
 
 mod device;
 mod parmrk;
 #[cfg(unix)]
 mod pty;
 mod rfc2217;
-mod task;
 mod tcp;
+#[cfg(unix)]
+mod terminal;
+#[cfg(not(unix))]
+#[path = "terminal_threads.rs"]
+mod terminal;
+mod unsent;
 
-use crate::port_queues::{PortQueues, SplitPortion, split_bytes};
 use crate::tcp::LinkOptions;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::task::{Context, Poll};
-use task::{SerialTask, TaskCommand};
-use tokio::sync::{Semaphore, mpsc};
-use tokio::task::JoinHandle;
-use tracing::{info, warn};
-use ts3100_controller::{Controller, HostEnd, Input, Port};
+use tracing::info;
+use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port};
 use ts3100_proto::parameter::SerialSettings;
-
-/// Queued commands of a line task; a slower task loses bytes, as a real port does.
-const COMMAND_QUEUE: usize = 256;
 
 /// How hosts reach a serial port of the robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,73 +95,33 @@ pub enum SerialError {
     },
 }
 
-/// A message of a line task to the driver.
-#[derive(Debug)]
-pub struct SerialMessage {
-    port: Port,
-    id: u64,
-    event: SerialEvent,
+/// One end of a serial line.
+trait Line: Send {
+    /// The inputs of the controller that result from the next event; at most `most` bytes are read. Without a context
+    /// the system itself is asked, whatever the runtime knows of the line.
+    fn poll(&mut self, most: usize, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>>;
+    /// Sends bytes that came off the line to the host. What it does not take is lost, as in the buffer of a port.
+    fn send(&mut self, bytes: &[u8]);
+    /// The robot uses these settings from now on.
+    fn set_robot(&mut self, robot: SerialSettings);
 }
 
-/// An event on a line.
-#[derive(Debug)]
-enum SerialEvent {
-    /// A host has opened the line.
-    Opened { peer: String },
-    /// Settings of the host's port.
-    Settings(HostEnd),
-    /// Bytes of the host.
-    Received(Vec<u8>),
-    /// Characters with a parity or framing error, as read.
-    Faults(Vec<u8>),
-    /// The host discards bytes that are not yet on the line.
-    Purged,
-    /// The host has closed the line.
-    Closed,
-}
-
-impl SerialMessage {
-    /// Port that the message concerns.
-    #[must_use]
-    pub fn port(&self) -> Port {
-        self.port
-    }
-}
-
-impl SplitPortion for SerialMessage {
-    fn split_portion(&mut self, port: Port) -> Option<SerialMessage> {
-        let SerialEvent::Received(bytes) = &mut self.event else {
-            return None;
-        };
-        let event = SerialEvent::Received(split_bytes(port, bytes)?);
-        Some(SerialMessage { event, ..*self })
-    }
-}
-
-struct OpenSerialLine {
-    id: u64,
-    task: JoinHandle<()>,
-    commands: mpsc::Sender<TaskCommand>,
-    /// Read credit of the task, in bytes.
-    credit: Arc<Semaphore>,
-    /// Credit that was granted and is not used yet, in bytes.
-    outstanding: usize,
+struct OpenLine {
+    line: Box<dyn Line>,
+    endpoint: SerialEndpoint,
+    /// How many bytes the controller has room for.
+    room: usize,
     peer: Option<String>,
     host: HostEnd,
-    /// Bytes were lost because the task was too slow, and this was logged.
-    overrun: bool,
-    endpoint: SerialEndpoint,
 }
 
 /// Both serial lines.
 pub struct SerialLines {
     endpoints: BTreeMap<Port, SerialEndpoint>,
     options: LinkOptions,
-    open: BTreeMap<Port, OpenSerialLine>,
+    open: BTreeMap<Port, OpenLine>,
     #[cfg(unix)]
     locks: pty::DirectoryLocks,
-    next_id: u64,
-    messages: PortQueues<SerialMessage>,
 }
 
 impl SerialLines {
@@ -177,8 +134,6 @@ impl SerialLines {
             open: BTreeMap::new(),
             #[cfg(unix)]
             locks: pty::DirectoryLocks::default(),
-            next_id: 0,
-            messages: PortQueues::default(),
         }
     }
 
@@ -188,52 +143,57 @@ impl SerialLines {
     /// The first line that cannot be opened; those before it are closed when this value is dropped.
     pub fn open(&mut self, robot: &Controller) -> Result<(), SerialError> {
         for (port, requested) in self.endpoints.clone() {
-            let Some(line) = robot.serial_line(port) else {
+            let Some(settings) = robot.serial_line(port) else {
                 continue;
             };
-            #[cfg(unix)]
-            if let SerialEndpoint::Pty(link) = &requested {
-                self.locks.take(port, link)?;
-            }
-            self.next_id += 1;
-            let (commands, waiting) = mpsc::channel(COMMAND_QUEUE);
-            let credit = Arc::new(Semaphore::new(0));
-            let task = SerialTask {
-                port,
-                id: self.next_id,
-                driver: self.messages.sender(port),
-                commands: waiting,
-                credit: Arc::clone(&credit),
-                settings: line,
+            let (endpoint, line) = self.open_line(port, requested, settings)?;
+            info!(port = port.name(), "{port} is {endpoint}");
+            let line = OpenLine {
+                line,
+                endpoint,
+                room: 0,
+                peer: None,
+                host: HostEnd::default(),
             };
-            let (place, task) = start(requested, task, self.options)?;
-            info!(port = port.name(), "{port} is {place}");
-            self.open.insert(
-                port,
-                OpenSerialLine {
-                    id: self.next_id,
-                    task,
-                    commands,
-                    credit,
-                    outstanding: 0,
-                    peer: None,
-                    host: HostEnd::default(),
-                    overrun: false,
-                    endpoint: place,
-                },
-            );
+            self.open.insert(port, line);
         }
-        self.grant_read_credit(robot);
+        self.note_room(robot);
         Ok(())
     }
 
+    fn open_line(
+        &mut self,
+        port: Port,
+        requested: SerialEndpoint,
+        settings: SerialSettings,
+    ) -> Result<(SerialEndpoint, Box<dyn Line>), SerialError> {
+        Ok(match requested {
+            #[cfg(unix)]
+            SerialEndpoint::Pty(path) => {
+                self.locks.take(port, &path)?;
+                let line = pty::Pty::open(port, &path, settings)?;
+                (SerialEndpoint::Pty(path), Box::new(line))
+            }
+            #[cfg(not(unix))]
+            SerialEndpoint::Pty(_) => return Err(SerialError::NoPty { port }),
+            SerialEndpoint::Device(path) => {
+                let line = device::Device::open(port, &path, settings, self.options.redial)?;
+                (SerialEndpoint::Device(path), Box::new(line))
+            }
+            SerialEndpoint::Rfc2217(address) => {
+                let (line, actual) = tcp::TcpLine::open(port, address, self.options.second, Some(settings))?;
+                (SerialEndpoint::Rfc2217(actual), Box::new(line))
+            }
+            SerialEndpoint::Tcp(address) => {
+                let (line, actual) = tcp::TcpLine::open(port, address, self.options.second, None)?;
+                (SerialEndpoint::Tcp(actual), Box::new(line))
+            }
+        })
+    }
+
     /// Closes every line; links are removed.
-    pub async fn close(&mut self) {
-        for line in std::mem::take(&mut self.open).into_values() {
-            line.task.abort();
-            // Links and ports are free only after the task has ended.
-            let _ = line.task.await;
-        }
+    pub fn close(&mut self) {
+        self.open.clear();
         #[cfg(unix)]
         {
             self.locks = pty::DirectoryLocks::default();
@@ -255,55 +215,30 @@ impl SerialLines {
             .collect()
     }
 
-    /// Returns the next message of a line task, taking the lines in rotation.
-    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<SerialMessage> {
-        self.messages.poll_next(context)
+    /// The inputs of the controller that result from the next event on a port's line. A host that sends without pause
+    /// waits: no more is read than the controller has room for. Without a context the system itself is asked,
+    /// whatever the runtime knows of the line.
+    pub fn poll(&mut self, port: Port, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
+        let open = self.open.get_mut(&port);
+        open.map_or(Poll::Pending, |open| open.poll(open.room, context))
     }
 
-    /// Handles a message and returns the resulting input of the controller.
-    pub fn handle_message(&mut self, message: SerialMessage) -> Option<Input> {
-        let SerialMessage { port, id, event } = message;
-        let line = self.open.get_mut(&port).filter(|line| line.id == id)?;
-        Some(match event {
-            SerialEvent::Opened { peer } => {
-                info!(port = port.name(), "{port}: {peer} connected");
-                line.peer = Some(peer.clone());
-                line.host = HostEnd::default();
-                Input::Connected { port, peer }
-            }
-            SerialEvent::Settings(host) => {
-                line.host = host;
-                Input::SerialOpened { port, host }
-            }
-            SerialEvent::Received(bytes) => {
-                line.outstanding = line.outstanding.saturating_sub(bytes.len());
-                Input::received(port, bytes)
-            }
-            SerialEvent::Faults(bytes) => Input::SerialErrors { port, bytes },
-            SerialEvent::Purged => Input::SerialPurged { port },
-            SerialEvent::Closed => {
-                if let Some(peer) = line.peer.take() {
-                    info!(port = port.name(), "{port}: {peer} disconnected");
-                }
-                Input::Disconnected { port }
-            }
-        })
+    /// What has arrived at lines without a host: who has opened one before a command came on another port.
+    pub fn open_arrived(&mut self) -> Vec<Input> {
+        let without_host = self.open.values_mut().filter(|open| open.peer.is_none());
+        let polled = without_host.map(|open| open.poll(0, None));
+        let arrived = polled.flat_map(|polled| match polled {
+            Poll::Ready(inputs) => inputs,
+            Poll::Pending => Vec::new(),
+        });
+        arrived.collect()
     }
 
-    /// Grants the tasks as much read credit as the controller has room.
-    pub fn grant_read_credit(&mut self, robot: &Controller) {
+    /// Notes how much room the controller has for each line.
+    pub fn note_room(&mut self, robot: &Controller) {
         for (port, line) in &mut self.open {
-            let room = robot.line_room(*port).unwrap_or(0);
-            let more = room.saturating_sub(line.outstanding);
-            line.outstanding += more;
-            line.credit.add_permits(more);
+            line.room = robot.line_room(*port).unwrap_or(0);
         }
-    }
-
-    /// Whether any line is open.
-    #[must_use]
-    pub fn is_open(&self) -> bool {
-        !self.open.is_empty()
     }
 
     /// Whether the port has an open serial line.
@@ -313,29 +248,21 @@ impl SerialLines {
     }
 
     /// Sends bytes that came off the line to the host.
-    pub fn send(&mut self, port: Port, bytes: Vec<u8>) {
-        let Some(line) = self.open.get_mut(&port) else {
-            return;
-        };
-        if line.commands.try_send(TaskCommand::Send(bytes)).is_err() && !line.overrun {
-            line.overrun = true;
-            warn!(
-                port = port.name(),
-                "{port}: the host does not read; bytes are lost, as in the buffer of a port"
-            );
+    pub fn send(&mut self, port: Port, bytes: &[u8]) {
+        if let Some(open) = self.open.get_mut(&port) {
+            open.line.send(bytes);
         }
     }
 
     /// Handles power-on: \[U06\] may have changed, and the controller has to learn its peers again.
     pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
         let mut inputs = Vec::new();
-        for (&port, line) in &mut self.open {
+        for (&port, open) in &mut self.open {
             if let Some(settings) = robot.serial_line(port) {
-                // Fails only if the task has ended or is so slow that it loses bytes too.
-                let _ = line.commands.try_send(TaskCommand::Settings(settings));
+                open.line.set_robot(settings);
             }
-            if let Some(peer) = line.peer.clone() {
-                let host = line.host;
+            if let Some(peer) = open.peer.clone() {
+                let host = open.host;
                 inputs.push(Input::Connected { port, peer });
                 inputs.push(Input::SerialOpened { port, host });
             }
@@ -344,35 +271,42 @@ impl SerialLines {
     }
 }
 
-fn start(
-    requested: SerialEndpoint,
-    task: SerialTask,
-    options: LinkOptions,
-) -> Result<(SerialEndpoint, JoinHandle<()>), SerialError> {
-    match requested {
-        #[cfg(unix)]
-        SerialEndpoint::Pty(path) => {
-            let pty = pty::Pty::open(task.port, &path, task.settings)?;
-            Ok((SerialEndpoint::Pty(path), tokio::spawn(pty::serve(pty, task))))
+impl OpenLine {
+    fn poll(&mut self, most: usize, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
+        let polled = self.line.poll(most, context);
+        if let Poll::Ready(inputs) = &polled {
+            inputs.iter().for_each(|input| self.note(input));
         }
-        #[cfg(not(unix))]
-        SerialEndpoint::Pty(_) => Err(SerialError::NoPty { port: task.port }),
-        SerialEndpoint::Device(path) => {
-            let device = device::open(task.port, &path, task.settings)?;
-            let task = tokio::spawn(device::serve(path.clone(), device, task, options.redial));
-            Ok((SerialEndpoint::Device(path), task))
-        }
-        SerialEndpoint::Rfc2217(address) => {
-            let (listener, actual) = tcp::bind(task.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Rfc2217, task, options.second));
-            Ok((SerialEndpoint::Rfc2217(actual), task))
-        }
-        SerialEndpoint::Tcp(address) => {
-            let (listener, actual) = tcp::bind(task.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Raw, task, options.second));
-            Ok((SerialEndpoint::Tcp(actual), task))
+        polled
+    }
+
+    /// Notes what an input says of the host.
+    fn note(&mut self, input: &Input) {
+        // A TCP channel says itself who comes and goes.
+        let is_terminal = matches!(self.endpoint, SerialEndpoint::Pty(_) | SerialEndpoint::Device(_));
+        if let Input::Connected { port, peer } = input {
+            if is_terminal {
+                info!(port = port.name(), "{port}: {peer} connected");
+            }
+            self.peer = Some(peer.clone());
+            self.host = HostEnd::default();
+        } else if let Input::SerialOpened { host, .. } = input {
+            self.host = *host;
+        } else if let Input::Received { bytes, .. } = input {
+            self.room = self.room.saturating_sub(bytes.len());
+        } else if let Input::Disconnected { port } = input
+            && let Some(peer) = self.peer.take()
+            && is_terminal
+        {
+            info!(port = port.name(), "{port}: {peer} disconnected");
         }
     }
+}
+
+/// The settings of the host's port, as far as they are known.
+fn opened(port: Port, settings: HostSettings) -> Input {
+    let host = HostEnd::Modelled(settings);
+    Input::SerialOpened { port, host }
 }
 
 /// An error of the system while a line was opened.

@@ -88,12 +88,7 @@ pub fn from_json(text: &str) -> Result<Controller, ParseError> {
 /// # Errors
 /// [`FileError`].
 pub fn read(path: &Path) -> Result<Controller, FileError> {
-    let io_error = |reason| FileError::Io {
-        what: "read",
-        path: path.to_path_buf(),
-        reason,
-    };
-    let text = files::read_text(path, MAX_BYTES).map_err(io_error)?;
+    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
     from_json(&text).map_err(|reason| FileError::Parse {
         path: path.to_path_buf(),
         reason,
@@ -105,7 +100,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
-    files::replace(path, to_pretty_json(controller).as_bytes()).map_err(unwritten(path))
+    files::replace(path, to_pretty_json(controller).as_bytes()).map_err(io_error("write", path))
 }
 
 /// Checks that [`write()`] could write to `path`.
@@ -113,16 +108,12 @@ pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn check_target(path: &Path) -> Result<(), FileError> {
-    files::check_target(path).map_err(unwritten(path))
+    files::check_target(path).map_err(io_error("write", path))
 }
 
-fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> FileError {
+fn io_error(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> FileError {
     let path = path.to_path_buf();
-    move |reason| FileError::Io {
-        what: "write",
-        path,
-        reason,
-    }
+    move |reason| FileError::Io { what, path, reason }
 }
 
 /// Why a named snapshot could not be saved or found.

@@ -1,11 +1,12 @@
 //! The policy of the backing directory: a change is persisted before the controller applies it, or rejected
 //! (`drive.when_full`). Files that could not be saved are remembered and retried after the next successful write.
-//! [`Store`] writes the files; the driver calls this module (`driver::persistence`).
+//! [`Store`] writes the files, in a thread of its own where a host waits for the answer: the loop of the driver goes on.
 
 use super::{Store, StoreError};
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing::{error, info};
-use ts3100_controller::{Controller, Time};
+use ts3100_controller::{Bytes, Controller, Time};
 
 /// What happens to a change that cannot be saved (`drive.when_full`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +32,7 @@ pub struct BackingStatus {
 /// A store with its policy and status.
 #[derive(Debug)]
 pub struct Backing {
-    store: Store,
+    store: Arc<Mutex<Store>>,
     when_full: WhenFull,
     status: BackingStatus,
     /// The error that was logged last, to log each once.
@@ -43,11 +44,17 @@ impl Backing {
     #[must_use]
     pub fn new(store: Store, when_full: WhenFull) -> Backing {
         Backing {
-            store,
+            store: Arc::new(Mutex::new(store)),
             when_full,
             status: BackingStatus::default(),
             last_logged: None,
         }
+    }
+
+    /// The store, for a test that lets a write wait.
+    #[cfg(test)]
+    pub(crate) fn store(&self) -> Arc<Mutex<Store>> {
+        Arc::clone(&self.store)
     }
 
     /// Current status.
@@ -56,12 +63,36 @@ impl Backing {
         &self.status
     }
 
-    /// Saves a change of a file that the controller is about to make; `None` erases the file.
+    /// The write that saves a change of a file which the controller is about to make; `None` erases the file. To be
+    /// called where it may block; its result goes to [`Backing::finish`].
+    pub fn change(
+        &self,
+        name: String,
+        content: Option<Bytes>,
+    ) -> impl FnOnce() -> Result<(), StoreError> + Send + use<> {
+        let store = Arc::clone(&self.store);
+        move || write(&store, &name, content.as_deref())
+    }
+
+    /// The write that saves the error history for the next start, as [`Backing::change`]; its result goes to
+    /// [`Backing::finish_history`].
+    pub fn history(&self, controller: &Controller) -> impl FnOnce() -> Result<(), StoreError> + Send + use<> {
+        let store = Arc::clone(&self.store);
+        let history = controller.alarms().history().cloned().collect();
+        move || lock(&store).save_history(history)
+    }
+
+    /// Notes the result of a change.
     ///
     /// # Errors
     /// Why the change was not saved and must not be made.
-    pub fn persist(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), StoreError> {
-        let Err(reason) = self.write(name, content) else {
+    pub fn finish(
+        &mut self,
+        now: Time,
+        name: &str,
+        written: Result<(), StoreError>,
+    ) -> Result<(), StoreError> {
+        let Err(reason) = written else {
             self.note_saved(name);
             return Ok(());
         };
@@ -75,12 +106,19 @@ impl Backing {
         }
     }
 
+    /// Notes whether the error history was saved.
+    pub fn finish_history(&mut self, now: Time, written: Result<(), StoreError>) {
+        if let Err(reason) = written {
+            self.note_failure(now, "the error history", &reason);
+        }
+    }
+
     /// Retries the unsaved files, now that the directory accepts writes again.
     pub fn retry_unsaved(&mut self, controller: &Controller) {
         while self.status.error.is_none()
             && let Some(name) = self.status.unsaved.pop_first()
         {
-            if let Err(reason) = self.write(&name, controller.drive().get(&name)) {
+            if let Err(reason) = write(&self.store, &name, controller.drive().get(&name)) {
                 self.note_failure(controller.now(), &name, &reason);
                 self.status.unsaved.insert(name);
             }
@@ -111,7 +149,7 @@ impl Backing {
         // Remove old files last: if a write fails, they are still there.
         for (name, content) in changed.chain(gone.into_iter().map(|name| (name, None))) {
             if result.is_ok() {
-                result = self.write(name, content);
+                result = write(&self.store, name, content);
             }
             match &result {
                 Ok(()) => self.note_saved(name),
@@ -122,20 +160,6 @@ impl Backing {
             }
         }
         result
-    }
-
-    /// Saves the error history for the next start.
-    pub fn save_history(&mut self, controller: &Controller) {
-        if let Err(reason) = self.store.save_history(controller.alarms().history()) {
-            self.note_failure(controller.now(), "the error history", &reason);
-        }
-    }
-
-    fn write(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), StoreError> {
-        match content {
-            Some(content) => self.store.put(name, content),
-            None => self.store.remove(name),
-        }
     }
 
     fn note_saved(&mut self, name: &str) {
@@ -170,6 +194,18 @@ impl Backing {
             WhenFull::Refuse => "changes are refused",
             WhenFull::Memory => "changes are in memory alone",
         }
+    }
+}
+
+/// The store. Nobody else has it: nothing is served while a write is under way.
+fn lock(store: &Mutex<Store>) -> MutexGuard<'_, Store> {
+    store.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write(store: &Mutex<Store>, name: &str, content: Option<&[u8]>) -> Result<(), StoreError> {
+    match content {
+        Some(content) => lock(store).put(name, content),
+        None => lock(store).remove(name),
     }
 }
 

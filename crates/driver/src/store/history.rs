@@ -18,15 +18,9 @@ const VERSION: u32 = 1;
 /// Read limit in bytes, more than the longest history needs.
 const MAX_SIZE: u64 = 1024 * 1024;
 
-#[derive(Serialize)]
-struct Writing<'a> {
-    version: u32,
-    history: &'a VecDeque<Alarm>,
-}
-
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Reading {
+struct Document {
     version: u32,
     history: VecDeque<Alarm>,
 }
@@ -42,25 +36,19 @@ impl Store {
     ///
     /// # Errors
     /// The operating system failed; the next call tries again.
-    pub fn save_history<'a>(
-        &mut self,
-        history: impl Iterator<Item = &'a Alarm> + Clone,
-    ) -> Result<(), StoreError> {
-        if self.history.iter().eq(history.clone()) {
+    pub fn save_history(&mut self, history: VecDeque<Alarm>) -> Result<(), StoreError> {
+        if self.history == history {
             return Ok(());
         }
-        let history = history.cloned().collect();
-        let document = Writing {
-            version: VERSION,
-            history: &history,
-        };
+        let version = VERSION;
+        let document = Document { version, history };
         let content = serde_json::to_vec(&document).map_err(|error| StoreError::Io {
             action: "write",
             path: self.directory.join(FILE),
             reason: error.into(),
         })?;
         self.replace(FILE, &content)?;
-        self.history = history;
+        self.history = document.history;
         Ok(())
     }
 
@@ -97,7 +85,7 @@ fn read(path: &Path) -> Result<VecDeque<Alarm>, HistoryError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(VecDeque::new()),
         content => content?,
     };
-    let Reading { version, history } = serde_json::from_slice(&content)?;
+    let Document { version, history } = serde_json::from_slice(&content)?;
     if version != VERSION {
         return Err(HistoryError::Version(version));
     }

@@ -170,12 +170,12 @@ fn the_error_history_is_kept_and_a_damaged_one_is_named() {
     let history = [alarm(ALARMS[0]), alarm(ALARMS[1])];
     let (mut store, _) = Store::open(directory.path()).unwrap();
     assert!(store.history().is_empty());
-    store.save_history(history.iter()).unwrap();
+    store.save_history(history.clone().into()).unwrap();
     let kept = directory.path().join(history::FILE);
     assert!(store.path_of(history::FILE).is_err(), "no command reaches it");
     let content = fs::read(&kept).unwrap();
     fs::remove_file(&kept).unwrap();
-    store.save_history(history.iter()).unwrap();
+    store.save_history(history.clone().into()).unwrap();
     assert!(!kept.exists(), "what has not changed is not written");
     drop(store);
     // Whole, and cut off at each byte as a disk may leave it.
@@ -242,7 +242,7 @@ fn a_link_planted_where_a_file_is_written_is_not_followed() {
             second: 0,
         },
     };
-    store.save_history([&alarm].into_iter()).unwrap();
+    store.save_history([alarm.clone()].into()).unwrap();
     assert_eq!(fs::read(&theirs).unwrap(), b"theirs");
     assert_eq!(names(&directory), [history::FILE, "PICK"]);
     assert!(

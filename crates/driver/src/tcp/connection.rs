@@ -2,7 +2,7 @@
 //! the driver polls. Each text leaves in one write. Which connection a channel serves is decided in [`super`].
 
 use super::NewConnection;
-use crate::port_queues::split_bytes;
+use crate::portion::{log_bytes, take_portion};
 use crate::socket;
 use socket2::{SockRef, TcpKeepalive};
 use std::collections::VecDeque;
@@ -16,16 +16,15 @@ use tokio::io::Interest;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
-use tracing::{debug, trace};
+use tracing::debug;
 use ts3100_controller::Bytes;
 use ts3100_controller::port::Port;
-use ts3100_proto::escape::Escaped;
 
 /// Queued writes for a peer that does not read: with texts of 255 bytes about 64 KiB, in addition to the
 /// buffers of the system.
 pub(super) const WRITE_QUEUE: usize = 256;
-/// Bytes per read.
-const READ_BUFFER: usize = 4_096;
+/// Most bytes per read.
+pub(crate) const READ_BUFFER: usize = 4_096;
 /// How long a peer that has closed its sending half may take to read the queued bytes.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
 /// Idle time before the first TCP keepalive probe; [`KEEPALIVE_PROBES`] follow at [`KEEPALIVE_INTERVAL`]
@@ -41,20 +40,17 @@ const KEEPALIVE_PROBES: u32 = 3;
 #[cfg(target_os = "linux")]
 const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Too many writes are unsent.
-pub(super) struct Overflow;
-
 /// Writes that the system has not taken yet.
 #[derive(Default)]
-struct Unsent {
-    writes: VecDeque<Bytes>,
+pub(super) struct Unsent {
+    pub(super) writes: VecDeque<Bytes>,
     /// Bytes of the first write that the system has taken.
     written: usize,
 }
 
 impl Unsent {
     /// Writes until nothing is left or the system takes no more ([`io::ErrorKind::WouldBlock`]).
-    fn write_to(&mut self, stream: &TcpStream) -> io::Result<()> {
+    pub(super) fn write_to(&mut self, stream: &TcpStream) -> io::Result<()> {
         while let Some(bytes) = self.writes.front() {
             let rest = bytes.get(self.written..).unwrap_or_default();
             // Not `try_write()`: on a new connection the runtime does not know yet that the socket is writable.
@@ -72,12 +68,12 @@ impl Unsent {
 pub(super) struct Connection {
     port: Port,
     peer: SocketAddr,
-    stream: TcpStream,
-    unsent: Unsent,
+    pub(super) stream: TcpStream,
+    pub(super) unsent: Unsent,
     /// Bytes that were read and exceed a portion.
     rest: Vec<u8>,
     /// A fault has stalled the connection: nothing is read or written.
-    stalled: bool,
+    pub(super) stalled: bool,
     /// Dropped with the connection.
     _on_drop: Option<oneshot::Sender<()>>,
 }
@@ -99,22 +95,8 @@ impl Connection {
         self.peer
     }
 
-    /// Writes at once what the system takes; the rest waits until the socket is writable.
-    pub(super) fn send(&mut self, bytes: Bytes) -> Result<(), Overflow> {
-        if self.stalled {
-            return Ok(());
-        }
-        log_bytes(self.port, '>', &bytes);
-        self.unsent.writes.push_back(bytes);
-        let written = self.unsent.write_to(&self.stream);
-        self.note_written(written);
-        if self.unsent.writes.len() > WRITE_QUEUE {
-            return Err(Overflow);
-        }
-        Ok(())
-    }
-
-    fn note_written(&mut self, written: io::Result<()>) {
+    /// Ends the connection if writing has failed.
+    pub(super) fn note_written(&mut self, written: io::Result<()>) {
         match written {
             Err(error) if error.kind() != io::ErrorKind::WouldBlock => {
                 debug!(port = self.port.name(), "{}: writing ended: {error}", self.port);
@@ -139,9 +121,13 @@ impl Connection {
         }
     }
 
-    /// Writes what is unsent, and returns the next portion that was received; `None` when the peer has closed.
-    /// Without a context it asks the system itself, whatever the runtime knows of the socket.
-    pub(super) fn poll(&mut self, mut context: Option<&mut Context<'_>>) -> Poll<Option<Vec<u8>>> {
+    /// Writes what is unsent, and returns the next portion of at most `most` bytes that were received; `None` when the peer
+    /// has closed. Without a context it asks the system itself, whatever the runtime knows of the socket.
+    pub(super) fn poll(
+        &mut self,
+        most: usize,
+        mut context: Option<&mut Context<'_>>,
+    ) -> Poll<Option<Vec<u8>>> {
         if self.stalled {
             return Poll::Pending;
         }
@@ -149,7 +135,10 @@ impl Connection {
             self.poll_write(context);
         }
         if self.rest.is_empty() {
-            match ready!(self.poll_read(context)) {
+            if most == 0 {
+                return Poll::Pending;
+            }
+            match ready!(self.poll_read(most, context)) {
                 Ok(bytes) if bytes.is_empty() => return Poll::Ready(None),
                 Ok(bytes) => self.rest = bytes,
                 Err(error) => {
@@ -160,19 +149,19 @@ impl Connection {
             log_bytes(self.port, '<', &self.rest);
             acknowledge(&self.stream);
         }
-        let rest = split_bytes(self.port, &mut self.rest).unwrap_or_default();
-        Poll::Ready(Some(std::mem::replace(&mut self.rest, rest)))
+        Poll::Ready(Some(take_portion(self.port, &mut self.rest)))
     }
 
-    fn poll_read(&self, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
+    fn poll_read(&self, most: usize, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
         let mut buffer = [0; READ_BUFFER];
+        let (buffer, _) = buffer.split_at_mut(most.min(READ_BUFFER));
         loop {
             let read = match &mut context {
                 Some(context) => {
                     ready!(self.stream.poll_read_ready(context))?;
-                    self.stream.try_read(&mut buffer)
+                    self.stream.try_read(buffer)
                 }
-                None => (&*SockRef::from(&self.stream)).read(&mut buffer),
+                None => (&*SockRef::from(&self.stream)).read(buffer),
             };
             match read {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
@@ -190,7 +179,12 @@ impl Connection {
 
     /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
     pub(super) fn peer_has_closed(&self) -> bool {
-        has_closed(&self.stream)
+        let ready = pin!(self.stream.ready(Interest::READABLE));
+        match ready.poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(Ok(ready)) => ready.is_read_closed(),
+            Poll::Ready(Err(_)) => true,
+            Poll::Pending => false,
+        }
     }
 
     /// Closes the connection at once.
@@ -203,11 +197,6 @@ impl Connection {
         if let Err(error) = SockRef::from(&self.stream).set_linger(Some(Duration::ZERO)) {
             debug!("no reset, an orderly end: {error}");
         }
-    }
-
-    /// Stops reading and writing; the connection stays open.
-    pub(super) fn stall(&mut self) {
-        self.stalled = true;
     }
 
     /// The peer has closed its half: unsent bytes are still sent, for at most [`FLUSH_TIMEOUT`].
@@ -229,7 +218,7 @@ impl Connection {
 }
 
 /// Sets the socket options of every connection: no delay, and keepalive to detect a vanished peer.
-pub fn prepare(port: Port, stream: &TcpStream) {
+pub(super) fn prepare(port: Port, stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_IDLE);
     #[cfg(unix)]
@@ -245,16 +234,6 @@ pub fn prepare(port: Port, stream: &TcpStream) {
     };
     if let Err(error) = set() {
         debug!(port = port.name(), "{port}: socket options not set: {error}");
-    }
-}
-
-/// Whether the system knows that the peer has closed, though its last bytes may still be unread.
-pub fn has_closed(stream: &TcpStream) -> bool {
-    let ready = pin!(stream.ready(Interest::READABLE));
-    match ready.poll(&mut Context::from_waker(Waker::noop())) {
-        Poll::Ready(Ok(ready)) => ready.is_read_closed(),
-        Poll::Ready(Err(_)) => true,
-        Poll::Pending => false,
     }
 }
 
@@ -278,14 +257,4 @@ fn acknowledge(stream: &TcpStream) {
     }
     #[cfg(not(target_os = "linux"))]
     let _ = stream;
-}
-
-/// On a channel without texts the bytes are all there is to show.
-fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
-    let text = Escaped::for_reading(bytes);
-    if port.protocol().is_some() {
-        trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
-    } else {
-        debug!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
-    }
 }

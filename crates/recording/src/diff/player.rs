@@ -7,7 +7,7 @@ use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recor
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{DisconnectMode, Event};
-use ts3100_controller::{Action, Controller, Input, Output, PanelAction, PersistError, Port, Time};
+use ts3100_controller::{Action, Bytes, Controller, Input, Output, PanelAction, PersistError, Port, Time};
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};
@@ -347,11 +347,11 @@ impl Lines {
 
 impl Effects for Lines {
     /// What was kept in the recording is kept.
-    fn persist(&mut self, at: Time, name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
-        let next = self.not_persisted.front();
-        let is_refused = next.is_some_and(|(moment, file, _)| *moment == at && file == name);
+    fn persist(&mut self, at: Time, name: &str, _content: Option<Bytes>) -> Option<Result<(), PersistError>> {
+        let first = self.not_persisted.front();
+        let is_refused = first.is_some_and(|(moment, file, _)| *moment == at && file == name);
         let refused = is_refused.then(|| self.not_persisted.pop_front()).flatten();
-        refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason)))
+        Some(refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason))))
     }
 
     fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {

@@ -2,8 +2,9 @@
 //! a time.
 
 use super::super::{SerialError, io_error};
+use crate::files::{self, directory_of};
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -29,17 +30,9 @@ impl DirectoryLocks {
             return Ok(());
         }
         let path = directory.join(LOCK);
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(&path);
-        let file = file.map_err(io_error(port, "open", path.display()))?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(SerialError::InUse { path: directory }),
-            Err(TryLockError::Error(error)) => return Err(io_error(port, "lock", path.display())(error)),
-        }
+        let Some(file) = files::lock(&path).map_err(io_error(port, "lock", path.display()))? else {
+            return Err(SerialError::InUse { path: directory });
+        };
         self.0.insert(directory, file);
         Ok(())
     }
@@ -55,12 +48,9 @@ pub(super) struct Link {
 impl Link {
     /// Puts a link in place of whatever link an ended daemon left there.
     pub(super) fn create(port: Port, path: &Path, target: &Path) -> Result<Link, SerialError> {
-        match fs::symlink_metadata(path) {
-            Ok(found) if !found.file_type().is_symlink() => {
-                let path = path.to_path_buf();
-                return Err(SerialError::Occupied { port, path });
-            }
-            _ => {}
+        if fs::symlink_metadata(path).is_ok_and(|found| !found.is_symlink()) {
+            let path = path.to_path_buf();
+            return Err(SerialError::Occupied { port, path });
         }
         let mut link = Link {
             path: path.to_path_buf(),
@@ -78,12 +68,8 @@ impl Link {
 
     /// Has it point elsewhere, with no moment at which there is no link.
     pub(super) fn point_to(&mut self, target: &Path) -> io::Result<()> {
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let unfinished = directory_of(&self.path).join(format!(".{name}.unfinished"));
-        match fs::remove_file(&unfinished) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
+        let unfinished = files::unfinished_path(&self.path, None)?;
+        files::remove(&unfinished)?;
         symlink(target, &unfinished)?;
         fs::rename(&unfinished, &self.path)?;
         self.target = target.to_path_buf();
@@ -97,12 +83,5 @@ impl Drop for Link {
             // Fails when somebody was faster, which comes to the same.
             let _ = fs::remove_file(&self.path);
         }
-    }
-}
-
-fn directory_of(link: &Path) -> &Path {
-    match link.parent() {
-        Some(directory) if !directory.as_os_str().is_empty() => directory,
-        _ => Path::new("."),
     }
 }

@@ -64,14 +64,6 @@ impl Decoder {
                     put(&mut found, IAC);
                     State::Data
                 }
-                (State::Command, DO | DONT | WILL | WONT) => State::Negotiation(byte),
-                (State::Command, SB) => {
-                    self.subnegotiation.clear();
-                    self.too_long = false;
-                    State::Subnegotiation
-                }
-                // NOP, AYT and the like mean nothing to a line.
-                (State::Command, _) => State::Data,
                 (State::Negotiation(verb), option) => {
                     found.push(Telnet::Negotiation(verb, option));
                     State::Data
@@ -85,14 +77,17 @@ impl Decoder {
                     self.keep(byte);
                     State::Subnegotiation
                 }
-                // A subnegotiation that was not ended: what follows is a command again.
-                (State::SubnegotiationCommand, DO | DONT | WILL | WONT) => State::Negotiation(byte),
-                (State::SubnegotiationCommand, SB) => {
+                // After a subnegotiation that was not ended, what follows is a command again.
+                (State::Command | State::SubnegotiationCommand, DO | DONT | WILL | WONT) => {
+                    State::Negotiation(byte)
+                }
+                (State::Command | State::SubnegotiationCommand, SB) => {
                     self.subnegotiation.clear();
                     self.too_long = false;
                     State::Subnegotiation
                 }
-                (State::SubnegotiationCommand, _) => State::Data,
+                // NOP, AYT and the like mean nothing to a line.
+                (State::Command | State::SubnegotiationCommand, _) => State::Data,
             };
         }
         found

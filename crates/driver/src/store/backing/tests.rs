@@ -19,6 +19,12 @@ fn backing(directory: &TempDir, when_full: WhenFull) -> Backing {
     Backing::new(Store::open(directory.path()).unwrap().0, when_full)
 }
 
+/// As the driver does, without a thread.
+fn persist(backing: &mut Backing, name: &str, content: Option<&'static [u8]>) -> Result<(), StoreError> {
+    let written = backing.change(name.to_owned(), content.map(Bytes::from_static))();
+    backing.finish(NOW, name, written)
+}
+
 fn controller(files: &[(&str, &[u8])]) -> Controller {
     let files = files
         .iter()
@@ -36,7 +42,7 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
     let mut backing = backing(&directory, WhenFull::Refuse);
     let way = block(&directory, "A");
     for failures in 1..=3 {
-        let reason = backing.persist(NOW, "A", Some(b"A\n")).unwrap_err();
+        let reason = persist(&mut backing, "A", Some(b"A\n")).unwrap_err();
         let condition = backing.status();
         assert_eq!(
             (condition.failures, &condition.error),
@@ -45,10 +51,10 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
         assert!(condition.unsaved.is_empty(), "the drive is as before");
     }
     fs::remove_dir(way).unwrap();
-    backing.persist(NOW, "A", Some(b"A\n")).unwrap();
+    persist(&mut backing, "A", Some(b"A\n")).unwrap();
     assert_eq!((backing.status().failures, &backing.status().error), (3, &None));
     assert_eq!(content(directory.path(), "A").as_deref(), Some(b"A\n".as_slice()));
-    backing.persist(NOW, "A", None).unwrap();
+    persist(&mut backing, "A", None).unwrap();
     assert_eq!(content(directory.path(), "A"), None);
 }
 
@@ -56,10 +62,10 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
 fn what_is_in_memory_alone_is_made_up_for_with_the_next_file_that_is_kept() {
     let directory = TempDir::new("backing-memory");
     let mut backing = backing(&directory, WhenFull::Memory);
-    backing.persist(NOW, "GONE", Some(b"G\n")).unwrap();
+    persist(&mut backing, "GONE", Some(b"G\n")).unwrap();
     let ways = [block(&directory, "A"), block(&directory, "B")];
-    backing.persist(NOW, "A", Some(b"A\n")).unwrap();
-    backing.persist(NOW, "B", Some(b"B\n")).unwrap();
+    persist(&mut backing, "A", Some(b"A\n")).unwrap();
+    persist(&mut backing, "B", Some(b"B\n")).unwrap();
     let robot = controller(&[("A", b"A\n"), ("B", b"B\n"), ("C", b"C\n")]);
     backing.retry_unsaved(&robot);
     assert_eq!(backing.status().unsaved, ["A", "B"].map(str::to_owned).into());
@@ -72,7 +78,7 @@ fn what_is_in_memory_alone_is_made_up_for_with_the_next_file_that_is_kept() {
         !backing.status().unsaved.is_empty(),
         "nothing says yet that it takes files again"
     );
-    backing.persist(NOW, "C", Some(b"C\n")).unwrap();
+    persist(&mut backing, "C", Some(b"C\n")).unwrap();
     backing.retry_unsaved(&robot);
     assert!(backing.status().unsaved.is_empty());
     for name in ["A", "B", "C"] {
