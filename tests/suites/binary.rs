@@ -8,6 +8,7 @@ mod extensions;
 #[cfg(unix)]
 mod faults;
 mod headless;
+mod ready;
 mod recordings;
 mod reports;
 #[cfg(unix)]

@@ -25,6 +25,7 @@ pub mod journal;
 mod lines;
 mod listener;
 mod metrics;
+mod noise;
 mod panel;
 mod parameters;
 mod pendant;
@@ -114,6 +115,7 @@ impl Server {
         let guard = Guard {
             token: settings.token.clone(),
             hosts: hosts.collect(),
+            open: settings.open,
         };
         Ok(Server {
             listener,

@@ -52,8 +52,10 @@ impl fmt::Display for ControlChoice {
 pub struct ControlSettings {
     /// Where it listens; port 0 is a free one.
     pub address: SocketAddr,
-    /// The bearer token; needed beyond the loopback.
+    /// The bearer token; needed beyond the loopback, unless the interface is open.
     pub token: Option<String>,
+    /// Without a token, every call is accepted: beyond the loopback, and under any host name.
+    pub open: bool,
     /// Names besides those of the loopback by which it may be called.
     pub hosts: Vec<String>,
 }
@@ -64,7 +66,7 @@ pub enum ControlError {
     /// Nothing keeps others out.
     #[error(
         "--control {0} can be reached from other machines: give a token by --control-token-file, \
-         --control-token or TS3100_CONTROL_TOKEN, or choose 127.0.0.1"
+         --control-token or TS3100_CONTROL_TOKEN, choose 127.0.0.1, or accept every call with --control-open"
     )]
     NoToken(SocketAddr),
     /// The token is none.
@@ -88,8 +90,15 @@ impl ControlSettings {
         ControlSettings {
             address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
             token: None,
+            open: false,
             hosts: Vec::new(),
         }
+    }
+
+    /// Everybody who reaches the interface may use it: it is open and has no token.
+    #[must_use]
+    pub fn accepts_everybody(&self) -> bool {
+        self.open && self.token.is_none()
     }
 
     /// Says whether it may be so.
@@ -104,7 +113,7 @@ impl ControlSettings {
             if !token.bytes().all(|byte| byte.is_ascii_graphic()) {
                 return Err(ControlError::Token("a blank or another character".to_owned()));
             }
-        } else if !self.address.ip().to_canonical().is_loopback() {
+        } else if !self.open && !self.address.ip().to_canonical().is_loopback() {
             return Err(ControlError::NoToken(self.address));
         }
         let is_name = |host: &str| {

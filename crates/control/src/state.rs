@@ -11,6 +11,7 @@ use super::faults::FaultList;
 use super::files::DriveStatus;
 use super::handle::{Answer, Handle};
 use super::lines::LineList;
+use super::noise::without_noise;
 use super::parameters::Parameters;
 use super::route_table::RouteTable;
 use super::variables::{self, VariableInfo};
@@ -294,9 +295,12 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
     };
     ArmPose {
         model: controller.config().model.name.clone(),
-        joints: pose.joint_values().into_iter().take(axes).collect(),
-        world: pose.world_values(),
-        work: pose.work_values(),
+        joints: without_noise(&pose.joint_values()[..])
+            .into_iter()
+            .take(axes)
+            .collect(),
+        world: without_noise(&pose.world_values()),
+        work: without_noise(&pose.work_values()),
         work_name: controller.work_name(),
         configuration: scol_mini::Configuration { digits }.number_on(pose.kind),
         moving: controller.is_arm_moving(),

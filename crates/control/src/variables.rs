@@ -4,6 +4,7 @@
 
 use super::body::{Json, Path};
 use super::handle::{Answer, DriverHandle, Handle};
+use super::noise::numbers;
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use scol_mini::ValueKind;
@@ -116,7 +117,7 @@ impl VariableInfo {
             name: variable.name,
             kind: variable.kind.map(Kind),
             bounds: variable.bounds,
-            value: variable.value,
+            value: variable.value.map(numbers),
             elements: None,
         }
     }
@@ -141,7 +142,8 @@ impl VariableInfo {
                 .filter(|document| !position || document.may_be_position())
                 .ok_or_else(|| Problem::not_found("name", expected, text))?;
             if let [bound] = document.bounds.as_slice() {
-                document.elements = Some(view.controller.elements(&document.name, *bound));
+                let elements = view.controller.elements(&document.name, *bound);
+                document.elements = Some(elements.into_iter().map(|value| value.map(numbers)).collect());
             }
             Ok(document)
         }

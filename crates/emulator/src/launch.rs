@@ -4,10 +4,12 @@
 use crate::config::Settings;
 use crate::loading::{self, StartError};
 use crate::log::EventLog;
+use crate::ready::OPEN_WARNING;
 use std::future::Future;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc;
+use tracing::warn;
 use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_controller::Controller;
 use ts3100_driver::driver::request::Request;
@@ -25,8 +27,8 @@ pub struct Launched {
     pub requests: mpsc::Sender<Request>,
     /// Findings, coverage and executed lines of this run; clones share the data.
     pub run_record: RunRecord,
-    /// The example program was stored on the RAM drive.
-    pub has_demo: bool,
+    /// The example programs were stored on the RAM drive.
+    pub has_examples: bool,
     /// The last records, for the control interface.
     transcript: Arc<TranscriptBuffer>,
 }
@@ -71,7 +73,7 @@ impl Launched {
             driver,
             requests,
             run_record,
-            has_demo: powered.demo,
+            has_examples: powered.has_examples,
             transcript: buffer,
         })
     }
@@ -89,6 +91,9 @@ impl Launched {
             address: control.address,
             reason,
         })?;
+        if control.accepts_everybody() {
+            warn!(event = "control-open", "{OPEN_WARNING}");
+        }
         let address = server.address();
         let journal = Arc::new(Journal::with_transcript(Arc::clone(&self.transcript)));
         let writer = JournalWriter(Arc::clone(&journal));

@@ -1,5 +1,5 @@
 //! Decides what is on the RAM drive when the power comes on: the files of the backing directory, those of `--load`,
-//! or the example program. It converts the name and the line ends of a PC file to those of the drive.
+//! or the example programs. It converts the name and the line ends of a PC file to those of the drive.
 //!
 //! Reading and writing the backing directory is [`ts3100_driver::store`]'s job. Parameter files take effect only at
 //! power-on (PAR-FILE-03), so they are separated from the files that are put on the drive afterwards.
@@ -20,10 +20,11 @@ use ts3100_proto::name::FileName;
 use ts3100_recording::diff::Candidate;
 use ts3100_recording::transcript::RecorderError;
 
-/// Name of the example program.
-pub const DEMO_NAME: &str = "DEMO";
-/// The example program, on the drive when neither a directory nor a file is given.
-pub const DEMO: &str = include_str!("../assets/demo.scol");
+/// The example programs by name, on the drive when neither a directory nor a file is given. The first needs no peer.
+pub const EXAMPLES: [(&str, &str); 2] = [
+    ("DEMO", include_str!("../assets/demo.scol")),
+    ("DIALOG", include_str!("../assets/dialog.scol")),
+];
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -93,8 +94,8 @@ pub struct PoweredController {
     pub backing: Option<Backing>,
     /// All files put on the drive, including those of the directory.
     pub files: StoredFiles,
-    /// The example program is on the drive.
-    pub demo: bool,
+    /// The example programs are on the drive.
+    pub has_examples: bool,
     /// A snapshot or an error history was restored, so the files alone do not reproduce the state.
     pub restored: bool,
 }
@@ -106,10 +107,10 @@ pub struct PoweredController {
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     let mut put = pc_files(settings)?;
     let store = settings.drive.as_deref().map(Store::open).transpose()?;
-    let demo = store.is_none() && put.is_empty();
-    if demo {
+    let has_examples = store.is_none() && put.is_empty();
+    if has_examples {
         let line_end = settings.controller.options.line_end;
-        put.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
+        put.extend(EXAMPLES.map(|(name, text)| (name.to_owned(), drive_content(text.as_bytes(), line_end))));
     }
     let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
     // Parameter files act only at power-on (PAR-FILE-03); one of `--load` wins over that of the directory.
@@ -156,7 +157,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller,
         backing,
         files,
-        demo: demo && settings.restore.is_none(),
+        has_examples: has_examples && settings.restore.is_none(),
         restored: remembers || settings.restore.is_some(),
     })
 }
@@ -217,9 +218,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_example_program_is_in_good_style() {
-        let found = scol_mini::check(DEMO, &scol_mini::LanguageOptions::default());
-        assert_eq!(found.diagnostics, []);
-        assert_eq!(scol_mini::format(DEMO), DEMO);
+    fn the_example_programs_are_in_good_style() {
+        for (name, text) in EXAMPLES {
+            let found = scol_mini::check(text, &scol_mini::LanguageOptions::default());
+            assert_eq!(found.diagnostics, [], "{name}");
+            assert_eq!(scol_mini::format(text), text, "{name}");
+        }
     }
 }

@@ -7,11 +7,19 @@
 use crate::config::Settings;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
+use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
+use ts3100_control::ControlSettings;
 use ts3100_controller::port::Port;
+use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_driver::clock::TimeMode;
+use ts3100_driver::driver::self_check::connectable;
 use ts3100_driver::serial::SerialEndpoint;
+
+/// What the banner and the log say about `--control-open`.
+pub const OPEN_WARNING: &str =
+    "the control interface accepts every call (--control-open); whoever reaches it controls the robot";
 
 /// Prints the ready line to stdout, with these TCP ports, serial lines, control address and seed of the legal variation.
 ///
@@ -62,68 +70,129 @@ fn url(address: SocketAddr) -> String {
     format!("http://{address}")
 }
 
-/// The banner for people: ports, selected file, and commands to try.
-#[must_use]
-pub fn banner(
-    settings: &Settings,
-    ports: &BTreeMap<Port, u16>,
-    serial: &BTreeMap<Port, SerialEndpoint>,
-    control: Option<SocketAddr>,
-    demo: bool,
-) -> String {
-    let mut text = String::from("ts3100 is ready.\n");
-    for (port, number) in ports {
-        let purpose = match port {
-            Port::Ip0 => "commands of the host (simple protocol)",
-            Port::Ip1 | Port::Ip2 => "PRINT and INPUT of the SCOL program",
-            Port::Ip3 => "dedicated protocol; what arrives is discarded",
-            Port::Host | Port::Com1 => "serial",
+/// The URL of the control interface, for programs on this machine.
+fn dialled_url(address: SocketAddr) -> String {
+    url(SocketAddr::new(connectable(address.ip()), address.port()))
+}
+
+/// What the banner is about.
+pub struct Banner<'a> {
+    /// The configuration of the emulator.
+    pub settings: &'a Settings,
+    /// The TCP ports it listens on.
+    pub ports: &'a BTreeMap<Port, u16>,
+    /// The serial lines it serves.
+    pub serial: &'a BTreeMap<Port, SerialEndpoint>,
+    /// The address of the control interface, if there is one.
+    pub control: Option<SocketAddr>,
+    /// The example programs are on the RAM drive.
+    pub has_examples: bool,
+}
+
+impl Display for Banner<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let settings = self.settings;
+        writeln!(f, "ts3100 is ready.")?;
+        self.write_ports(f)?;
+        let file = settings.select.as_deref().unwrap_or("none");
+        writeln!(
+            f,
+            "  selected file: {file}; arm: {}; time: {}",
+            settings.controller.model.name, settings.time
+        )?;
+        if let Some(seed) = settings.controller.vary {
+            writeln!(
+                f,
+                "  legal variation with seed {seed}; repeat it with --vary {seed}"
+            )?;
+        }
+        if settings
+            .control
+            .as_ref()
+            .is_some_and(ControlSettings::accepts_everybody)
+        {
+            writeln!(f, "  warning: {OPEN_WARNING}")?;
+        }
+        if let Some(control) = self.control {
+            writeln!(f, "Open {} in a browser.", dialled_url(control))?;
+        }
+        self.write_commands(f)?;
+        writeln!(f, "Press Ctrl-C to end it.")
+    }
+}
+
+impl Banner<'_> {
+    /// Every port and the control interface with its address, on one line.
+    #[must_use]
+    pub fn places(&self) -> String {
+        let ports = self.ports.iter().map(|(port, number)| {
+            let address = SocketAddr::new(self.settings.listen, *number);
+            format!("{port} {address}")
+        });
+        let serial = self.serial.iter().map(|(port, place)| format!("{port} {place}"));
+        let control = self.control.map(|address| format!("control {}", url(address)));
+        ports.chain(serial).chain(control).collect::<Vec<_>>().join(", ")
+    }
+
+    fn write_ports(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for (port, number) in self.ports {
+            let purpose = match port {
+                Port::Ip0 => "commands of the host (simple protocol)",
+                Port::Ip1 | Port::Ip2 => "PRINT and INPUT of the SCOL program",
+                Port::Ip3 => "dedicated protocol; what arrives is discarded",
+                Port::Host | Port::Com1 => "serial",
+            };
+            let address = SocketAddr::new(self.settings.listen, *number);
+            writeln!(f, "  {port}  {address:<22} {purpose}")?;
+        }
+        for (port, place) in self.serial {
+            let place = place.to_string();
+            let purpose = if port.protocol().is_some() {
+                "commands of the host (simple protocol)"
+            } else {
+                "PRINT and INPUT of the SCOL program"
+            };
+            writeln!(f, "  {port:<4} {place:<22} {purpose}")?;
+        }
+        if let Some(control) = self.control {
+            let control = url(control);
+            writeln!(
+                f,
+                "  control {control}  state, lines, files, time: for people and programs"
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Commands that do as they are when pasted one after the other.
+    fn write_commands(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(ip0) = self.ports.get(&Port::Ip0) else {
+            return Ok(());
         };
-        let address = SocketAddr::new(settings.listen, *number);
-        // Writing to a String cannot fail.
-        let _ = writeln!(text, "  {port}  {address:<22} {purpose}");
-    }
-    for (port, place) in serial {
-        let place = place.to_string();
-        let purpose = if port.protocol().is_some() {
-            "commands of the host (simple protocol)"
-        } else {
-            "PRINT and INPUT of the SCOL program"
-        };
-        let _ = writeln!(text, "  {port:<4} {place:<22} {purpose}");
-    }
-    if let Some(control) = control {
-        let control = url(control);
-        let _ = writeln!(
-            text,
-            "  control {control}  state, lines, files, time: for people and programs"
-        );
-    }
-    let file = settings.select.as_deref().unwrap_or("none");
-    let _ = writeln!(
-        text,
-        "  selected file: {file}; arm: {}; time: {}",
-        settings.controller.model.name, settings.time
-    );
-    if let Some(seed) = settings.controller.vary {
-        let _ = writeln!(
-            text,
-            "  legal variation with seed {seed}; repeat it with --vary {seed}"
-        );
-    }
-    if let Some(ip0) = ports.get(&Port::Ip0) {
-        let host = format!("ts3100 host {}", SocketAddr::new(settings.listen, *ip0));
-        let _ = writeln!(text, "Try in a second terminal:");
-        let _ = writeln!(text, "  {host} su");
-        if demo {
-            let _ = writeln!(
-                text,
-                "  {host} so    then  sl DEMO  and  rn; the program talks on IP1"
-            );
+        let settings = self.settings;
+        let host = SocketAddr::new(connectable(settings.listen), *ip0);
+        writeln!(f, "Try in a second terminal:")?;
+        writeln!(f, "  ts3100 host {host} su")?;
+        let controller = &settings.controller;
+        let host_may_start =
+            controller.key == KeySwitch::Ext && controller.control_right == ControlRight::Ether;
+        if !self.has_examples || !host_may_start || settings.time == TimeMode::Stepped {
+            return Ok(());
+        }
+        if !settings.servo_on {
+            writeln!(f, "  ts3100 host {host} so")?;
+        }
+        writeln!(f, "  ts3100 host {host} sl DEMO")?;
+        writeln!(f, "  ts3100 host {host} rn --wait")?;
+        // With a token the command would need it, and a secret does not belong on a screen.
+        let has_token = |control: &ControlSettings| control.token.is_some();
+        match self.control {
+            Some(control) if !settings.control.as_ref().is_some_and(has_token) => {
+                writeln!(f, "  ts3100 ctl --url {} pendant", dialled_url(control))
+            }
+            _ => Ok(()),
         }
     }
-    text.push_str("Ctrl-C ends it.\n");
-    text
 }
 
 #[cfg(test)]

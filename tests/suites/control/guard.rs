@@ -187,6 +187,54 @@ fn a_name_may_be_allowed() {
 }
 
 #[test]
+fn with_a_token_or_an_open_interface_every_name_is_served() {
+    let guarded = ControlSettings {
+        token: Some(TOKEN.to_owned()),
+        ..ControlSettings::free()
+    };
+    let robot = Bench::start(builder().control(guarded));
+    let token = format!("Authorization: Bearer {TOKEN}\r\n");
+    for host in ["robot", "robot:3100", "robot.cell.example", "10.0.0.1"] {
+        let host = format!("Host: {host}\r\n");
+        assert_eq!(with_headers(&robot, &format!("{host}{token}")), 200, "{host}");
+        assert_eq!(with_headers(&robot, &host), 401, "{host}");
+    }
+    let foreign = "Host: robot\r\nOrigin: http://evil.example\r\n";
+    assert_eq!(with_headers(&robot, &format!("{foreign}{token}")), 403);
+    let several = "Host: robot\r\nHost: robot\r\n";
+    assert_eq!(with_headers(&robot, &format!("{several}{token}")), 403);
+
+    let open = ControlSettings {
+        open: true,
+        ..ControlSettings::free()
+    };
+    let robot = Bench::start(builder().control(open));
+    assert_eq!(with_headers(&robot, "Host: robot:3100\r\n"), 200);
+    assert_eq!(
+        with_headers(&robot, "Host: robot\r\nOrigin: http://robot\r\n"),
+        200
+    );
+    assert_eq!(with_headers(&robot, foreign), 403);
+    assert_eq!(with_headers(&robot, several), 403);
+    assert_eq!(
+        with_headers(&robot, "Host: robot\r\nSec-Fetch-Site: cross-site\r\n"),
+        403
+    );
+}
+
+#[test]
+fn an_open_interface_with_a_token_still_needs_the_token() {
+    let both = ControlSettings {
+        token: Some(TOKEN.to_owned()),
+        open: true,
+        ..ControlSettings::free()
+    };
+    assert!(!both.accepts_everybody());
+    let robot = Bench::start(builder().control(both));
+    assert_eq!(with_headers(&robot, "Host: localhost\r\n"), 401);
+}
+
+#[test]
 fn no_page_of_another_origin_is_served() {
     let robot = Bench::start(builder());
     let own = "Host: localhost:3100\r\n";
@@ -280,6 +328,12 @@ fn beyond_the_loopback_there_is_no_interface_without_a_token() {
     };
     let words = everywhere.clone().validate().unwrap_err().to_string();
     assert!(words.contains("--control-token"), "{words}");
+    assert!(words.contains("--control-open"), "{words}");
+    let open = ControlSettings {
+        open: true,
+        ..everywhere.clone()
+    };
+    assert!(open.validate().is_ok());
     let short = ControlSettings {
         token: Some("short".to_owned()),
         ..everywhere.clone()

@@ -8,9 +8,9 @@ pub(super) use ts3100_recording::reports::BELOW_COVERAGE;
 pub(super) const NEGATIVE: u8 = 1;
 /// Wrong usage, a file that cannot be read or written, or the emulator could not start.
 pub(super) const UNUSABLE: u8 = 2;
-/// `host`, `ctl`: nobody answers, or what answers is something else, late or incomplete.
+/// `host`, `ctl`, `ready`: nobody answers, or what answers is something else, late or incomplete.
 pub(super) const NO_ANSWER: u8 = 3;
-/// `ctl`: the condition was not met within its time.
+/// `ctl`, `ready`: what was waited for did not happen in its time.
 pub(super) const NOT_REACHED: u8 = 4;
 /// `serve`: an expectation of the scenario was not met.
 pub(super) const SCENARIO_FAILED: u8 = 5;

@@ -15,6 +15,7 @@ mod format;
 mod guard;
 mod host;
 mod junit_stub;
+mod ready;
 mod run;
 mod serve;
 mod tap;
@@ -47,6 +48,7 @@ enum Command {
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
     Ctl(Box<ctl::CtlArgs>),
+    Ready(ready::ReadyArgs),
     /// Prints what the shell needs to complete the words of this command line
     Completions {
         /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
@@ -90,6 +92,7 @@ fn run(command: Command) -> ExitCode {
         Command::Tap(args) => exit_code(tap::run(&args)),
         Command::Diff(args) => exit_code(diff::run(&args)),
         Command::Ctl(args) => ctl::run(&args),
+        Command::Ready(args) => ready::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut definition(), "ts3100", &mut script);

@@ -6,6 +6,7 @@
 
 use super::exit::{SCENARIO_FAILED, UNUSABLE};
 use super::junit_stub;
+use crate::config::args::LogFormat;
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
@@ -73,8 +74,17 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
             printed.context("cannot write to stdout")?;
         } else {
-            let demo = launched.has_demo;
-            eprint!("{}", ready::banner(&settings, ports, &serial, control, demo));
+            let banner = ready::Banner {
+                settings: &settings,
+                ports,
+                serial: &serial,
+                control,
+                has_examples: launched.has_examples,
+            };
+            match args.log_format.unwrap_or_default() {
+                LogFormat::Text => eprint!("{banner}"),
+                LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
+            }
         }
         let code = serve_until(stop, launched, &args, &settings).await?;
         info!("ended");

@@ -17,6 +17,7 @@ use ts3100_control::ControlChoice;
 use ts3100_controller::options::{ControllerType, Dialect};
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
+use ts3100_driver::tcp::Ports;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::transcript::TranscriptFile;
 
@@ -48,6 +49,10 @@ pub struct ServeArgs {
     /// File with the token in its first line
     #[arg(long, value_name = "FILE")]
     pub control_token_file: Option<PathBuf>,
+    /// No token needed: whoever reaches the control interface may use it. For throw-away networks only
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+        value_parser = switch())]
+    pub control_open: Option<bool>,
     /// Names by which the control interface is called, besides localhost and the address dialled
     #[arg(long, value_name = "NAME", num_args = 1..)]
     pub control_host: Vec<String>,
@@ -73,7 +78,8 @@ pub struct ServeArgs {
     #[arg(long, value_name = "ADDR")]
     pub serial_com1_tcp: Option<ListenAt>,
     /// Print one line of JSON on stdout once every port accepts
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+        value_parser = switch())]
     pub ready_json: Option<bool>,
     /// Directory that keeps the files of the RAM drive [default: memory only]
     #[arg(long, value_name = "DIR")]
@@ -97,7 +103,8 @@ pub struct ServeArgs {
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
     /// Servo power on at the start
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+        value_parser = switch())]
     pub servo_on: Option<bool>,
     /// Key switch [default: ext]
     #[arg(long, value_name = "POSITION", value_parser = word::<KeySwitch>())]
@@ -162,6 +169,15 @@ pub struct ServeArgs {
 }
 
 impl ServeArgs {
+    /// Where the port numbers come from: ETHERNET.PAR and an offset, or the system.
+    #[must_use]
+    pub fn tcp_ports(&self) -> Ports {
+        match self.ports {
+            Some(PortSource::Auto) => Ports::Auto,
+            Some(PortSource::Parameter) | None => Ports::Offset(self.port_offset.unwrap_or(0)),
+        }
+    }
+
     /// These arguments; those not given are taken from the layer below. Named options and faults of the layer below come
     /// first, so that a later option of the same name wins.
     #[must_use]
@@ -173,6 +189,7 @@ impl ServeArgs {
             control: self.control.or(below.control),
             control_token: self.control_token.or(below.control_token),
             control_token_file: self.control_token_file.or(below.control_token_file),
+            control_open: self.control_open.or(below.control_open),
             control_host: first_non_empty(self.control_host, below.control_host),
             serial_dir: self.serial_dir.or(below.serial_dir),
             serial_host: self.serial_host.or(below.serial_host),
@@ -245,6 +262,15 @@ pub enum PortSource {
     Parameter,
     /// The system.
     Auto,
+}
+
+/// Reads `true` or `false`; variables of containers often have 1 and 0 instead.
+fn switch() -> impl TypedValueParser<Value = bool> {
+    let words = [
+        PossibleValue::new("true").alias("1"),
+        PossibleValue::new("false").alias("0"),
+    ];
+    PossibleValuesParser::new(words).map(|word| ["true", "1"].contains(&word.as_str()))
 }
 
 /// Reads the word of a value, and names all words in the help.

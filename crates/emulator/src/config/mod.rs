@@ -88,11 +88,14 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// The address of the servers, unless another is chosen.
+    pub const LISTEN: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+
     /// The defaults around a controller: loopback, the ports of ETHERNET.PAR, real time, memory only.
     #[must_use]
     pub fn new(controller: Config) -> Settings {
         Settings {
-            listen: IpAddr::V4(Ipv4Addr::LOCALHOST),
+            listen: Settings::LISTEN,
             ports: Ports::Offset(0),
             serial: BTreeMap::new(),
             controller,
@@ -154,10 +157,7 @@ impl Settings {
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
             controller.calendar = clock::system_calendar();
         }
-        let ports = match args.ports {
-            Some(args::PortSource::Auto) => Ports::Auto,
-            Some(args::PortSource::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
-        };
+        let ports = args.tcp_ports();
         let scenario = args.scenario.as_deref().map(Scenario::read).transpose()?;
         let args = &with_scenario_start(args, scenario.as_ref());
         if args.restore.is_some() {
@@ -251,7 +251,10 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
 }
 
 /// The settings of the control interface; it is on by default.
-fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+///
+/// # Errors
+/// No port for it, a token file that cannot be read, or settings that exclude each other.
+pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
     let free = ControlSettings::free();
     let mut address = free.address;
     match (args.control, ports) {
@@ -276,6 +279,7 @@ fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSett
     let settings = ControlSettings {
         address,
         token,
+        open: args.control_open.unwrap_or(false),
         hosts: args.control_host.clone(),
     };
     Ok(Some(settings.validate()?))

@@ -26,9 +26,19 @@ pub struct Position {
 /// commas between them, no CR at the end.
 #[must_use]
 pub fn encode_position(values: &[f64], configuration: Option<i64>) -> Vec<u8> {
-    let mut items: Vec<String> = values.iter().map(|value| format!("{value:.3}")).collect();
+    let mut items: Vec<String> = values.iter().copied().map(three_decimals).collect();
     items.extend(configuration.map(|number| number.to_string()));
     items.join(",").into_bytes()
+}
+
+/// A value with three decimals. One that rounds to zero has no minus.
+#[must_use]
+pub fn three_decimals(value: f64) -> String {
+    let text = format!("{value:.3}");
+    match text.strip_prefix('-') {
+        Some(zero @ "0.000") => zero.to_string(),
+        _ => text,
+    }
 }
 
 /// Reads a content; a CR may stand at the end. A last item without decimal point is the configuration.
@@ -98,9 +108,12 @@ mod tests {
     }
 
     #[test]
-    fn three_decimals() {
+    fn values_have_three_decimals_and_zero_has_no_minus() {
         for (value, text) in [
             (0.000_4, "0.000"),
+            (-0.0, "0.000"),
+            (-0.000_4, "0.000"),
+            (-0.000_6, "-0.001"),
             (0.000_6, "0.001"),
             (-179.999_9, "-180.000"),
             (1e9 + 0.25, "1000000000.250"),

@@ -6,7 +6,7 @@
 mod args;
 mod call;
 mod show;
-mod target;
+pub(super) mod target;
 
 pub use args::CtlArgs;
 

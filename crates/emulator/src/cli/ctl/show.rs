@@ -3,9 +3,14 @@
 //! With `--json` the documents are printed as they came and nothing here is used.
 
 use serde_json::{Map, Value};
+use ts3100_proto::status::pr::three_decimals;
 
 /// Columns a list of plain values may take before it is broken.
 const WIDTH: usize = 100;
+/// Smaller numbers are rounding noise.
+const NOISE: f64 = 1e-6;
+/// Smaller numbers are zero with three decimals.
+const HIDDEN: f64 = 0.000_5;
 
 /// A document as names and values, indented.
 pub fn format_document(answer: &Value) -> String {
@@ -45,14 +50,33 @@ pub fn format_event(kind: &str, event: &Value) -> String {
 fn plain(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
+        Value::Number(number) => match number.as_f64() {
+            Some(value) if number.is_f64() => decimal(value),
+            _ => number.to_string(),
+        },
         other => other.to_string(),
+    }
+}
+
+/// Three decimals; all digits of a number that three would hide, such as a small probability.
+fn decimal(value: f64) -> String {
+    let size = value.abs();
+    if (NOISE..HIDDEN).contains(&size) {
+        value.to_string()
+    } else {
+        three_decimals(value)
     }
 }
 
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn is_plain(value: &Value) -> bool {
     match value {
-        Value::Array(list) => list.iter().all(|value| !value.is_array() && !value.is_object()),
+        Value::Array(list) => list.iter().all(|value| match value {
+            Value::Array(_) | Value::Object(_) => false,
+            // Between blanks on one line nobody would see where it ends.
+            Value::String(text) => !text.contains(' '),
+            _ => true,
+        }),
         Value::Object(fields) => fields.is_empty(),
         _ => true,
     }
@@ -115,7 +139,13 @@ mod tests {
         let answer = json!({"on": [1, 2], "none": [], "deep": {"a": [{"b": 1, "c": "x\ny"}]}});
         let expected = "on: 1 2\nnone: none\ndeep:\n  a:\n    - b: 1\n      c:\n        x\n        y\n";
         assert_eq!(format_document(&answer), expected);
+        let answer = json!({"joints": [-1e-14, 10.0, -0.0], "p": 0.0001, "n": 5, "t": 1.5});
+        let expected = "joints: 0.000 10.000 0.000\np: 0.0001\nn: 5\nt: 1.500\n";
+        assert_eq!(format_document(&answer), expected);
         assert_eq!(file_text(&json!({"text": "A\n"})), "A\n");
+        let answer = json!({"lines": ["IP0 LISTEN", "IP1"], "names": ["A", "B"]});
+        let expected = "lines:\n  - IP0 LISTEN\n  - IP1\nnames: A B\n";
+        assert_eq!(format_document(&answer), expected);
         let event = json!({"seq": 1, "t": 0.5, "event": "status", "status": "running", "hex": "00"});
         assert_eq!(
             format_event("status", &event),

@@ -80,7 +80,11 @@ fn choose(told: Option<String>, running: Vec<Instance>) -> Result<String, Target
     }
 }
 
-fn find(running: Vec<Instance>) -> Result<String, TargetError> {
+/// The URL of the only emulator that has a control interface, or the default.
+///
+/// # Errors
+/// Several have one, or emulators run and none has one.
+pub fn find(running: Vec<Instance>) -> Result<String, TargetError> {
     let (mut controlled, others): (Vec<Instance>, Vec<Instance>) = running
         .into_iter()
         .partition(|instance| instance.control.is_some());

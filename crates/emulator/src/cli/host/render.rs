@@ -74,7 +74,7 @@ fn error_entry(entry: &ErrorEntry) -> Value {
 fn number(number: &Number) -> Value {
     match number {
         Number::Integer(value) => json!(value),
-        Number::Real(value) => json!(value),
+        Number::Real(value) => json!(value + 0.0),
     }
 }
 
@@ -203,7 +203,8 @@ fn lines_on(words: &[u16]) -> Vec<usize> {
 fn rounded(values: &[f32; 8]) -> Vec<f64> {
     values
         .iter()
-        .map(|value| (f64::from(*value) * 1_000.0).round() / 1_000.0)
+        // The sum with zero makes -0.0 positive.
+        .map(|value| (f64::from(*value) * 1_000.0).round() / 1_000.0 + 0.0)
         .collect()
 }
 

@@ -8,6 +8,7 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::time::Duration;
+use ts3100_proto::status::pr::three_decimals;
 
 /// Longest line held back for its CR, in bytes.
 const MAX_LINE: usize = 65_536;
@@ -152,10 +153,10 @@ impl RunPrinter {
             _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
         };
         let world = names.iter().zip(&world);
-        let world = joined(world.map(|(name, value)| format!("{name} {:.3}", rounded(*value))));
+        let world = joined(world.map(|(name, value)| format!("{name} {}", three_decimals(*value))));
         eprintln!("position {world}, configuration {}", configuration(report));
         let joints = report.arm.joint_values();
-        let joints = joined(joints.iter().map(|value| format!("{:.3}", rounded(*value))));
+        let joints = joined(joints.into_iter().map(three_decimals));
         eprintln!("joints {joints}");
         let on = joined(report.outputs.iter().map(u16::to_string));
         eprintln!("outputs on: {}", if on.is_empty() { "none" } else { &on });
