@@ -21,8 +21,8 @@ use std::sync::Arc;
 const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 /// Reveals a page of another site even without `Origin`: browsers omit that for images, forms and scripts.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
-/// The page for people asks for the token itself and shows nothing without it.
-const OPEN_PATHS: [&str; 1] = ["/"];
+/// The pages ask for the token themselves and show nothing without it.
+const OPEN_PATHS: [&str; 2] = ["/", "/docs"];
 
 /// What a request must present to be served.
 #[derive(Debug, Clone, Default)]

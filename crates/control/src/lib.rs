@@ -65,7 +65,9 @@ use ts3100_driver::driver::request::Request;
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
 /// The page for people.
 const PAGE: &str = include_str!("../assets/control.html");
-/// What the page may do: speak to where it comes from.
+/// The explorer of the calls.
+const EXPLORER: &str = include_str!("../assets/docs.html");
+/// What a page may do: connect to where it comes from.
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'unsafe-inline'; \
     script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
@@ -155,7 +157,8 @@ fn router(handle: DriverHandle, guard: Guard) -> Router {
     };
     router
         .route("/openapi.json", get(open_api))
-        .route("/", get(page))
+        .route("/", get(async || page(PAGE)))
+        .route("/docs", get(async || page(EXPLORER)))
         .layer(axum::middleware::from_fn_with_state(
             Arc::new(guard),
             guard::check,
@@ -164,12 +167,12 @@ fn router(handle: DriverHandle, guard: Guard) -> Router {
         .with_state(handle)
 }
 
-async fn page() -> impl IntoResponse {
+fn page(content: &'static str) -> impl IntoResponse {
     let headers = [
         (CONTENT_TYPE, "text/html; charset=utf-8"),
         (CONTENT_SECURITY_POLICY, PAGE_POLICY),
     ];
-    (headers, PAGE)
+    (headers, content)
 }
 
 /// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.

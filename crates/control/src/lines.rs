@@ -33,7 +33,7 @@ pub struct ForcedLine {
     on: bool,
 }
 
-/// A digital line.
+/// The state of a digital line.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[schema(as = Line)]
 pub struct LineStatus {

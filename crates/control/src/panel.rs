@@ -34,7 +34,7 @@ pub struct ControlRight {
     holder: input::ControlRight,
 }
 
-/// A button that latches.
+/// The state of a button that latches.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Button {
@@ -50,7 +50,7 @@ pub struct SafetySwitch {
     open: bool,
 }
 
-/// A switch.
+/// The state of a switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Switch {

@@ -257,7 +257,7 @@ fn no_page_of_another_origin_is_served() {
     ] {
         assert_eq!(with_headers(&robot, &format!("{own}{headers}")), 403, "{headers}");
     }
-    for path in ["/events", "/openapi.json", "/", "/metrics"] {
+    for path in ["/events", "/openapi.json", "/", "/docs", "/metrics"] {
         let request = format!(
             "GET {path} HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\nConnection: close\r\n\r\n"
         );
@@ -315,9 +315,24 @@ fn with_a_token_every_call_needs_it() {
             "{headers}"
         );
     }
-    // The page asks for the token itself.
-    let page = robot.raw(b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+    // The pages ask for the token themselves. They load nothing, and speak to where they come from.
+    for path in ["/", "/docs"] {
+        let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+        let page = robot.raw(request.as_bytes());
+        assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+        assert!(page.contains("default-src 'none'; connect-src 'self';"), "{page}");
+        for loads in [
+            "src=",
+            "<link",
+            "http://",
+            "https://",
+            "@import",
+            "innerHTML",
+            "localStorage",
+        ] {
+            assert!(!page.contains(loads), "{path}: {loads}");
+        }
+    }
 }
 
 #[test]
