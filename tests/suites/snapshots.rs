@@ -238,7 +238,7 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
         (
             "/faults/reports/1/fault/spec",
             "late".into(),
-            "kind of fault expected, `late` found",
+            "unknown kind of fault `late`",
         ),
         (
             "/faults/reports/1/fault/id",

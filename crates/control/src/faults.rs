@@ -292,18 +292,19 @@ impl ArmRequest {
 
 impl From<FaultError> for Problem {
     fn from(error: FaultError) -> Problem {
-        let unfit = |place: &str, expected: &str, found: &str| {
-            Problem::expected_found(StatusCode::CONFLICT, place, expected, found)
-        };
         match &error {
-            FaultError::UnknownKind { found, known } => unfit("kind", known, found),
-            FaultError::UnknownKey { key, known, .. } => unfit("parameters", known, key),
-            FaultError::DuplicateKey { key, .. } => unfit("parameters", &format!("{key} once"), "twice"),
+            FaultError::UnknownKind { .. } => Problem::new(StatusCode::CONFLICT, &error).at("kind"),
+            FaultError::UnknownKey { key, .. } | FaultError::DuplicateKey { key, .. } => {
+                Problem::new(StatusCode::CONFLICT, &error).at(key)
+            }
             FaultError::InvalidValue {
                 key, expected, found, ..
-            } => unfit(key, expected, found),
-            FaultError::NeverFires { .. } => Problem::new(StatusCode::CONFLICT, error),
-            FaultError::Syntax { found } => unfit("body", "a fault", found),
+            } => Problem::expected_found(StatusCode::CONFLICT, key, expected, found),
+            FaultError::NeverFires { .. } => Problem::new(StatusCode::CONFLICT, &error),
+            FaultError::Syntax { found } => {
+                let expected = "KIND:key=value,key=value";
+                Problem::expected_found(StatusCode::CONFLICT, "spec", expected, found)
+            }
         }
     }
 }

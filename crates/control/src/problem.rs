@@ -42,7 +42,14 @@ impl Problem {
         }
     }
 
-    /// A problem with its parts; the sentence is made of them.
+    /// The same problem, of this part of the request.
+    #[must_use]
+    pub fn at(self, place: impl Display) -> Problem {
+        let place = Some(printable(place));
+        Problem { place, ..self }
+    }
+
+    /// What was parsed is not what belongs at this place; the sentence is made of the parts.
     pub fn expected_found(
         status: StatusCode,
         place: impl Display,
@@ -52,7 +59,7 @@ impl Problem {
         let (place, expected, found) = (printable(place), printable(expected), printable(found));
         Problem {
             status,
-            error: format!("{place}: {expected} expected, {found} found"),
+            error: format!("{place}: expected {expected}, found {found}"),
             expected: Some(expected),
             found: Some(found),
             place: Some(place),

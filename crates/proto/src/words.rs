@@ -32,10 +32,11 @@ impl Word for bool {
 
 /// A word where another was expected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected {expected}, found `{found}`")]
+#[error("expected {expected}, found `{found}`{hint}")]
 pub struct UnexpectedWord {
     expected: Cow<'static, str>,
     found: String,
+    hint: String,
 }
 
 impl UnexpectedWord {
@@ -45,6 +46,16 @@ impl UnexpectedWord {
         UnexpectedWord {
             expected: expected.into(),
             found: found.to_string(),
+            hint: String::new(),
+        }
+    }
+
+    /// The same, with a suggestion if some of these words are near to the one found.
+    #[must_use]
+    pub fn suggesting<'a>(self, known: impl IntoIterator<Item = &'a str>) -> UnexpectedWord {
+        UnexpectedWord {
+            hint: did_you_mean(&self.found, known),
+            ..self
         }
     }
 }
@@ -82,6 +93,11 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
         let lower = word.to_lowercase();
         let far = distance(&found, &lower);
         let begins = found.len() >= 3 && lower.starts_with(&found);
+        // Two letters that differ in one are no misspelling of each other unless they are swapped.
+        let swapped = found.chars().rev().eq(lower.chars());
+        if found.len() == 2 && lower.len() == 2 && !swapped && far > 0 {
+            return None;
+        }
         (far <= allowed && far < found.chars().count() || begins).then_some((far, word))
     };
     let mut near: Vec<(usize, &str)> = known.into_iter().filter_map(rate).collect();

@@ -153,7 +153,7 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
             125,
             "broken.toml, line 2: unknown key `wat`",
         ),
-        (&["--", "true"], 125, "--junit writes the results of a scenario"),
+        (&["--", "true"], 125, "cannot write --junit: it reports the results of a scenario; add --scenario FILE"),
         (
             &[
                 &whole[..],
@@ -166,7 +166,7 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
         (
             &[&whole[..], &["--fault", "nothing", "--", "true"]].concat(),
             125,
-            "kind of fault expected",
+            "unknown kind of fault",
         ),
         (
             &["--no-such-flag", "--", "true"],

@@ -125,22 +125,19 @@ fn what_is_no_fault_ends_it_before_it_is_ready() {
         "[[fault]]\nkind = \"ng\"\nid = 7\n\n[[fault]]\nkind = \"no-reply\"\nid = 7\n",
     );
     for (words, says) in [
-        (
-            ["--fault", "nothing"],
-            "--fault: kind of fault expected, `nothing` found",
-        ),
+        (["--fault", "nothing"], "--fault: unknown kind of fault `nothing`"),
         (
             ["--fault", "flipped-bit:way=in,command=SO"],
             "--fault: cannot arm flipped-bit: no occasion has command=SO",
         ),
         (
             ["--faults", &file],
-            "faults.toml:3: ng: after: a whole number from 0 to 1000000 expected, `soon` found",
+            "faults.toml:3: ng: after: expected a whole number from 0 to 1000000, found `soon`",
         ),
         (["--faults", "/nowhere.toml"], "cannot read /nowhere.toml"),
         (
             ["--faults", &twice],
-            "faults: expected a number of its own for each, found id=7 twice",
+            "cannot arm the faults: two have the number id=7",
         ),
         (
             ["--vary", "luck"],

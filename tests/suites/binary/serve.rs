@@ -98,11 +98,11 @@ fn a_port_in_use_is_one_clear_error() {
     assert!(output.stdout.is_empty());
     let error = stderr(&output);
     assert!(
-        error.contains("IP0 cannot listen on 127.0.0.1:") && error.contains("the port is in use"),
+        error.contains("cannot open IP0 at 127.0.0.1:") && error.contains("the port is in use"),
         "{error}"
     );
     assert!(
-        error.contains("--port-offset 10000") && error.contains("--ports auto"),
+        error.contains("another `--port-offset`") && error.contains("--ports auto"),
         "{error}"
     );
 }
@@ -115,15 +115,25 @@ fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
     let name = directory.file("2name.scol", "PROGRAM X\nEND\n");
     let config = directory.file("bad.toml", "port-ofset = 1\n");
     let missing = directory.path().join("missing.scol");
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["--load", &broken, "--select", "BROKEN"], "BROKEN:2:"),
         (&["--select", "ABSENT"], "ABSENT cannot be selected"),
         (&["--load", &tab], "TAB cannot be stored"),
         (&["--load", &name], "2name.scol: no name on the RAM drive"),
         (&["--load", missing.to_str().unwrap()], "cannot read"),
-        (&["--config", &config], "unknown key `port-ofset`"),
-        (&["--set", "text.sxt=detect"], "unknown option `text.sxt`"),
-        (&["--listen", "203.0.113.77"], "IP0 cannot listen on 203.0.113.77"),
+        (
+            &["--config", &config],
+            ", line 1: unknown key `port-ofset`; did you mean `port-offset`?",
+        ),
+        (
+            &["--set", "text.sxt=detect"],
+            "unknown option `text.sxt`; did you mean `text.stx`?",
+        ),
+        (
+            &["--port-offset", "abc"],
+            "expected a whole number from 0 to 65535, found `abc`",
+        ),
+        (&["--listen", "203.0.113.77"], "cannot open IP0 at 203.0.113.77"),
     ];
     for (words, expected) in cases {
         let mut all = vec!["serve", "--ports", "auto", "--ready-json"];
@@ -151,7 +161,7 @@ fn what_the_system_says_is_said_once() {
         (&["--faults", "/nowhere/a.toml"], "No such file"),
         (&["--config", "/nowhere/a.toml"], "No such file"),
         (&["--transcript", "/nowhere/a.txt"], "No such file"),
-        (&["--fault", "nothing"], "`nothing` found"),
+        (&["--fault", "nothing"], "fault `nothing`"),
     ] {
         let mut all = vec!["serve", "--ports", "auto", "--ready-json"];
         all.extend(words);
@@ -388,4 +398,35 @@ fn automatic_time_jumps_over_an_hour_but_waits_for_the_host() {
     // Half a minute is the longest that the host waits for what is due in an hour.
     program.write_all(b"3600\r").unwrap();
     assert_eq!(program.read_until(b'\r'), b"AT        3600\r");
+}
+
+#[test]
+fn a_command_line_that_is_not_understood_says_what_to_type() {
+    for (words, expected) in [
+        (
+            &["serve", "--ports", "1234"][..],
+            "--ports takes the word `parameter` or `auto`, not a number; --port-offset 234 makes 1234 the first port",
+        ),
+        (
+            &["exec", "pytest", "-x"],
+            "put `--` before the command: ts3100 exec [OPTIONS] -- pytest\n",
+        ),
+        (
+            &["host", "127.0.0.1:1", "us"],
+            "unknown command `us`; did you mean `su`?\n\nCommands of `ts3100 host`: su sf ",
+        ),
+        (
+            &["ctl", "input", "5", "forc"],
+            "unknown command `forc`; did you mean `force`?\n\nCommands of `ts3100 ctl input`: on off ",
+        ),
+        (&["ctl", "stat"], "'state'"),
+    ] {
+        let output = run(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let error = stderr(&output);
+        assert!(
+            error.starts_with("error: ") && error.contains(expected),
+            "{words:?}: {error}"
+        );
+    }
 }

@@ -56,11 +56,11 @@ fn what_cannot_be_restored_is_no_start() {
         ),
         (
             vec!["--restore", &broken, "--key-switch", "ext", "--servo-on"],
-            "found --key-switch, --servo-on",
+            "cannot use --key-switch, --servo-on with --restore",
         ),
         (
             vec!["--restore", &broken, "--set", "text.stx=required"],
-            "found --set",
+            "cannot use --set with --restore",
         ),
     ] {
         let output = run(&[&["serve", "--ports", "auto"], words.as_slice()].concat());

@@ -492,7 +492,7 @@ fn a_fault_is_armed_fires_and_is_reported() {
     for (body, place) in [
         (r#"{"kind":"nothing"}"#, "kind"),
         (r#"{"kind":"ng","on":{"command":"XX"}}"#, "command"),
-        (r#"{"kind":"ng","parameters":{"delay":1}}"#, "parameters"),
+        (r#"{"kind":"ng","parameters":{"delay":1}}"#, "delay"),
         (r#"{"kind":"late-reply","parameters":{"delay":600001}}"#, "delay"),
         (r#"{"kind":"ng","probability":2}"#, "probability"),
     ] {

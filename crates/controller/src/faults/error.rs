@@ -7,25 +7,25 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaultError {
     /// The kind does not exist.
-    #[error("kind of fault expected, `{found}` found; known are {known}")]
+    #[error("unknown kind of fault `{found}`{hint}")]
     UnknownKind {
         /// The name found.
         found: String,
-        /// Names of all kinds.
-        known: String,
+        /// What may be meant, as the end of the message.
+        hint: String,
     },
     /// The kind has no such key.
-    #[error("{kind}: unknown key `{key}`; known are {known}")]
+    #[error("{kind}: unknown key `{key}`{hint}")]
     UnknownKey {
         /// The kind.
         kind: &'static str,
         /// The key found.
         key: String,
-        /// The keys of the kind.
-        known: String,
+        /// What may be meant, as the end of the message.
+        hint: String,
     },
     /// A key appears twice.
-    #[error("{kind}: key `{key}` given once expected, twice found")]
+    #[error("{kind}: the key `{key}` is given twice")]
     DuplicateKey {
         /// The kind.
         kind: &'static str,
@@ -33,7 +33,7 @@ pub enum FaultError {
         key: String,
     },
     /// A value has the wrong form or is out of range.
-    #[error("{kind}: {key}: {expected} expected, `{found}` found")]
+    #[error("{kind}: {key}: expected {expected}, found `{found}`")]
     InvalidValue {
         /// The kind.
         kind: &'static str,
@@ -55,7 +55,7 @@ pub enum FaultError {
         advice: String,
     },
     /// The specification does not have the form `KIND:key=value`.
-    #[error("KIND:key=value,key=value expected, `{found}` found")]
+    #[error("expected KIND:key=value,key=value, found `{found}`")]
     Syntax {
         /// The part that could not be parsed.
         found: String,

@@ -16,7 +16,7 @@ use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::COMMANDS;
 use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
-use ts3100_proto::words::split_duration;
+use ts3100_proto::words::{did_you_mean, split_duration};
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
@@ -34,7 +34,7 @@ const COMMON: [&str; 7] = [
 ];
 
 impl ParameterType {
-    /// The phrase for error messages, after which "expected" follows.
+    /// The phrase for error messages, after "expected".
     #[must_use]
     pub fn description(&self) -> String {
         match self {
@@ -43,9 +43,9 @@ impl ParameterType {
             }
             ParameterType::Word(words) => words.join(" or "),
             ParameterType::Text { most } => {
-                format!("a text of at most {most} bytes, control codes as <CR> or <1A>,")
+                format!("a text of at most {most} bytes, control codes as <CR> or <1A>")
             }
-            ParameterType::Alarm => "the number of an alarm the controller has, as 2-046,".to_string(),
+            ParameterType::Alarm => "the number of an alarm the controller has, such as 2-046".to_string(),
         }
     }
 
@@ -176,11 +176,10 @@ impl fmt::Display for Fault {
 
 /// A fault from its keys, without checking that it can fire.
 pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
-    let known = || KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
     let kind = kind.ok_or_else(|| FaultError::UnknownKind {
         found: name.to_string(),
-        known: known(),
+        hint: kind_hint(name),
     })?;
     let mut fault = Fault {
         id: 0,
@@ -208,7 +207,27 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
     Ok(fault)
 }
 
+/// The kinds that may be meant by a name that none has, as the end of a message.
+fn kind_hint(name: &str) -> String {
+    let hint = did_you_mean(name, KINDS.iter().map(|kind| kind.name));
+    if hint.is_empty() {
+        "; `ts3100 faults list` shows the kinds".to_string()
+    } else {
+        hint
+    }
+}
+
 impl FaultKind {
+    /// The keys that may be meant by one that it does not have, as the end of a message.
+    fn key_hint(&self, key: &str) -> String {
+        let hint = did_you_mean(key, self.keys());
+        if hint.is_empty() {
+            format!("; it takes {}", self.keys().join(", "))
+        } else {
+            hint
+        }
+    }
+
     /// The keys of this kind, the common ones first.
     #[must_use]
     pub fn keys(&self) -> Vec<&'static str> {
@@ -263,7 +282,7 @@ impl Fault {
                     return Err(FaultError::UnknownKey {
                         kind: kind.name,
                         key: key.to_string(),
-                        known: kind.keys().join(", "),
+                        hint: kind.key_hint(key),
                     });
                 };
                 let parsed = value_type
@@ -320,16 +339,10 @@ impl Fault {
 fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultError> {
     // Parts of an exchange (FL, OK, NG) are no commands that a fault could wait for; they have no permissions either.
     let rows = COMMANDS.iter().filter(|row| row.permission.is_some());
-    let mut letters: Vec<&str> = rows.map(|row| row.letters).collect();
-    let found = letters.iter().find(|letters| letters.eq_ignore_ascii_case(value));
-    found.map(ToString::to_string).ok_or_else(|| {
-        letters.dedup();
-        kind.invalid_value(
-            "command",
-            format!("the letters of a command ({})", letters.join(" ")),
-            value,
-        )
-    })
+    let mut letters = rows.map(|row| row.letters);
+    let found = letters.find(|letters| letters.eq_ignore_ascii_case(value));
+    let wrong = || kind.invalid_value("command", "the letters of a command, such as RN", value);
+    found.map(ToString::to_string).ok_or_else(wrong)
 }
 
 fn parse_probability(kind: &'static FaultKind, value: &str) -> Result<u32, FaultError> {

@@ -111,36 +111,45 @@ fn a_fault_is_written_and_read_again() {
 #[test]
 fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
     for (spec, says) in [
-        ("", "kind of fault expected, `` found; known are no-reply"),
-        ("noreply", "`noreply` found"),
+        (
+            "",
+            "unknown kind of fault ``; `ts3100 faults list` shows the kinds",
+        ),
+        (
+            "noreply",
+            "unknown kind of fault `noreply`; did you mean `no-reply`?",
+        ),
         ("no-reply:", "no-reply"),
         (
             "no-reply:after",
-            "KIND:key=value,key=value expected, `after` found",
+            "expected KIND:key=value,key=value, found `after`",
         ),
         (
             "no-reply:when=1",
-            "unknown key `when`; known are id, command, channel",
+            "unknown key `when`; it takes id, command, channel",
         ),
-        ("no-reply:after=1,after=2", "key `after` given once expected"),
-        ("no-reply:command=XX", "the letters of a command (RN "),
+        ("no-reply:after=1,after=2", "the key `after` is given twice"),
+        (
+            "no-reply:command=XX",
+            "expected the letters of a command, such as RN, found `XX`",
+        ),
         ("no-reply:command=OK", "the letters of a command"),
         (
             "no-reply:channel=IP9",
-            "HOST, COM1, IP0, IP1, IP2 or IP3 expected, `IP9` found",
+            "expected HOST, COM1, IP0, IP1, IP2 or IP3, found `IP9`",
         ),
-        ("no-reply:channel=IP1", "HOST or IP0 expected, `IP1` found"),
-        ("parity-error:channel=IP0", "HOST or COM1 expected"),
-        ("lost-record:channel=HOST", "COM1 or IP1 or IP2 expected"),
+        ("no-reply:channel=IP1", "expected HOST or IP0, found `IP1`"),
+        ("parity-error:channel=IP0", "expected HOST or COM1"),
+        ("lost-record:channel=HOST", "expected COM1 or IP1 or IP2"),
         (
             "no-reply:probability=1.5",
-            "a number from 0 to 1 expected, `1.5` found",
+            "expected a number from 0 to 1, found `1.5`",
         ),
         ("no-reply:probability=nan", "a number from 0 to 1"),
-        ("no-reply:times=-1", "a whole number from 0 to 1000000 expected"),
+        ("no-reply:times=-1", "expected a whole number from 0 to 1000000"),
         (
             "late-reply:delay=11m",
-            "a whole number of ms from 0 to 600000 expected, `11m` found",
+            "expected a whole number of ms from 0 to 600000, found `11m`",
         ),
         ("late-reply:delay=601s", "from 0 to 600000"),
         ("late-reply:delay=0.0001s", "from 0 to 600000"),
@@ -149,9 +158,9 @@ fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
         ("alarm:number=9-999", "the number of an alarm the controller has"),
         ("wrong-reply:text=\"OK", "KIND:key=value"),
         ("wrong-reply:text=<QQ>", "a text of at most 253 bytes"),
-        ("drive-full:command=UL", "DL or MW expected, `UL` found"),
-        ("drive-full:block=2", "0, the command itself, expected, `2` found"),
-        ("key-turned:to=off", "teaching or internal or ext expected"),
+        ("drive-full:command=UL", "expected DL or MW, found `UL`"),
+        ("drive-full:block=2", "expected 0, the command itself, found `2`"),
+        ("key-turned:to=off", "expected teaching or internal or ext"),
     ] {
         match spec.parse::<Fault>() {
             Ok(fault) => assert_eq!(spec, "no-reply:", "{fault} is taken"),

@@ -25,9 +25,9 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 pub enum ChannelError {
     /// Another program uses the port.
     #[error(
-        "{channel} cannot listen on {address}: the port is in use.\n\
-         Remedies: `--port-offset 10000` (ports 11000-11003), `--ports auto` (free ports), \
-         or end the program that has the port"
+        "cannot open {channel} at {address}: the port is in use.\n\
+         Use {} or `--ports auto` (free ports), or end the program that has the port",
+        other_offset(*address)
     )]
     InUse {
         /// Channel that cannot be opened.
@@ -37,8 +37,8 @@ pub enum ChannelError {
     },
     /// The port is below 1024, and the process has no permission for it.
     #[error(
-        "{channel} cannot listen on {address}: permission denied; ports below 1024 are reserved.\n\
-         Remedies: `--port-offset 10000` (ports 11000-11003), `--ports auto` (free ports), \
+        "cannot open {channel} at {address}: permission denied; ports below 1024 are reserved.\n\
+         Use `--port-offset 10000` (ports 11000-11003), `--ports auto` (free ports), \
          `sudo setcap cap_net_bind_service=+ep PATH_TO/ts3100`, \
          or `sudo sysctl net.ipv4.ip_unprivileged_port_start=1000`"
     )]
@@ -49,7 +49,7 @@ pub enum ChannelError {
         address: SocketAddr,
     },
     /// Any other error, for example an address of another machine.
-    #[error("{channel} cannot listen on {address}: {reason}")]
+    #[error("cannot open {channel} at {address}: {reason}")]
     Io {
         /// Channel that cannot be opened.
         channel: Port,
@@ -59,7 +59,7 @@ pub enum ChannelError {
         reason: io::Error,
     },
     /// Own port plus offset exceeds 65535.
-    #[error("{channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
+    #[error("cannot open {channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
     PortRange {
         /// Channel that cannot be opened.
         channel: Port,
@@ -68,6 +68,16 @@ pub enum ChannelError {
         /// Value of `--port-offset`.
         offset: u16,
     },
+}
+
+/// What to give instead of the offset that led to this address.
+fn other_offset(address: SocketAddr) -> &'static str {
+    // The ports as delivered are below 1024, so no offset was given.
+    if address.port() < 1_024 {
+        "`--port-offset 10000` (ports 11000-11003)"
+    } else {
+        "another `--port-offset`"
+    }
 }
 
 /// Purpose of binding a port.

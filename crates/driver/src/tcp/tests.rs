@@ -356,7 +356,17 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     ));
     let text = error.to_string();
     assert!(
-        text.contains("--port-offset 10000") && text.contains("--ports auto"),
+        text.contains("Use another `--port-offset` or `--ports auto`"),
+        "{text}"
+    );
+    let address = "127.0.0.1:1000".parse().unwrap();
+    let text = ChannelError::InUse {
+        channel: Port::Ip0,
+        address,
+    }
+    .to_string();
+    assert!(
+        text.contains("Use `--port-offset 10000` (ports 11000-11003)"),
         "{text}"
     );
     assert!(links.channels.is_empty());

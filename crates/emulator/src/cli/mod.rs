@@ -19,12 +19,14 @@ mod ready;
 mod run;
 mod serve;
 mod tap;
+mod usage;
 
 use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use std::ffi::OsString;
 use std::io::Write as _;
 use std::process::ExitCode;
 
@@ -74,7 +76,7 @@ pub fn main() -> ExitCode {
     {
         return guard::run();
     }
-    let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(&error));
+    let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(error));
     let code = run(cli.command);
     log::flush();
     code
@@ -114,8 +116,10 @@ fn exit_code(result: anyhow::Result<u8>) -> ExitCode {
 }
 
 /// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.
-fn exit_with_usage_error(error: &clap::Error) -> ! {
-    let mut words = std::env::args_os().skip(1);
+fn exit_with_usage_error(error: clap::Error) -> ! {
+    let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    let error = usage::explain(error, &Cli::command(), &words);
+    let mut words = words.into_iter();
     let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
     // Help and the version are no errors.
     if serves && error.use_stderr() {

@@ -51,8 +51,8 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
     junit.clone_from(&args.junit);
     log::start(args.verbose, args.log_format.unwrap_or_default());
-    for name in unknown {
-        warn!("the environment variable {name} means nothing to ts3100 serve");
+    for warning in unknown {
+        warn!("{warning}");
     }
     let settings = Settings::from_args(&args)?;
     if let Some(seed) = settings.controller.vary {

@@ -8,8 +8,10 @@ use super::device::serial_device;
 use super::model::ModelChoice;
 use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, Args, Command, ValueEnum};
+use std::ffi::OsStr;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -33,10 +35,10 @@ pub struct ServeArgs {
     #[arg(long, value_name = "ADDR")]
     pub listen: Option<IpAddr>,
     /// Added to the ports of ETHERNET.PAR (1000-1003 on a fresh drive) [default: 0]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = port_offset)]
     pub port_offset: Option<u16>,
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
-    #[arg(long, value_name = "WORD")]
+    #[arg(long, value_name = "WORD", value_parser = PortSourceParser)]
     pub ports: Option<PortSource>,
     /// Control interface over HTTP: ADDRESS:PORT, a port of 127.0.0.1, or off [default: 3100 and the offset; a free
     /// port with --ports auto]
@@ -233,6 +235,12 @@ impl ServeArgs {
     }
 }
 
+/// Reads the value of `--port-offset`.
+fn port_offset(word: &str) -> Result<u16, UnexpectedWord> {
+    let number = word.parse();
+    number.map_err(|_| UnexpectedWord::new("a whole number from 0 to 65535", word))
+}
+
 /// `ADDRESS:PORT`, or a port alone on the address of `--listen`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ListenAt {
@@ -272,6 +280,40 @@ fn switch() -> impl TypedValueParser<Value = bool> {
     ];
     PossibleValuesParser::new(words).map(|word| ["true", "1"].contains(&word.as_str()))
 }
+
+/// Reads [`PortSource`]. A number is what users take for the first port; that is another flag.
+#[derive(Debug, Clone, Copy)]
+pub struct PortSourceParser;
+
+impl TypedValueParser for PortSourceParser {
+    type Value = PortSource;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        flag: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<PortSource, clap::Error> {
+        let number = value.to_str().and_then(|word| word.parse::<u16>().ok());
+        let Some(number) = number else {
+            return EnumValueParser::<PortSource>::new().parse_ref(command, flag, value);
+        };
+        let offset = match number.checked_sub(FIRST_PORT) {
+            Some(offset) => format!("--port-offset {offset} makes {number} the first port"),
+            None => format!("--port-offset is added to {FIRST_PORT}-1003"),
+        };
+        let message = format!("--ports takes the word `parameter` or `auto`, not a number; {offset}\n");
+        Err(clap::Error::raw(ErrorKind::ValueValidation, message).with_cmd(command))
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let words = PortSource::value_variants().iter();
+        Some(Box::new(words.filter_map(ValueEnum::to_possible_value)))
+    }
+}
+
+/// Port of IP0 of a controller as delivered (ETH-05).
+const FIRST_PORT: u16 = 1_000;
 
 /// Reads the word of a value, and names all words in the help.
 pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {

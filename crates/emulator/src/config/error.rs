@@ -31,7 +31,7 @@ pub enum ConfigError {
         reason: String,
     },
     /// `--set` without `=`.
-    #[error("expected KEY=VALUE after --set, found `{0}`")]
+    #[error("--set: expected KEY=VALUE, found `{0}`")]
     Pair(String),
     /// A named option is unknown or its value does not fit.
     #[error(transparent)]
@@ -61,19 +61,19 @@ pub enum ConfigError {
     #[error("--fault: {0}")]
     Fault(FaultError),
     /// Two faults have the same number.
-    #[error("faults: expected a number of its own for each, found id={0} twice")]
+    #[error("cannot arm the faults: two have the number id={0}; give each its own")]
     FaultTwice(u32),
     /// A file of faults is not valid.
     #[error(transparent)]
     FaultFile(#[from] ts3100_recording::faults::FaultFileError),
     /// `--restore` together with flags that configure the controller.
-    #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
+    #[error("cannot use {0} with --restore: the snapshot has the whole controller; leave it out")]
     Restore(String),
     /// The scenario is not valid.
     #[error(transparent)]
     Scenario(#[from] ts3100_recording::scenario::ScenarioError),
     /// `--junit` without a scenario.
-    #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
+    #[error("cannot write --junit: it reports the results of a scenario; add --scenario FILE")]
     JunitAlone,
     /// Key position INTERNAL on a controller that does not have it (GEN-05).
     #[error(

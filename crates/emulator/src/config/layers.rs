@@ -8,11 +8,15 @@ use super::ServeArgs;
 use super::error::{ConfigError, read_text};
 use super::exported;
 use super::model::ModelChoice;
+use clap::error::{ContextKind, ContextValue};
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
+use std::error::Error as _;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use toml::de::DeTable;
 use toml::{Table, Value};
+use ts3100_proto::words::did_you_mean;
 
 /// Prefix of the environment variables that set flags.
 pub(super) const PREFIX: &str = "TS3100_";
@@ -22,8 +26,8 @@ const MAX_DEPTH: usize = 4;
 /// Environment variables by name: those of the process, or those of a test.
 pub type Environment = BTreeMap<OsString, OsString>;
 
-/// Merges flags over environment over the TOML file that either of them names. The second value lists unknown variables
-/// with the prefix `TS3100_`. They deserve a warning only, because another program may use the prefix too.
+/// Merges flags over environment over the TOML file that either of them names. The second value is a warning for each
+/// unknown variable with the prefix `TS3100_`: another program may use the prefix too.
 ///
 /// # Errors
 /// See [`ConfigError`].
@@ -50,7 +54,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         if !known.contains(&key) {
-            unknown.push(name.to_owned());
+            unknown.push(unknown_variable(name, &known));
             continue;
         }
         let values = match key.as_str() {
@@ -66,15 +70,37 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
     Ok((merged, unknown))
 }
 
+fn unknown_variable(name: &str, known: &[String]) -> String {
+    let variables: Vec<String> = known.iter().map(|key| variable(key)).collect();
+    let hint = did_you_mean(name, variables.iter().map(String::as_str));
+    format!("ignoring unknown environment variable {name}{hint}")
+}
+
+/// The environment variable of a flag.
+fn variable(key: &str) -> String {
+    format!("{PREFIX}{}", key.to_ascii_uppercase().replace('-', "_"))
+}
+
+/// A file and the line of a key in it.
+fn place(path: &Path, text: &str, key: &str) -> String {
+    let table = DeTable::parse(text).ok();
+    let keys = table.as_ref().map(|table| table.get_ref().iter());
+    let found = keys.and_then(|mut keys| keys.find(|(known, _)| known.get_ref().as_ref() == key));
+    let before = found.and_then(|(known, _)| text.get(..known.span().start));
+    let line = 1 + before.unwrap_or_default().matches('\n').count();
+    format!("{}, line {line}", path.display())
+}
+
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let text = read_text(path)?;
     let table: Table = text
         .parse()
         .map_err(|error: toml::de::Error| ConfigError::invalid(path.display(), error))?;
-    let origin = path.display().to_string();
     let mut merged = ServeArgs::default();
-    let known = known_keys();
+    let mut known = known_keys();
+    known.retain(|key| key != "config" && key != "set");
     for (key, value) in &table {
+        let origin = place(path, &text, key);
         if key == "options" {
             let table = value.as_table().ok_or_else(|| {
                 let reason = format!("options: expected a table, found {}", value.type_str());
@@ -84,14 +110,10 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
             continue;
         }
         let flag = key.replace('_', "-");
-        if !known.contains(&flag) || flag == "config" || flag == "set" {
-            let known = known.iter().map(String::as_str);
-            let known: Vec<&str> = known.filter(|key| !["config", "set"].contains(key)).collect();
-            let known = format!("{}, and the table options", known.join(", "));
-            return Err(ConfigError::invalid(
-                origin,
-                format!("unknown key `{key}`; known are {known}"),
-            ));
+        if !known.contains(&flag) {
+            let keys = known.iter().map(String::as_str).chain(["options"]);
+            let hint = did_you_mean(&flag, keys);
+            return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
         }
         let values = value
             .as_array()
@@ -172,7 +194,24 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
         .try_get_matches_from(arguments);
     matches
         .and_then(|matches| ServeArgs::from_arg_matches(&matches))
-        .map_err(|error| wrong(first_paragraph(&error.to_string())))
+        .map_err(|error| wrong(value_message(key, &error)))
+}
+
+/// What is wrong with a value. The words of clap are about a command line, not about a file or a variable.
+fn value_message(key: &str, error: &clap::Error) -> String {
+    let found = match error.get(ContextKind::InvalidValue) {
+        Some(ContextValue::String(found)) => found,
+        _ => return first_paragraph(&error.to_string()),
+    };
+    match (error.get(ContextKind::ValidValue), error.source()) {
+        (Some(ContextValue::Strings(words)), _) => {
+            let hint = did_you_mean(found, words.iter().map(String::as_str));
+            format!("{key}: expected {}, found `{found}`{hint}", words.join(", "))
+        }
+        (_, Some(reason)) if reason.to_string().contains(found.as_str()) => format!("{key}: {reason}"),
+        (_, Some(reason)) => format!("{key}: cannot use `{found}`: {reason}"),
+        _ => first_paragraph(&error.to_string()),
+    }
 }
 
 pub(super) fn serve_command() -> clap::Command {

@@ -65,7 +65,7 @@ impl FromStr for ModelChoice {
         }
         let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
         let expected = format!("{} or the path of a .toml file", names.join(", "));
-        Err(UnexpectedWord::new(expected, text))
+        Err(UnexpectedWord::new(expected, text).suggesting(names))
     }
 }
 

@@ -11,17 +11,18 @@ pub use table::OPTIONS;
 use std::fmt;
 use ts3100_controller::options::Options;
 use ts3100_driver::tcp::LinkOptions;
+use ts3100_proto::words::did_you_mean;
 
 /// Why a named option cannot be set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OptionError {
     /// No option has this name.
-    #[error("unknown option `{key}`; known are {known}")]
+    #[error("unknown option `{key}`{hint}")]
     Unknown {
         /// The key as given.
         key: String,
-        /// The known keys, separated by commas.
-        known: String,
+        /// The options that may be meant, as the end of the message.
+        hint: String,
     },
     /// The value does not fit.
     #[error("option {key}: expected {expected}, found `{found}`")]
@@ -34,6 +35,9 @@ pub enum OptionError {
         found: String,
     },
 }
+
+/// Where all options are listed.
+const ALL_OPTIONS: &str = "; `ts3100 serve --set help` lists them";
 
 /// A value as given, and the words that its option accepts.
 #[derive(Debug, Clone, Copy)]
@@ -134,10 +138,14 @@ pub fn set_option(
     value: &str,
 ) -> Result<(), OptionError> {
     let Some(row) = OPTIONS.iter().find(|row| row.key == key) else {
-        let known: Vec<&str> = OPTIONS.iter().map(|row| row.key).collect();
+        let hint = did_you_mean(key, OPTIONS.iter().map(|row| row.key));
         return Err(OptionError::Unknown {
             key: key.to_owned(),
-            known: known.join(", "),
+            hint: if hint.is_empty() {
+                ALL_OPTIONS.to_owned()
+            } else {
+                hint
+            },
         });
     };
     let given = Given {

@@ -99,7 +99,7 @@ impl Source<'_> {
     }
 
     fn form(&self, at: usize, expected: &str, found: &str) -> FaultFileError {
-        self.error(at, format!("{expected} expected, {found} found"))
+        self.error(at, format!("expected {expected}, found {found}"))
     }
 
     #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
@@ -165,7 +165,7 @@ mod tests {
         for (text, says) in [
             (
                 "[[fault]]\nkind = \"ngg\"\n",
-                "faults.toml:1: kind of fault expected, `ngg` found",
+                "faults.toml:1: unknown kind of fault `ngg`; did you mean `ng`?",
             ),
             (
                 "[[fault]]\nkind = \"ng\"\nwhen = 1\n",
@@ -173,20 +173,20 @@ mod tests {
             ),
             (
                 "\n[[fault]]\nkind = \"ng\"\n\nafter = -1\n",
-                "faults.toml:5: ng: after: a whole number from 0",
+                "faults.toml:5: ng: after: expected a whole number from 0",
             ),
             (
                 "[[fault]]\nafter = 1\n",
-                "faults.toml:1: kind expected, a fault without one found",
+                "faults.toml:1: expected kind, found a fault without one",
             ),
             (
                 "[[faults]]\nkind = \"ng\"\n",
-                "faults.toml:1: [[fault]] expected, `faults` found",
+                "faults.toml:1: expected [[fault]], found `faults`",
             ),
-            ("fault = 3\n", "faults.toml:1: [[fault]] expected, integer found"),
+            ("fault = 3\n", "faults.toml:1: expected [[fault]], found integer"),
             (
                 "[[fault]]\nkind = \"ng\"\nafter = [1]\n",
-                "faults.toml:3: a text or a number expected, array found",
+                "faults.toml:3: expected a text or a number, found array",
             ),
             (
                 "[[fault]]\nkind = \"ng\"\ncommand = \"SU\"\nblock = 1\n",

@@ -6,11 +6,11 @@ use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::signals::{IoKind, Signals};
-use ts3100_controller::{Action, ActionParseError, Controller, alarm};
+use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Controller, alarm};
 use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::words::{UnexpectedWord, Word as _};
+use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
 
 /// Every form of a condition.
 pub const CONDITIONS: [&str; 18] = [
@@ -55,14 +55,36 @@ pub enum WordsError {
     /// Bytes.
     #[error(transparent)]
     Bytes(#[from] EscapeError),
-    /// No action.
+    /// No condition and no action begins so.
+    #[error("unknown {kind} `{words}`{hint}")]
+    Unknown {
+        /// `condition` or `action`.
+        kind: &'static str,
+        /// The words.
+        words: String,
+        /// What may be meant, as the end of the message.
+        hint: String,
+    },
+    /// An action that goes on in a way that it cannot.
     #[error("cannot read the action `{words}`: {reason}")]
     Action {
         /// The words.
         words: String,
-        /// Why they are not an action.
+        /// What is wrong with them.
         reason: ActionParseError,
     },
+}
+
+/// The error for words that none of these forms begins like.
+fn unknown<'a>(kind: &'static str, words: &str, forms: impl Iterator<Item = &'a str>) -> WordsError {
+    let first = |form: &'a str| form.split(' ').next().unwrap_or_default();
+    let name = words.split(' ').next().unwrap_or_default();
+    let hint = match did_you_mean(name, forms.map(first)) {
+        hint if hint.is_empty() => format!("; docs/reference/scenarios.md lists every {kind}"),
+        hint => hint,
+    };
+    let words = words.to_owned();
+    WordsError::Unknown { kind, words, hint }
 }
 
 /// Something that may happen.
@@ -160,9 +182,17 @@ fn channel_action(words: &str) -> Result<PlannedAction, WordsError> {
 }
 
 fn action(words: &str) -> Result<Action, WordsError> {
-    let found = words.parse::<Action>().map_err(|reason| WordsError::Action {
-        words: words.to_owned(),
-        reason,
+    let found = words.parse::<Action>().map_err(|reason| match reason {
+        ActionParseError::Unknown(_) => {
+            unknown("action", words, ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied())
+        }
+        ActionParseError::Expected { .. }
+        | ActionParseError::Keys(_)
+        | ActionParseError::Bytes(_)
+        | ActionParseError::Fault(_) => WordsError::Action {
+            words: words.to_owned(),
+            reason,
+        },
     })?;
     match &found {
         Action::Panel(PanelAction::InputLine { line, .. })
@@ -194,7 +224,7 @@ impl ScenarioCondition {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let whole = || {
             let whole = Some(rest.to_owned()).filter(|rest| !rest.is_empty());
-            whole.ok_or_else(|| WordsError::Nothing(format!("something behind `{name}`")))
+            whole.ok_or_else(|| WordsError::Nothing(format!("something after `{name}`")))
         };
         Ok(match name {
             "command" => ScenarioCondition::Command(parse_bytes(rest)?),
@@ -229,10 +259,7 @@ impl ScenarioCondition {
             "finding" => ScenarioCondition::Finding(rule(rest)?),
             "input" => line(IoKind::Input, rest)?,
             "output" => line(IoKind::Output, rest)?,
-            _ => {
-                let known = format!("a condition ({})", CONDITIONS.join(", "));
-                return Err(UnexpectedWord::new(known, words).into());
-            }
+            _ => return Err(unknown("condition", words, CONDITIONS.iter().copied())),
         })
     }
 

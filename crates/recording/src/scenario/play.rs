@@ -209,7 +209,7 @@ impl Play {
             line: step.line,
             time: now.since(begun),
             verdict: match step.runs {
-                0 => Verdict::Skipped("its condition never came".to_owned()),
+                0 => Verdict::Skipped("its condition never happened".to_owned()),
                 _ => Verdict::Held,
             },
         });
@@ -362,13 +362,13 @@ impl ExpectationState {
                     let late = within.filter(|within| passed > *within);
                     let words = |within| {
                         let (came, most) = (seconds(passed), seconds(within));
-                        Verdict::Failed(format!("expected within {most}, came after {came}"))
+                        Verdict::Failed(format!("expected within {most}, happened after {came}"))
                     };
                     self.verdict = Some((at, late.map_or(Verdict::Held, words)));
                 }
             }
             ExpectationKind::Never { .. } if comes => {
-                let words = format!("expected never, came at {at}");
+                let words = format!("expected never, happened at {at} s");
                 self.verdict = Some((at, Verdict::Failed(words)));
             }
             ExpectationKind::Never { .. } if ends => self.verdict = Some((at, Verdict::Held)),
@@ -384,15 +384,28 @@ impl ExpectationState {
         let ended = format!("the run ended after {}", seconds(now.since(begun)));
         let limit = within.map_or(String::new(), |within| format!(" within {}", seconds(within)));
         Verdict::Failed(match (&self.expectation.after, self.since) {
-            (Some(after), None) => format!("expected{limit} after `{after}`, which never came; {ended}"),
-            _ => format!(
-                "expected {times} times{limit}, came {} times; {ended}",
-                self.occurrences
-            ),
+            (Some(after), None) => format!("expected{limit} after `{after}`, which never happened; {ended}"),
+            _ => {
+                let expected = count(u64::from(*times));
+                let found = match u64::from(self.occurrences) {
+                    0 => "but never happened".to_owned(),
+                    number => format!("happened {}", count(number)),
+                };
+                format!("expected {expected}{limit}, {found}; {ended}")
+            }
         })
     }
 }
 
+/// `once`, or how many times.
+fn count(number: u64) -> String {
+    if number == 1 {
+        "once".to_owned()
+    } else {
+        format!("{number} times")
+    }
+}
+
 fn seconds(duration: Duration) -> String {
-    format!("{:.6} s", duration.as_secs_f64())
+    format!("{} s", duration.as_secs_f64())
 }

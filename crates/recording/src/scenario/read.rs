@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
-use ts3100_proto::words::Word;
+use ts3100_proto::words::{Word, did_you_mean};
 
 /// The tables and their keys; the first is the file itself.
 pub const TABLES: [(&str, &[&str]); 5] = [
@@ -34,10 +34,10 @@ pub const TABLES: [(&str, &[&str]); 5] = [
     ("never", &["name", "what", "after", "until"]),
 ];
 
+/// Words that a SCOL program begins with.
+const SCOL_WORDS: [&str; 4] = ["PROGRAM", "GLOBAL", "REMARK", "DATA"];
 /// Longest time a scenario can name.
 const MAX_DURATION: Duration = Duration::from_secs(365 * 86_400);
-/// How different a key may be from one that is suggested for it.
-const MAX_SUGGESTION_DISTANCE: usize = 3;
 
 /// Why a scenario cannot be played.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +87,7 @@ impl Scenario {
     /// [`ScenarioError`], with the line.
     pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
         let read = DeTable::parse(text)
-            .map_err(|error| TableError(error.span().unwrap_or(0..0), error.message().to_owned()))
+            .map_err(|error| syntax_error(text, &error))
             .and_then(|table| scenario(origin, text, table.get_ref()));
         read.map_err(|TableError(span, reason)| ScenarioError::Content {
             path: origin.to_path_buf(),
@@ -95,6 +95,19 @@ impl Scenario {
             reason,
         })
     }
+}
+
+/// What TOML says, or that the file is a program.
+fn syntax_error(text: &str, error: &toml::de::Error) -> TableError {
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty());
+    let word = first
+        .and_then(|line| line.split_whitespace().next())
+        .unwrap_or_default();
+    if SCOL_WORDS.iter().any(|known| known.eq_ignore_ascii_case(word)) {
+        let reason = "this is a SCOL program, not a scenario: load it with `--load`";
+        return TableError(0..0, reason.to_owned());
+    }
+    TableError(error.span().unwrap_or(0..0), error.message().to_owned())
 }
 
 fn line_of(text: &str, at: usize) -> usize {
@@ -264,37 +277,18 @@ fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
         if keys.iter().any(|known| *known == found.as_ref()) {
             continue;
         }
-        let nearest = keys.iter().map(|known| (edit_distance(known, found), *known));
-        let suggestion = nearest.min().filter(|(far, _)| *far <= MAX_SUGGESTION_DISTANCE);
-        let hint = suggestion.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
         let place = match name {
             "" => "the file".to_owned(),
             name => format!("[{name}]"),
         };
-        let reason = format!(
-            "unknown key `{found}` in {place}: expected {}{hint}",
-            keys.join(", ")
-        );
+        let hint = match did_you_mean(found, keys.iter().copied()) {
+            hint if hint.is_empty() => format!("; expected {}", keys.join(", ")),
+            hint => hint,
+        };
+        let reason = format!("unknown key `{found}` in {place}{hint}");
         return Err(TableError(key.span(), reason));
     }
     Ok(())
-}
-
-/// How many letters have to be changed, added or left out to make one word of another.
-fn edit_distance(one: &str, other: &str) -> usize {
-    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
-    for (i, a) in one.chars().enumerate() {
-        let mut diagonal = i;
-        let mut left = i + 1;
-        let mut next = vec![left];
-        for (b, above) in other.chars().zip(row.iter().skip(1)) {
-            left = (left + 1).min(above + 1).min(diagonal + usize::from(a != b));
-            diagonal = *above;
-            next.push(left);
-        }
-        row = next;
-    }
-    row.last().copied().unwrap_or_default()
 }
 
 fn missing(span: Range<usize>, keys: &str, table: &str, found: &str) -> TableError {
@@ -350,6 +344,10 @@ fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
 }
 
 fn duration(value: &Value<'_>) -> ReadResult<Duration> {
+    if let DeValue::Integer(number) = value.get_ref() {
+        let reason = format!("expected a time with its unit, found {number}; write \"{number} s\"");
+        return Err(TableError(value.span(), reason));
+    }
     let text = string(value)?;
     let example = "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"";
     let wrong = || expected(value, example);

@@ -22,7 +22,7 @@ fn what_is_wrong_is_said_with_its_line() {
         ("name = 5", "dir/s.toml, line 1: expected text, found 5"),
         (
             "\n\nnmae = \"x\"",
-            "line 3: unknown key `nmae` in the file: expected name, start, do, expect, never; did you mean `name`?",
+            "line 3: unknown key `nmae` in the file; did you mean `name`?",
         ),
         (
             "[start]\nkeyswitch = 1",
@@ -89,11 +89,27 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[[never]]\nwhat = \"dance\"",
-            "line 2: expected a condition (command TEXT",
+            "line 2: unknown condition `dance`; docs/reference/scenarios.md lists every condition",
         ),
         (
             "[[never]]\nwhat = \"alarm\"\nwithin = \"1 s\"",
             "line 3: unknown key `within` in [never]",
+        ),
+        (
+            "[[expect]]\nwhat = \"commandd SU\"",
+            "line 2: unknown condition `commandd SU`; did you mean `command`?",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"serv on\"]",
+            "line 3: unknown action `serv on`; did you mean `servo`?",
+        ),
+        (
+            "[[expect]]\nwhat = \"alarm\"\nwithin = 10",
+            "line 3: expected a time with its unit, found 10; write \"10 s\"",
+        ),
+        (
+            "\nPROGRAM PICK\nEND\n",
+            "line 1: this is a SCOL program, not a scenario: load it with `--load`",
         ),
         ("a = [", "line 1:"),
     ] {
@@ -316,7 +332,7 @@ fn a_host_that_does_what_is_expected_passes() {
     assert_eq!(verdicts[3..6], [Verdict::Held, Verdict::Held, Verdict::Held]);
     assert_eq!(
         verdicts[6],
-        Verdict::Skipped("its condition never came".to_owned())
+        Verdict::Skipped("its condition never happened".to_owned())
     );
 }
 
@@ -387,13 +403,13 @@ fn a_host_that_does_not_fails_with_words() {
     assert_eq!(
         step.verdicts()[1..6],
         [
-            failed("expected 1 times within 1.000000 s, came 0 times; the run ended after 2.600000 s"),
+            failed("expected once within 1 s, but never happened; the run ended after 2.6 s"),
             failed(
-                "expected within 0.100000 s after `status running`, which never came; the run ended after 2.600000 s"
+                "expected within 0.1 s after `status running`, which never happened; the run ended after 2.6 s"
             ),
-            failed("expected within 0.500000 s, came after 0.600000 s"),
-            failed("expected never, came at 2.100000"),
-            failed("expected never, came at 2.100000"),
+            failed("expected within 0.5 s, happened after 0.6 s"),
+            failed("expected never, happened at 2.100000 s"),
+            failed("expected never, happened at 2.100000 s"),
         ]
     );
     let outcome = step.play.outcome(step.cell.controller.now());
@@ -403,7 +419,7 @@ fn a_host_that_does_not_fails_with_words() {
         xml.contains("<testsuite name=\"s\" tests=\"7\" skipped=\"1\" errors=\"0\" failures=\"5\""),
         "{xml}"
     );
-    assert!(xml.contains("after `status running`, which never came"), "{xml}");
+    assert!(xml.contains("after `status running`, which never happened"), "{xml}");
 }
 
 #[test]
