@@ -153,7 +153,11 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
             125,
             "broken.toml, line 2: unknown key `wat`",
         ),
-        (&["--", "true"], 125, "cannot write --junit: it reports the results of a scenario; add --scenario FILE"),
+        (
+            &["--", "true"],
+            125,
+            "cannot write --junit: it reports the results of a scenario; add --scenario FILE",
+        ),
         (
             &[
                 &whole[..],

@@ -419,7 +419,10 @@ fn a_host_that_does_not_fails_with_words() {
         xml.contains("<testsuite name=\"s\" tests=\"7\" skipped=\"1\" errors=\"0\" failures=\"5\""),
         "{xml}"
     );
-    assert!(xml.contains("after `status running`, which never happened"), "{xml}");
+    assert!(
+        xml.contains("after `status running`, which never happened"),
+        "{xml}"
+    );
 }
 
 #[test]
