@@ -102,7 +102,7 @@ fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
     let output = exec(&scenario, "exit 0");
     let words = stderr(&output);
     assert!(
-        words.contains("expect command SU: expected 1 times, came 0 times"),
+        words.contains("expect command SU: expected once, but never happened"),
         "{words}"
     );
     let results = std::fs::read_to_string(results).unwrap();

@@ -419,7 +419,8 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
             &["ctl", "input", "5", "forc"],
             "unknown command `forc`; did you mean `force`?\n\nCommands of `ts3100 ctl input`: on off ",
         ),
-        (&["ctl", "stat"], "'state'"),
+        (&["ctl", "stat"], "unknown command `stat`; did you mean `state`?"),
+        (&["srve"], "unknown command `srve`; did you mean `serve`?"),
     ] {
         let output = run(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");

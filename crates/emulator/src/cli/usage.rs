@@ -8,12 +8,17 @@ use ts3100_proto::words::did_you_mean;
 
 /// The error with a better message, where there is one. `words` is the command line without the program.
 pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error {
-    let Some(ContextValue::String(found)) = error.get(ContextKind::InvalidArg) else {
-        return error;
+    let word = error
+        .get(ContextKind::InvalidArg)
+        .or_else(|| error.get(ContextKind::InvalidSubcommand));
+    let unknown = matches!(
+        error.kind(),
+        ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand
+    );
+    let found = match word {
+        Some(ContextValue::String(found)) if unknown && !found.starts_with('-') => found,
+        _ => return error,
     };
-    if error.kind() != ErrorKind::UnknownArgument || found.starts_with('-') {
-        return error;
-    }
     let (command, path) = deepest(root, words);
     let message = if command.get_name() == "exec" {
         format!("put `--` before the command: {path} [OPTIONS] -- {found}\n")

@@ -323,7 +323,7 @@ fn a_host_that_does_what_is_expected_passes() {
     let verdicts = step.verdicts();
     assert_eq!(verdicts[0], Verdict::Held, "the step of RN");
     assert_eq!(verdicts[1], Verdict::Held, "PRINT at 300 ms");
-    let late = "expected within 0.100000 s, came after 0.200000 s";
+    let late = "expected within 0.1 s, happened after 0.2 s";
     assert_eq!(
         verdicts[2],
         Verdict::Failed(late.to_owned()),
