@@ -183,9 +183,11 @@ fn channel_action(words: &str) -> Result<PlannedAction, WordsError> {
 
 fn action(words: &str) -> Result<Action, WordsError> {
     let found = words.parse::<Action>().map_err(|reason| match reason {
-        ActionParseError::Unknown(_) => {
-            unknown("action", words, ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied())
-        }
+        ActionParseError::Unknown(_) => unknown(
+            "action",
+            words,
+            ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied(),
+        ),
         ActionParseError::Expected { .. }
         | ActionParseError::Keys(_)
         | ActionParseError::Bytes(_)
