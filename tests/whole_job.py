@@ -4,7 +4,7 @@ go over IP0, the HOST terminal or HOST behind RFC 2217; the program talks on IP1
 or on COM1.
 
     python3 tests/whole_job.py --serve target/release/ts3100 [--no-stx]
-    python3 tests/whole_job.py --serve target/release/ts3100 --host terminal --speed 115200 --frame 8E2 --talk com1
+    python3 tests/whole_job.py --serve target/release/ts3100 --commands terminal --speed 115200 --frame 8E2 --talk com1
     python3 tests/whole_job.py --ip0 127.0.0.1:1000 --ip1 127.0.0.1:1001
 
 It speaks raw bytes and shares no code with the product. Each step prints one line; the exit code is 0 when
@@ -490,7 +490,7 @@ class Cell:
     """The ways between host and robot that the command line asks for, and the flags and files they need."""
 
     def __init__(self, arguments):
-        self.host, self.talk = arguments.host, arguments.talk
+        self.host, self.talk = arguments.commands, arguments.talk
         self.settings = Settings(arguments.speed, arguments.frame)
         self.com1 = Settings(min(arguments.speed, 38400), arguments.frame)
         self.folder = tempfile.mkdtemp(prefix="ts3100-cell-")
@@ -611,14 +611,14 @@ def in_a_cell(arguments):
 
 def main():
     parser = options("The whole day of a host.")
-    parser.add_argument("--host", choices=("ip0", "terminal", "rfc2217"), default="ip0",
+    parser.add_argument("--commands", choices=("ip0", "terminal", "rfc2217"), default="ip0",
                         help="the way of the commands: IP0 (default), or HOST as a terminal or behind RFC 2217")
     parser.add_argument("--talk", choices=("ip1", "ip2", "com1-terminal", "com1-rfc2217"), default="ip1",
                         help="the way of the program's words; ip2 is dialled by the robot (default ip1)")
     parser.add_argument("--speed", type=int, default=9600, help="of the serial lines, COM1 at most 38400")
     parser.add_argument("--frame", default="8N1", help="data bits, parity, stop bits (default 8N1)")
     arguments = parser.parse_args()
-    if (arguments.host, arguments.talk) != ("ip0", "ip1"):
+    if (arguments.commands, arguments.talk) != ("ip0", "ip1"):
         return in_a_cell(arguments)
 
     def job(ip0, ip1):

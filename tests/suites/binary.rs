@@ -15,5 +15,5 @@ mod reports;
 mod serial;
 mod serve;
 mod snapshots;
-mod support;
+pub mod support;
 mod tools;

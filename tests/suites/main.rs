@@ -34,6 +34,7 @@ mod measured_times;
 mod motion;
 mod mutants;
 mod network;
+mod old_names;
 mod options;
 mod permissions;
 mod polling_independence;

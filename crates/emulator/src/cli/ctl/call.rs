@@ -383,9 +383,11 @@ fn condition(words: &[String]) -> anyhow::Result<Value> {
         }
         ["line", line] => json!({"line": number(line)?}),
         ["printed", text] => json!({"printed": {"text": unescape(text)}}),
+        ["printed", "TP" | "tp", text] => json!({"printed": {"text": unescape(text)}}),
         ["printed", port, text] => {
             json!({"printed": {"channel": port.to_ascii_uppercase(), "text": unescape(text)}})
         }
+        ["alarm"] => json!({"alarm": "any"}),
         ["alarm", number] => json!({ "alarm": number }),
         ["idle"] => json!({"idle": {}}),
         _ => {
@@ -459,6 +461,9 @@ mod tests {
             read("printed ip1 DONE"),
             Ok(json!({"printed": {"channel": "IP1", "text": "DONE"}}))
         );
+        assert_eq!(read("status stop (retry)"), Ok(json!({"status": "stop (retry)"})));
+        assert_eq!(read("printed TP A"), Ok(json!({"printed": {"text": "A"}})));
+        assert_eq!(read("alarm"), Ok(json!({"alarm": "any"})));
         assert_eq!(read("idle"), Ok(json!({"idle": {}})));
         for words in [
             "",
