@@ -102,8 +102,12 @@ def hostile_page(emulator):
     calls = [
         ("no token", 401, "GET", "/state", {}, None),
         ("another token", 401, "GET", "/state", {"Authorization": "Bearer 0123456789abcdef"}, None),
-        ("a name that resolves to this machine", 403, "GET", "/state", {**good, "Host": "evil.example"}, None),
-        ("the same with the port", 403, "GET", "/events", {**good, "Host": "evil.example:3100"}, None),
+        # Where a token is needed any name will do: such a page has none.
+        ("a name that resolves to this machine", 401, "GET", "/state", {"Host": "evil.example"}, None),
+        ("the same with the port", 401, "GET", "/events", {"Host": "evil.example:3100"}, None),
+        ("the same with its own origin", 401, "GET", "/state",
+         {"Host": "evil.example", "Origin": "http://evil.example", "Sec-Fetch-Site": "same-origin"}, None),
+        ("another name of this machine, with the token", 200, "GET", "/state", {**good, "Host": "robot"}, None),
         ("a foreign origin reads", 403, "GET", "/state", {**good, "Origin": "http://evil.example"}, None),
         ("a foreign origin listens", 403, "GET", "/events?since=1", {**good, "Origin": "null"}, None),
         ("a foreign origin writes", 403, "PUT", "/servo", {**json_body, "Origin": "http://evil.example"}, b'{"on":true}'),
