@@ -73,9 +73,14 @@ def ended(process):
             process.wait()
 
 
+# State files of the emulators: `ctl` without a URL finds the emulator of the page and no other.
+STATE = tempfile.TemporaryDirectory(prefix="ts3100-docs-state-")
+
+
 def environment(binary):
     """Ours, with the binary in PATH and nothing said to it."""
     found = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
+    found["XDG_RUNTIME_DIR"] = STATE.name
     found["PATH"] = os.path.dirname(binary) + os.pathsep + found.get("PATH", "")
     return found
 
