@@ -22,7 +22,7 @@ use ts3100_proto::name::FileName;
 pub(crate) enum OperateError {
     #[error("the {0} has no INTERNAL position (5.3.2)")]
     NoInternal(&'static str),
-    #[error("the emergency stop is on")]
+    #[error("the emergency stop is pressed")]
     EmergencyStop,
     #[error("the safety switch is open")]
     SafetyOpen,
