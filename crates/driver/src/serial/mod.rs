@@ -19,15 +19,17 @@ mod terminal;
 mod unsent;
 
 use crate::tcp::LinkOptions;
+use serialport::{ClearBuffer, DataBits, FlowControl, SerialPort, StopBits};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::task::{Context, Poll};
+use std::time::Duration;
 use tracing::info;
 use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port};
-use ts3100_proto::parameter::SerialSettings;
+use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// How hosts reach a serial port of the robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,6 +95,34 @@ pub enum SerialError {
         /// Port of the line.
         port: Port,
     },
+}
+
+/// Opens a real port with these settings, for this process alone; it forgets what it received before.
+fn open_port(
+    path: &Path,
+    settings: SerialSettings,
+    timeout: Duration,
+) -> serialport::Result<Box<dyn SerialPort>> {
+    let port = serialport::new(path.to_string_lossy(), settings.speed)
+        .data_bits(match settings.length {
+            7 => DataBits::Seven,
+            _ => DataBits::Eight,
+        })
+        .parity(match settings.parity {
+            Parity::None => serialport::Parity::None,
+            Parity::Odd => serialport::Parity::Odd,
+            Parity::Even => serialport::Parity::Even,
+        })
+        .stop_bits(match settings.stop {
+            2 => StopBits::Two,
+            _ => StopBits::One,
+        })
+        .flow_control(FlowControl::None)
+        .timeout(timeout)
+        .open()?;
+    // What is in the buffers was sent before the robot listened.
+    port.clear(ClearBuffer::All)?;
+    Ok(port)
 }
 
 /// One end of a serial line.

@@ -1,19 +1,19 @@
 //! A terminal that is read and written without blocking: the end of a pseudo terminal that is ours, or a real port.
 //! Whose it is and how it is set is decided by `pty` and `device`.
 
+use super::open_port;
 use super::unsent::Unsent;
 use crate::portion::{log_bytes, take_portion};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{FlockOperation, Mode, OFlags, flock};
+use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
-use rustix::termios::{
-    ControlModes, InputModes, OptionalActions, QueueSelector, Termios, ioctl_tiocexcl, ioctl_tiocnxcl,
-    tcflush, tcgetattr, tcsetattr,
-};
+use rustix::termios::{ControlModes, InputModes, OptionalActions, Termios, tcgetattr, tcsetattr};
+use serialport::SerialPort;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::task::{Context, Poll, ready};
+use std::time::Duration;
 use tokio::net::unix::pipe;
 use tracing::debug;
 use ts3100_controller::Port;
@@ -30,6 +30,8 @@ pub(super) struct Terminal {
     unsent: Unsent,
     /// Bytes that were read and exceed a portion.
     rest: Vec<u8>,
+    /// A real port as the library has opened it, for this process alone as long as it is kept.
+    _owner: Option<Box<dyn SerialPort>>,
 }
 
 /// Two further descriptors of the terminal, to be waited for. The runtime has no type for terminals; the one for
@@ -58,23 +60,26 @@ impl Terminal {
             watch: Watch::new(fd)?,
             unsent: Unsent::new(port),
             rest: Vec::new(),
+            _owner: None,
         })
     }
 
     /// Opens a real port with these settings, for this process alone.
     pub(super) fn open(port: Port, path: &Path, settings: SerialSettings) -> io::Result<Terminal> {
+        // First: the library takes the port for itself alone. It does not wait asynchronously, and knows no marks.
         let fd = open_terminal(path)?;
-        ioctl_tiocexcl(&fd)?;
-        flock(&fd, FlockOperation::NonBlockingLockExclusive)?;
+        let owner = open_port(path, settings, Duration::ZERO)?;
         let mut termios = tcgetattr(&fd)?;
-        apply_settings(&mut termios, settings)?;
-        termios.control_modes -= ControlModes::CRTSCTS;
         // The system checks the parity and marks what is bad, a break too, instead of passing it on as it is.
         termios.input_modes |= InputModes::INPCK | InputModes::PARMRK;
+        termios.input_modes -=
+            InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP;
         tcsetattr(&fd, OptionalActions::Now, &termios)?;
-        // What is in the buffers was sent before the robot listened.
-        tcflush(&fd, QueueSelector::IOFlush)?;
-        Terminal::new(port, &fd)
+        let terminal = Terminal::new(port, &fd)?;
+        Ok(Terminal {
+            _owner: Some(owner),
+            ..terminal
+        })
     }
 
     /// Writes what is unsent, and returns the next portion of at most `most` bytes that were received; `None` when the
@@ -151,13 +156,6 @@ impl Terminal {
     pub(super) fn send(&mut self, bytes: &[u8]) {
         self.unsent.push(bytes);
         self.unsent.write(|bytes| Ok(rustix::io::write(&self.fd, bytes)?));
-    }
-}
-
-impl Drop for Terminal {
-    /// A real port can be opened by others again; a pseudo terminal of ours was never taken.
-    fn drop(&mut self) {
-        let _ = ioctl_tiocnxcl(&self.fd);
     }
 }
 

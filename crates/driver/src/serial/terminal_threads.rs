@@ -1,7 +1,8 @@
 //! A real serial port on a system that cannot wait for it asynchronously: two threads read and write it.
 
+use super::open_port;
 use crate::portion::{log_bytes, take_portion};
-use serialport::{ClearBuffer, DataBits, FlowControl, SerialPort, StopBits};
+use serialport::SerialPort;
 use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 use std::task::{Context, Poll, Waker, ready};
@@ -9,7 +10,7 @@ use std::time::Duration;
 use tokio::sync::mpsc;
 use tracing::debug;
 use ts3100_controller::Port;
-use ts3100_proto::parameter::{Parity, SerialSettings};
+use ts3100_proto::parameter::SerialSettings;
 
 /// How long the reading thread waits for bytes before it looks whether it is still wanted.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
@@ -31,25 +32,7 @@ pub(super) struct Terminal {
 impl Terminal {
     /// Opens a real port with these settings, for this process alone.
     pub(super) fn open(port: Port, path: &Path, settings: SerialSettings) -> io::Result<Terminal> {
-        let device = serialport::new(path.to_string_lossy(), settings.speed)
-            .data_bits(match settings.length {
-                7 => DataBits::Seven,
-                _ => DataBits::Eight,
-            })
-            .parity(match settings.parity {
-                Parity::None => serialport::Parity::None,
-                Parity::Odd => serialport::Parity::Odd,
-                Parity::Even => serialport::Parity::Even,
-            })
-            .stop_bits(match settings.stop {
-                2 => StopBits::Two,
-                _ => StopBits::One,
-            })
-            .flow_control(FlowControl::None)
-            .timeout(READ_TIMEOUT)
-            .open()?;
-        // What is in the buffers was sent before the robot listened.
-        device.clear(ClearBuffer::All)?;
+        let device = open_port(path, settings, READ_TIMEOUT)?;
         let writer = device.try_clone()?;
         let (writes, queued) = mpsc::channel(WRITE_QUEUE);
         let (read, reads) = mpsc::channel(1);
