@@ -231,12 +231,15 @@ impl Client {
     fn read_line(&self, reader: &mut io::Take<BufReader<DeadlineStream>>) -> Result<String, ClientError> {
         let mut text = Vec::new();
         let read = reader.read_until(b'\n', &mut text);
-        read.map_err(|error| match error.kind() {
-            io::ErrorKind::TimedOut => ClientError::Late {
-                authority: self.authority.clone(),
-                limit: self.timeout,
-            },
-            _ => self.invalid_response(&error.to_string()),
+        read.map_err(|error| {
+            if error.kind() == io::ErrorKind::TimedOut {
+                ClientError::Late {
+                    authority: self.authority.clone(),
+                    limit: self.timeout,
+                }
+            } else {
+                self.invalid_response(&error.to_string())
+            }
         })?;
         if text.ends_with(b"\n") {
             Ok(String::from_utf8_lossy(&text).trim_end().to_owned())
