@@ -15,6 +15,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::Display;
 use std::time::Duration;
 use tokio::time::timeout;
+use ts3100_proto::words::did_you_mean;
 
 /// Largest body in bytes. It fits the largest file of the RAM drive in hexadecimal digits.
 pub const MAX_BODY: usize = 256 * 1024;
@@ -39,6 +40,20 @@ pub struct Path<T>(pub T);
 
 /// Extracts the query of the URL.
 pub struct Query<T>(pub T);
+
+/// What is wrong with a body. serde lists every field for an unknown one; the nearest ones help more.
+fn body_message(reason: &str) -> String {
+    let hinted = || {
+        let mut words = reason.strip_prefix("unknown ")?.split('`');
+        let kind = words.next()?.trim_end();
+        let found = words.next()?;
+        let known = words.skip(1).step_by(2);
+        let hint = did_you_mean(found, known);
+        (!hint.is_empty()).then(|| format!("unknown {kind} `{found}`{hint}"))
+    };
+    let reason = hinted().unwrap_or_else(|| reason.to_owned());
+    format!("request body: {reason}")
+}
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
@@ -65,12 +80,12 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
             return Err(Problem::invalid("body", "an object of JSON", "another value"));
         }
         serde_json::from_slice(&bytes).map(Json).map_err(|error| {
-            let expected = "JSON as the OpenAPI document says";
-            if error.is_data() {
-                Problem::invalid("body", expected, error)
+            let status = if error.is_data() {
+                StatusCode::UNPROCESSABLE_ENTITY
             } else {
-                Problem::unreadable("body", expected, error)
-            }
+                StatusCode::BAD_REQUEST
+            };
+            Problem::new(status, body_message(&error.to_string())).at("body")
         })
     }
 }

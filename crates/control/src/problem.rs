@@ -94,10 +94,7 @@ impl From<ActionError> for Problem {
             ActionErrorKind::Conflict => StatusCode::CONFLICT,
             ActionErrorKind::NotPersisted => StatusCode::INSUFFICIENT_STORAGE,
         };
-        Problem {
-            error: printable(&refusal),
-            ..Problem::expected_found(status, refusal.place, refusal.expected, refusal.found)
-        }
+        Problem::new(status, &refusal).at(&refusal.place)
     }
 }
 

@@ -1,18 +1,17 @@
 //! Why an action had no effect. The control interface makes a problem document of it, scenarios a line of their report.
 
 use alloc::string::{String, ToString};
+use core::fmt::Display;
 use thiserror::Error;
 
 /// Why an action had no effect.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{place}: {found} ({expected} expected)")]
+#[error("{sentence}")]
 pub struct ActionError {
     /// Whether the thing is missing or only in the wrong state.
     pub kind: ActionErrorKind,
-    /// What would have been taken.
-    pub expected: String,
-    /// What was there.
-    pub found: String,
+    /// What could not be done and why: `cannot turn the servo on: the emergency stop is pressed`.
+    pub sentence: String,
     /// Where: the line, the variable, the file, the switch.
     pub place: String,
 }
@@ -29,22 +28,24 @@ pub enum ActionErrorKind {
 }
 
 impl ActionError {
-    pub(crate) fn missing(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
-        let (expected, found, place) = (expected.to_string(), found.into(), place.to_string());
+    /// There is no such thing as `place` names.
+    pub(crate) fn missing(place: impl Display, sentence: impl Display) -> ActionError {
+        let (place, sentence) = (place.to_string(), sentence.to_string());
+        let kind = ActionErrorKind::Missing;
         ActionError {
-            kind: ActionErrorKind::Missing,
-            expected,
-            found,
+            kind,
+            sentence,
             place,
         }
     }
 
     /// The state forbids it at `place`, or the value does not fit.
     #[must_use]
-    pub fn conflict(place: &str, expected: &str, found: impl Into<String>) -> ActionError {
+    pub fn conflict(place: impl Display, sentence: impl Display) -> ActionError {
+        let kind = ActionErrorKind::Conflict;
         ActionError {
-            kind: ActionErrorKind::Conflict,
-            ..ActionError::missing(place, expected, found)
+            kind,
+            ..ActionError::missing(place, sentence)
         }
     }
 }

@@ -17,6 +17,7 @@ use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::{String, ToString};
+use ts3100_proto::words::Word as _;
 
 impl Endpoints {
     /// Does what one who holds the controller wants. A change of a file that is to be kept outside first is done when
@@ -28,17 +29,17 @@ impl Endpoints {
         let not_persisted = robot.persistence.refusal();
         let again = robot.persistence.is_enabled().then(|| action.clone());
         let done = match action {
-            action if !robot.panel.state().powered && action.needs_power() => {
-                Err(ActionError::conflict("power", "on", "off"))
-            }
+            action if !robot.panel.state().powered && action.needs_power() => Err(ActionError::conflict(
+                "power",
+                format!("cannot do `{action}`: the power is off"),
+            )),
             Action::Panel(PanelAction::InputLine { line, .. }) if !Signals::exists(line) => {
                 Err(no_line(IoKind::Input, line))
             }
             Action::Panel(panel) => {
-                let place = place_at_panel(&panel);
-                let refused = |reason: OperateError| {
-                    ActionError::conflict(place, "a state that allows it", reason.to_string())
-                };
+                let (place, verb) = (place_at_panel(&panel), verb_at_panel(&panel));
+                let refused =
+                    |reason: OperateError| ActionError::conflict(place, format!("cannot {verb}: {reason}"));
                 self.do_at_panel(robot, panel).map_err(refused)
             }
             Action::FeedHold(on) => {
@@ -85,7 +86,7 @@ impl Endpoints {
         if let Some(reason) = not_persisted {
             error = ActionError {
                 kind: ActionErrorKind::NotPersisted,
-                ..ActionError::conflict(&error.place, "a change that can be kept", reason.to_string())
+                ..ActionError::conflict(&error.place, format!("cannot keep the change: {reason}"))
             };
         }
         robot.event(Event::ActionRefused(error.clone()));
@@ -171,5 +172,18 @@ fn place_at_panel(panel: &PanelAction) -> &'static str {
         "start"
     } else {
         "panel"
+    }
+}
+
+/// What one who does this at the panel wants to do.
+fn verb_at_panel(panel: &PanelAction) -> String {
+    if let PanelAction::Servo(on) = panel {
+        format!("turn the servo {}", on.word())
+    } else if let PanelAction::Key(key) = panel {
+        format!("turn the key switch to {}", key.word())
+    } else if *panel == PanelAction::Start {
+        "start the program".to_string()
+    } else {
+        format!("do `{panel}`")
     }
 }

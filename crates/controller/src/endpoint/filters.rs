@@ -162,12 +162,12 @@ impl Endpoints {
         match action {
             FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
-                fault.check_can_fire().map_err(|error| {
-                    ActionError::conflict(&spec, "a fault that can fire", error.to_string())
-                })?;
+                fault
+                    .check_can_fire()
+                    .map_err(|error| ActionError::conflict(&spec, error))?;
                 let id = self.faults.arm(*fault).ok_or_else(|| {
-                    let expected = alloc::format!("at most {MAX_FAULTS} faults");
-                    ActionError::conflict(&spec, &expected, "one more".to_string())
+                    let reason = alloc::format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
+                    ActionError::conflict(&spec, reason)
                 })?;
                 robot.event(Event::Fault {
                     id,
@@ -181,8 +181,7 @@ impl Endpoints {
             FaultAction::Disarm(id) if self.faults.disarm(id) => Ok(()),
             FaultAction::Disarm(id) => Err(ActionError::missing(
                 "fault",
-                "the number of one that was armed",
-                id.to_string(),
+                alloc::format!("there is no fault {id}"),
             )),
             FaultAction::Clear => {
                 self.faults.clear();

@@ -1,6 +1,6 @@
 //! What the owner of the controller does to the robot without a command: `crate::action`.
 //!
-//! `endpoint::actions` calls these; a refusal says what would have been taken.
+//! `endpoint::actions` calls these; a refusal says why in a sentence.
 
 use super::Outcome;
 use crate::action::ActionError;
@@ -9,7 +9,7 @@ use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
@@ -17,22 +17,22 @@ use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::words::Word;
+use ts3100_proto::words::{Word, did_you_mean};
 
 impl Robot {
     /// Raises an alarm of the table by its number.
     pub(crate) fn raise_by_number(&mut self, number: String, detail: String) -> Result<(), ActionError> {
         let row = ALARMS.iter().find(|row| row.number() == number).copied();
-        let row = row.ok_or_else(|| ActionError::missing("alarm", "a number of the alarm table", number))?;
+        let row = row.ok_or_else(|| unknown_alarm(&number))?;
         self.raise(row, detail);
         Ok(())
     }
 
     /// Sets a user output as IW does.
     pub(crate) fn set_user_output(&mut self, line: u16, on: bool) -> Result<(), ActionError> {
-        let range = "a user output, 1-64, 101-164 or 201-208";
         if !Signals::is_user_output(line) {
-            return Err(ActionError::missing("output", range, line.to_string()));
+            let sentence = format!("cannot set output {line}: user outputs are 1-64, 101-164 and 201-208");
+            return Err(ActionError::missing("output", sentence));
         }
         self.signals.set_output(line, on);
         Ok(())
@@ -56,9 +56,13 @@ impl Robot {
             }
             IoKind::Output => {
                 if !Signals::is_user_output(line) || !on {
-                    let expected = "a pulse to on of a user output, 1-64, 101-164 or 201-208";
-                    let found = format!("{line} to {}", if on { "on" } else { "off" });
-                    return Err(ActionError::conflict("output", expected, found));
+                    let reason = if on {
+                        "user outputs are 1-64, 101-164 and 201-208"
+                    } else {
+                        "an output is pulsed to on only"
+                    };
+                    let sentence = format!("cannot pulse output {line}: {reason}");
+                    return Err(ActionError::conflict("output", sentence));
                 }
                 self.signals.pulse_output(line, until);
             }
@@ -96,21 +100,22 @@ impl Robot {
             values,
         };
         self.write_variable(&write, None)
-            .map_err(|reason| ActionError::conflict(name, "a value that fits", reason.to_string()))
+            .map_err(|reason| ActionError::conflict(name, format!("cannot set {name}: {reason}")))
     }
 
     /// The name of a variable that exists.
     fn variable_name(&self, name: &str) -> Result<VariableName, ActionError> {
-        let variable = VariableName::parse(name)
-            .map_err(|error| ActionError::missing(name, "the name of a variable", error.to_string()))?;
+        let variable = VariableName::parse(name).map_err(|error| {
+            ActionError::missing(name, format!("`{name}` is not the name of a variable: {error}"))
+        })?;
         let selected = self.executor.selected();
-        selected.ok_or_else(|| ActionError::conflict(name, "a selected file", "none"))?;
+        selected
+            .ok_or_else(|| ActionError::conflict(name, format!("cannot find {name}: no file is selected")))?;
         if let Err(
             error @ (AccessError::Unknown(_) | AccessError::NotGlobal(_) | AccessError::Subscript(_)),
         ) = self.executor.global(&variable)
         {
-            let expected = "a variable of GLOBAL or DATA";
-            return Err(ActionError::missing(name, expected, error.to_string()));
+            return Err(ActionError::missing(name, format!("cannot find {name}: {error}")));
         }
         Ok(variable)
     }
@@ -123,7 +128,11 @@ impl Robot {
             .variable(&variable.name)
             .and_then(|info| info.kind);
         if let Some(kind) = kind.filter(|kind| *kind != ValueKind::Position) {
-            return Err(ActionError::conflict(name, "positional data", kind.description()));
+            let sentence = format!(
+                "cannot teach {name}: it is {}, not positional data",
+                kind.description()
+            );
+            return Err(ActionError::conflict(name, sentence));
         }
         let position = self.present_position();
         let values = position.listed(self.arm.kind());
@@ -136,29 +145,25 @@ impl Robot {
         let name = file_name(name)?;
         let place = name.as_str();
         if self.executor.status() == ExecutionStatus::Running && self.executor.file() == place {
-            let found = "a program is running";
-            return Err(ActionError::conflict(
-                place,
-                "another file, or the robot stopped",
-                found,
-            ));
+            let sentence = format!("cannot replace {place}: it is running; stop the program first");
+            return Err(ActionError::conflict(place, sentence));
         }
         self.store(&name, &Bytes::copy_from_slice(content))
-            .map_err(|error| ActionError::conflict(place, "a file the RAM drive takes", error.to_string()))
+            .map_err(|error| ActionError::conflict(place, format!("cannot store {place}: {error}")))
     }
 
     pub(crate) fn erase_file(&mut self, name: &str) -> Result<(), ActionError> {
         let name = file_name(name)?;
         let place = name.as_str();
         if !self.drive.contains(place) {
-            return Err(ActionError::missing(
-                place,
-                "a file of the RAM drive",
-                "no such file",
-            ));
+            let sentence = format!("cannot erase {place}: it is not on the RAM drive");
+            return Err(ActionError::missing(place, sentence));
         }
         match self.op_erase(&name) {
-            Outcome::Ng(reason) => Err(ActionError::conflict(place, "a file that can be erased", reason)),
+            Outcome::Ng(reason) => Err(ActionError::conflict(
+                place,
+                format!("cannot erase {place}: {reason}"),
+            )),
             Outcome::Ok | Outcome::Held | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
         }
     }
@@ -168,14 +173,10 @@ impl Robot {
         let place = name.as_str();
         let refused = |error: SelectError| match error {
             SelectError::Name(_) | SelectError::Missing(_) => {
-                ActionError::missing(place, "a file of the RAM drive", error.to_string())
+                ActionError::missing(place, format!("cannot select {place}: {error}"))
             }
             SelectError::Parameter(_) | SelectError::Running | SelectError::Errors { .. } => {
-                ActionError::conflict(
-                    place,
-                    "a program that compiles, the robot stopped",
-                    error.to_string(),
-                )
+                ActionError::conflict(place, format!("cannot select {place}: {error}"))
             }
         };
         self.select_file(&name).map_err(refused)?;
@@ -184,11 +185,20 @@ impl Robot {
     }
 }
 
+fn unknown_alarm(number: &str) -> ActionError {
+    let numbers: Vec<String> = ALARMS.iter().map(|row| row.number()).collect();
+    let hint = did_you_mean(number, numbers.iter().map(String::as_str));
+    ActionError::missing("alarm", format!("there is no alarm {number}{hint}"))
+}
+
 /// There is no such line.
 pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
-    ActionError::missing(side.word(), "1-64, 101-164 or 201-264", line.to_string())
+    let side = side.word();
+    let sentence = format!("there is no {side} {line}: {side}s are 1-64, 101-164 and 201-264");
+    ActionError::missing(side, sentence)
 }
 
 fn file_name(name: &str) -> Result<FileName, ActionError> {
-    FileName::parse(name).map_err(|error| ActionError::missing(name, "a file name", error.to_string()))
+    FileName::parse(name)
+        .map_err(|error| ActionError::missing(name, format!("`{name}` is not the name of a file: {error}")))
 }

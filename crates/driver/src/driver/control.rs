@@ -115,9 +115,10 @@ impl Driver {
                 self.require_peer(port, true)?;
                 if self.edge.serial_lines.has(port) {
                     return Err(ActionError::conflict(
-                        port.name(),
-                        "a channel of Ethernet",
-                        "a serial line, of which the host holds its own end",
+                        port,
+                        format!(
+                            "cannot drop the peer of {port}: the host holds its own end of a serial line"
+                        ),
                     ));
                 }
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
@@ -134,8 +135,7 @@ impl Driver {
                 kind: ActionErrorKind::NotPersisted,
                 ..ActionError::conflict(
                     "drive",
-                    "a directory with the files of the start",
-                    reason.to_string(),
+                    format!("cannot restore the files of the start: {reason}"),
                 )
             })?,
         }
@@ -155,13 +155,15 @@ impl Driver {
     /// Fails if the power is off, or if `expected` is set and no peer is connected.
     fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
         if !self.cell.controller.state().powered {
-            return Err(ActionError::conflict(port.name(), "power on", "the power is off"));
+            return Err(ActionError::conflict(
+                port,
+                format!("cannot use {port}: the power is off"),
+            ));
         }
         if expected && self.cell.controller.peer(port).is_none() {
             return Err(ActionError::conflict(
-                port.name(),
-                "a connected peer",
-                "nobody is connected",
+                port,
+                format!("cannot use {port}: nobody is connected"),
             ));
         }
         Ok(())
