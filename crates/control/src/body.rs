@@ -58,12 +58,13 @@ fn body_message(reason: &str) -> String {
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
     let read = read.map_err(|_| {
-        let expected = format!("all of it within {} s", BODY_TIMEOUT.as_secs());
-        Problem::expected_found(StatusCode::REQUEST_TIMEOUT, "body", expected, "less")
+        let limit = BODY_TIMEOUT.as_secs();
+        let reason = format!("cannot read the request body: it did not arrive within {limit} s");
+        Problem::new(StatusCode::REQUEST_TIMEOUT, reason).at("body")
     })?;
     read.map_err(|_| {
-        let (expected, found) = (format!("at most {most} bytes"), "more, or one that was cut off");
-        Problem::expected_found(StatusCode::PAYLOAD_TOO_LARGE, "body", expected, found)
+        let reason = format!("cannot read the request body: it is larger than {most} bytes, or was cut off");
+        Problem::new(StatusCode::PAYLOAD_TOO_LARGE, reason).at("body")
     })
 }
 
@@ -77,7 +78,8 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
             bytes.trim_ascii_start().first(),
             Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
         ) {
-            return Err(Problem::invalid("body", "an object of JSON", "another value"));
+            let reason = "request body: expected a JSON object, found another value";
+            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, reason).at("body"));
         }
         serde_json::from_slice(&bytes).map(Json).map_err(|error| {
             let status = if error.is_data() {
@@ -102,8 +104,13 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
     async fn from_request(request: Request, _: &S) -> Result<SnapshotText, Problem> {
         let bytes = read(request, MAX_SNAPSHOT).await?;
         let text = String::from_utf8(bytes.into());
-        text.map(SnapshotText)
-            .map_err(|error| Problem::unreadable("body", "UTF-8", error.utf8_error()))
+        text.map(SnapshotText).map_err(|error| {
+            let reason = format!(
+                "cannot read the request body: it is not UTF-8: {}",
+                error.utf8_error()
+            );
+            Problem::new(StatusCode::BAD_REQUEST, reason).at("body")
+        })
     }
 }
 
@@ -117,8 +124,8 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
         if text.is_empty() || serde_json::from_slice(text).is_ok_and(is_empty) {
             return Ok(NoBody);
         }
-        let found = format!("{} bytes", bytes.len());
-        Err(Problem::unreadable("body", "none, or {}", found))
+        let reason = format!("this call takes no request body; found {} bytes", bytes.len());
+        Err(Problem::new(StatusCode::BAD_REQUEST, reason).at("body"))
     }
 }
 

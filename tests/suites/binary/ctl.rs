@@ -158,7 +158,7 @@ fn the_exit_code_says_how_it_ended() {
     let refused = ctl(&serve, &["servo", "on"]);
     assert_eq!(refused.status.code(), Some(1));
     assert!(
-        stderr(&refused).contains("the emergency stop is pressed"),
+        stderr(&refused).contains("error: cannot turn the servo on: the emergency stop is pressed"),
         "{}",
         stderr(&refused)
     );

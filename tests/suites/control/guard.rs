@@ -397,8 +397,13 @@ fn what_cannot_be_read_is_refused_with_words() {
         (422, "[]"),
     ] {
         let words = robot.refused(status, "PUT", "/servo", body);
-        assert!(words.starts_with("body: "), "{words}");
+        assert!(words.starts_with("request body: "), "{words}");
     }
+    let words = robot.refused(422, "PUT", "/emergency-stop", "{\"press\":true}");
+    assert_eq!(
+        words,
+        "request body: unknown field `press`; did you mean `pressed`?"
+    );
     robot.refused(400, "POST", "/program/stop", "{\"now\":true}");
     robot.refused(404, "GET", "/no/such/path", "");
     robot.refused(405, "POST", "/state", "");

@@ -206,8 +206,11 @@ fn an_action_is_refused_as_one_that_cannot_be_kept() {
         });
         let refusal = undone.unwrap_or_else(|| panic!("{action:?}"));
         assert_eq!(
-            (refusal.kind, refusal.found.as_str()),
-            (ActionErrorKind::NotPersisted, FULL)
+            (
+                refusal.kind,
+                refusal.sentence.strip_prefix("cannot keep the change: ")
+            ),
+            (ActionErrorKind::NotPersisted, Some(FULL))
         );
         assert_eq!(robot.controller.drive(), &before);
     }
