@@ -55,7 +55,7 @@ impl Endpoints {
                 robot.power_on();
                 Ok(())
             }
-            Action::RaiseAlarm { number, detail } => robot.raise_by_number(number, detail),
+            Action::RaiseAlarm { number, detail } => robot.raise_by_number(&number, detail),
             Action::Pulse {
                 side,
                 line,

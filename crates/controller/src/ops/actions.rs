@@ -4,7 +4,7 @@
 
 use super::Outcome;
 use crate::action::ActionError;
-use crate::alarm::ALARMS;
+use crate::alarm::{ALARMS, AlarmCode};
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::robot::Robot;
@@ -21,9 +21,9 @@ use ts3100_proto::words::{Word, did_you_mean};
 
 impl Robot {
     /// Raises an alarm of the table by its number.
-    pub(crate) fn raise_by_number(&mut self, number: String, detail: String) -> Result<(), ActionError> {
+    pub(crate) fn raise_by_number(&mut self, number: &str, detail: String) -> Result<(), ActionError> {
         let row = ALARMS.iter().find(|row| row.number() == number).copied();
-        let row = row.ok_or_else(|| unknown_alarm(&number))?;
+        let row = row.ok_or_else(|| unknown_alarm(number))?;
         self.raise(row, detail);
         Ok(())
     }
@@ -186,7 +186,7 @@ impl Robot {
 }
 
 fn unknown_alarm(number: &str) -> ActionError {
-    let numbers: Vec<String> = ALARMS.iter().map(|row| row.number()).collect();
+    let numbers: Vec<String> = ALARMS.iter().map(AlarmCode::number).collect();
     let hint = did_you_mean(number, numbers.iter().map(String::as_str));
     ActionError::missing("alarm", format!("there is no alarm {number}{hint}"))
 }
