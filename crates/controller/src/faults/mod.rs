@@ -111,7 +111,7 @@ impl FaultReport {
                 self.fault, self.seen
             ),
             (fired, first) => format!(
-                "fault {id} `{}` fired {fired} times of {} occasions, first at {} s",
+                "fault {id} `{}` fired {fired} of {} times, first at {} s",
                 self.fault,
                 self.seen,
                 first.copied().unwrap_or_default()
