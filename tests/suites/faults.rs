@@ -243,7 +243,7 @@ fn says_why(world: &World, kind: &str) {
         (1, 1, false),
         "{kind}"
     );
-    assert!(report.summary().contains("fired 1 times"), "{}", report.summary());
+    assert!(report.summary().contains("fired 1 of "), "{}", report.summary());
     assert_eq!(world.cell.controller.faults().never_fired().count(), 0);
 }
 

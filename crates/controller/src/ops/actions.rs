@@ -61,7 +61,7 @@ impl Robot {
                     } else {
                         "an output is pulsed to on only"
                     };
-                    let sentence = format!("cannot pulse output {line}: {reason}");
+                    let sentence = format!("cannot give output {line} a pulse: {reason}");
                     return Err(ActionError::conflict("output", sentence));
                 }
                 self.signals.pulse_output(line, until);
