@@ -153,7 +153,7 @@ pub struct ServeArgs {
     /// Permission tables to use in place of the printed ones
     #[arg(long, value_name = "FILE")]
     pub permissions: Option<PathBuf>,
-    /// TOML file with the same keys; named options under [options]
+    /// TOML file with the same keys; named options are in its table `options`
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// File for a transcript of every port: .txt, .jsonl or .pcapng (Wireshark); may be given several times
