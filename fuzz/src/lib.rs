@@ -6,7 +6,7 @@
 use std::time::Duration;
 use ts3100_controller::options::Config;
 use ts3100_controller::{
-    ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
+    Bytes, ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
 };
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_proto::text::MAX_TEXT;
@@ -237,13 +237,18 @@ impl Robot {
 
 impl Effects for Peers {
     /// Every third request to persist a file fails, so that the targets cover a full disk.
-    fn persist(&mut self, _at: Time, _name: &str, _content: Option<&[u8]>) -> Result<(), PersistError> {
+    fn persist(
+        &mut self,
+        _at: Time,
+        _name: &str,
+        _content: Option<Bytes>,
+    ) -> Option<Result<(), PersistError>> {
         self.persist_requests = self.persist_requests.wrapping_add(1);
-        if self.persist_requests.is_multiple_of(3) {
+        Some(if self.persist_requests.is_multiple_of(3) {
             Err(PersistError::Refused(String::from("full")))
         } else {
             Ok(())
-        }
+        })
     }
 
     fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
