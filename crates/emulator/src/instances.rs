@@ -11,6 +11,7 @@ use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
 use std::process;
+use std::thread::{self, JoinHandle};
 use tracing::debug;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::self_check::connectable;
@@ -55,13 +56,16 @@ impl Instance {
         }
     }
 
-    /// Writes the state file. Without one everything else works, so an error is only logged.
+    /// Writes the state file in a thread, since a robot that is ready need not wait for the file system. Without one
+    /// everything else works, so an error is only logged.
     #[must_use]
-    pub fn announce(&self) -> Option<StateFile> {
-        let written = directory(true).and_then(|directory| self.write(&directory));
-        written
-            .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
-            .ok()
+    pub fn announce(self) -> Announced {
+        Announced(Some(thread::spawn(move || {
+            let written = directory(true).and_then(|directory| self.write(&directory));
+            written
+                .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
+                .ok()
+        })))
     }
 
     fn write(&self, directory: &Path) -> io::Result<StateFile> {
@@ -89,6 +93,16 @@ impl Instance {
         ports
             .find(|(_, address)| addresses.contains(address))
             .map(|(name, _)| name.as_str())
+    }
+}
+
+/// A state file that is being written or has been; removed when it is dropped.
+#[derive(Debug)]
+pub struct Announced(Option<JoinHandle<Option<StateFile>>>);
+
+impl Drop for Announced {
+    fn drop(&mut self) {
+        drop(self.0.take().map(JoinHandle::join));
     }
 }
 
