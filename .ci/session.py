@@ -7,11 +7,13 @@ Each fenced block behind a line <!-- ci:session --> is taken: of `sh` every line
 robot, behind its time. The blocks share one shell, in a directory where nothing but `target` is."""
 
 import os
-import re
 import subprocess
 import sys
 import tempfile
 import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tests"))
+import docs_examples  # noqa: E402  # pylint: disable=wrong-import-position
 
 MARK = "<!-- ci:session -->"
 LIMIT = 60.0
@@ -31,24 +33,7 @@ def blocks(path):
 
 def commands(language, lines):
     """(what is typed, what is to be printed or None where the page does not say) of a block."""
-    if language == "sh":
-        yield "\n".join(lines), None
-        return
-    at = 0
-    while at < len(lines):
-        if not lines[at].startswith("$ "):
-            sys.exit("README.md: a console block begins with `$ `, found %r" % lines[at])
-        typed = [lines[at][2:]]
-        at += 1
-        document = re.search(r"<<'?(\w+)'?", typed[0])
-        while document and typed[-1] != document.group(1):
-            typed.append(lines[at])
-            at += 1
-        printed = []
-        while at < len(lines) and not lines[at].startswith("$ "):
-            printed.append(lines[at])
-            at += 1
-        yield "\n".join(typed), printed
+    return [("\n".join(lines), None)] if language == "sh" else docs_examples.commands(lines)
 
 
 def in_log(line, log):

@@ -11,11 +11,12 @@ import argparse
 import http.client
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
 import venv
+
+from emulator import Emulator, fail
 
 SCHEMATHESIS = "schemathesis==4.32.5"
 TOKEN = "a-token-of-the-test-0123456789"
@@ -24,34 +25,11 @@ LIMIT = 420
 STREAM = "/events"
 
 
-def fail(text):
-    print("FAILED %s" % text, file=sys.stderr)
-    sys.exit(1)
-
-
-class Emulator:
-    """A fresh `ts3100 serve` with a token, in stepped time."""
+class Client(Emulator):
+    """An emulator with a token, and any request to it."""
 
     def __init__(self, binary):
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
-        environment["TS3100_CONTROL_TOKEN"] = TOKEN
-        self.process = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "--time", "stepped"],
-                                        env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                                        start_new_session=True)
-        line = self.process.stdout.readline()
-        if not line:
-            fail("the emulator did not start")
-        self.url = json.loads(line)["control"]
-        self.authority = self.url[len("http://"):]
-
-    def end(self):
-        self.process.terminate()
-        try:
-            self.process.wait(10)
-        except subprocess.TimeoutExpired:
-            os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-        self.process.stdout.close()
+        super().__init__(binary, TOKEN)
 
     def ask(self, method, path, headers, body=None):
         connection = http.client.HTTPConnection(self.authority, timeout=20)
@@ -147,8 +125,7 @@ def main():
     options = parser.parse_args()
     binary = os.path.abspath(options.serve)
     for part in (hostile_page, None):
-        emulator = Emulator(binary)
-        try:
+        with Client(binary) as emulator:
             if part:
                 part(emulator)
                 continue
@@ -160,8 +137,6 @@ def main():
             status, _, body = emulator.ask("GET", "/health", {"Authorization": "Bearer " + TOKEN})
             if status != 200:
                 fail("the emulator answers behind it expected, found %d %s" % (status, body[:200]))
-        finally:
-            emulator.end()
     print("the control interface stood up to it")
 
 

@@ -160,9 +160,8 @@ class Served:
         self.log.close()
 
 
-def console(text, binary, directory):
-    """Runs the commands of a console block and compares what each prints."""
-    lines = text.rstrip("\n").split("\n")
+def commands(lines):
+    """(what is typed, the lines that it is to print) of a console block: `$ ` and what a here-document needs."""
     at = 0
     while at < len(lines):
         if not lines[at].startswith("$ "):
@@ -177,10 +176,16 @@ def console(text, binary, directory):
         while at < len(lines) and not lines[at].startswith("$ "):
             shown.append(lines[at])
             at += 1
+        yield "\n".join(typed), shown
+
+
+def console(text, binary, directory):
+    """Runs the commands of a console block and compares what each prints."""
+    for typed, shown in commands(text.rstrip("\n").split("\n")):
         # A refused command is an answer, not a failure of the page.
-        printed = shell("\n".join(typed) + "\n:", environment(binary), directory, strict=False)
+        printed = shell(typed + "\n:", environment(binary), directory, strict=False)
         if not as_shown(printed, "\n".join(shown)):
-            raise Failed("%s printed\n%s\n     expected\n%s" % (typed[0], printed, "\n".join(shown)))
+            raise Failed("%s printed\n%s\n     expected\n%s" % (typed, printed, "\n".join(shown)))
 
 
 def checked(binary, codes, text, directory):

@@ -11,7 +11,6 @@ openapi-python-client generates a client, which drives a running emulator. The e
 import argparse
 import json
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -19,6 +18,8 @@ import urllib.error
 import urllib.parse
 import urllib.request
 import venv
+
+from emulator import Emulator, fail
 
 PACKAGES = ["openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1"]
 EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "crates", "control", "assets", "examples.json")
@@ -105,38 +106,8 @@ with client:
 """
 
 
-def fail(text):
-    print("FAILED %s" % text, file=sys.stderr)
-    sys.exit(1)
-
-
-class Emulator:
-    """A fresh `ts3100 serve` in stepped time."""
-
-    def __init__(self, binary, token=None):
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
-        self.token = token
-        if token:
-            environment["TS3100_CONTROL_TOKEN"] = token
-        self.process = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "--time", "stepped"],
-                                        env=environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                                        start_new_session=True)
-        line = self.process.stdout.readline()
-        if not line:
-            fail("the emulator did not start")
-        self.url = json.loads(line)["control"]
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        try:
-            self.process.wait(10)
-        except subprocess.TimeoutExpired:
-            os.killpg(self.process.pid, signal.SIGKILL)
-            self.process.wait()
-        self.process.stdout.close()
+class Client(Emulator):
+    """An emulator, and calls of it."""
 
     def call(self, method, path, body=None):
         """The body of the response, as text."""
@@ -175,7 +146,7 @@ def run(what, command, directory):
 
 def check(binary, python, directory):
     """The document is valid; a client generated from it works."""
-    with Emulator(binary, TOKEN) as emulator:
+    with Client(binary, TOKEN) as emulator:
         path = os.path.join(directory, "openapi.json")
         with open(path, "w", encoding="utf-8") as file:
             file.write(emulator.call("GET", "/openapi.json"))
@@ -220,7 +191,7 @@ def record(binary):
     """Replays the session and writes the responses down."""
     with open(EXAMPLES, encoding="utf-8") as file:
         session = json.load(file)
-    with Emulator(binary) as emulator:
+    with Client(binary) as emulator:
         for recorded in session:
             method, _ = recorded["call"].split(" ")
             text = emulator.call(method, path_of(recorded, {}), recorded.get("request"))

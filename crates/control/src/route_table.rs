@@ -8,7 +8,7 @@ use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
-use utoipa::openapi::path::{Operation, PathItem, Paths};
+use utoipa::openapi::path::{Operation, Paths};
 use utoipa::openapi::schema::Schema;
 use utoipa::openapi::{Content, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
 use utoipa::{PartialSchema as _, ToSchema as _};
@@ -52,18 +52,9 @@ impl RouteTable {
         self.schemas.extend(schemas);
         for (path, item) in &mut paths.paths {
             self.router = self.router.route(path, methods.clone());
-            let PathItem {
-                get,
-                put,
-                post,
-                delete,
-                ..
-            } = item;
-            for (operation, changes) in [(get, false), (put, true), (post, true), (delete, true)] {
-                if let Some(operation) = operation {
-                    operation.tags = Some(vec![self.tag.clone()]);
-                    add_error_responses(operation, changes);
-                }
+            for (method, operation) in document::operations(item) {
+                operation.tags = Some(vec![self.tag.clone()]);
+                add_error_responses(operation, method != "GET");
             }
         }
         self.paths.merge(paths);

@@ -348,7 +348,12 @@ impl Cell {
         self.notify(at, Notice::Dropped(port));
         let how = DisconnectMode::Close;
         let close = Output::Disconnect { port, how };
-        let inputs = effects.perform(at, close, &self.controller).into_iter();
+        self.perform(at, close, effects);
+    }
+
+    /// Has an output carried out. What results from it is the controller's own doing.
+    fn perform(&mut self, at: Time, output: Output, effects: &mut impl Effects) {
+        let inputs = effects.perform(at, output, &self.controller).into_iter();
         let inputs = inputs.map(|input| (input, Side::Robot, Source::Follows));
         self.inputs.extend(inputs);
     }
@@ -385,10 +390,7 @@ impl Cell {
             if matches!(output, Output::Send { .. }) {
                 self.flush();
             }
-            let inputs = effects.perform(at, output, &self.controller).into_iter();
-            // What follows from an input is the controller's own doing.
-            let inputs = inputs.map(|input| (input, Side::Robot, Source::Follows));
-            self.inputs.extend(inputs);
+            self.perform(at, output, effects);
             if effects.is_storing() {
                 self.waiting = Some(step);
                 return None;

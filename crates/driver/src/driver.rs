@@ -23,7 +23,7 @@ use std::net::IpAddr;
 use std::time::Instant;
 use tokio::sync::mpsc;
 use ts3100_controller::Controller;
-use ts3100_controller::action::ActionError;
+use ts3100_controller::action::{Accepted, ActionError};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::Input;
 use ts3100_controller::port::Port;
@@ -172,20 +172,20 @@ impl Driver {
         self.cell.controller
     }
 
-    /// Handles an input of the host and every input that results from it.
+    /// Handles an input and every input that results from it, at the present time.
+    fn handle(&mut self, input: Input, by: Side) -> Result<Accepted, ActionError> {
+        self.cell.feed(self.edge.begin(), input, by, &mut self.edge)
+    }
+
+    /// Handles an input of the host whose result nobody waits for: a refusal is an event.
     fn feed(&mut self, input: Input) {
-        // The refusal of an action that nobody waits for is an event.
-        let _ = self
-            .cell
-            .feed(self.edge.begin(), input, Side::Host, &mut self.edge);
+        let _ = self.handle(input, Side::Host);
     }
 
     /// A write to the backing directory has ended: what has waited for it goes on.
     fn stored(&mut self, written: WriteResult) {
         let answer = Input::Persisted(self.edge.finish_write(written));
-        let result = self
-            .cell
-            .feed(self.edge.begin(), answer, Side::Host, &mut self.edge);
+        let result = self.handle(answer, Side::Host);
         if let Some(reply) = self.awaiting.take() {
             self.reply(result, reply);
         }

@@ -24,19 +24,12 @@ impl Driver {
         match request {
             Request::Panel(panel, reply) => {
                 self.edge.clock.note_activity();
-                let result =
-                    self.cell
-                        .feed(self.edge.begin(), Input::Panel(panel), Side::Host, &mut self.edge);
+                let result = self.handle(Input::Panel(panel), Side::Host);
                 self.reply(result, Box::new(move |_, view| reply((), view)));
             }
             Request::Action(action, reply) => {
                 self.edge.clock.note_activity();
-                let result = self.cell.feed(
-                    self.edge.begin(),
-                    Input::Action(action),
-                    Side::Host,
-                    &mut self.edge,
-                );
+                let result = self.handle(Input::Action(action), Side::Host);
                 self.reply(result, reply);
             }
             Request::LinkAction(action, reply) => {
@@ -104,12 +97,7 @@ impl Driver {
         match action {
             LinkAction::Inject { port, bytes } => {
                 self.require_peer(port, port.protocol().is_some())?;
-                return self.cell.feed(
-                    self.edge.begin(),
-                    Input::received(port, bytes),
-                    Side::Host,
-                    &mut self.edge,
-                );
+                return self.handle(Input::received(port, bytes), Side::Host);
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
@@ -146,9 +134,7 @@ impl Driver {
     fn feed_own(&mut self, inputs: Vec<Input>) {
         for input in inputs {
             // Only actions are refused.
-            let _ = self
-                .cell
-                .feed(self.edge.begin(), input, Side::Robot, &mut self.edge);
+            let _ = self.handle(input, Side::Robot);
         }
     }
 

@@ -6,7 +6,6 @@
 use super::Driver;
 use super::edge::WriteResult;
 use super::request::Request;
-use crate::cell::Side;
 use crate::clock::Wake;
 use crate::tcp::READ_BUFFER;
 use std::collections::BTreeSet;
@@ -116,12 +115,7 @@ impl Driver {
                 (Work::Request(request), ..) => self.serve_request(request).await,
                 (Work::Inputs(inputs), ..) => {
                     self.edge.clock.note_activity();
-                    for input in inputs {
-                        // Only actions are refused.
-                        let _ = self
-                            .cell
-                            .feed(self.edge.begin(), input, Side::Host, &mut self.edge);
-                    }
+                    inputs.into_iter().for_each(|input| self.feed(input));
                 }
                 (Work::Stored(written), ..) => self.stored(written),
                 (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {

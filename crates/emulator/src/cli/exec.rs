@@ -29,10 +29,11 @@ use ts3100_driver::driver::self_check::connectable;
 /// Starts an emulator on free ports, runs a command, ends the emulator.
 ///
 /// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_IP0 to TS3100_IP3
-/// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. All options of `serve` hold; ports are free ones unless --ports or
-/// --port-offset say otherwise. Signals are passed on. The exit code is the command's (128 + N when signal N ended
-/// it); 64 is added to it, as a bit, when a scenario fails, a denied finding was made or the coverage is too low.
-/// 125: the emulator could not be started; 126, 127: the command could not be.
+/// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. All options of `serve`
+/// hold; ports are free ones unless --ports or --port-offset say otherwise. Signals are passed on. The exit code is
+/// the command's (128 + N when signal N ended it); 64 is added to it, as a bit, when a scenario fails, a denied
+/// finding was made or the coverage is too low. 125: the emulator could not be started; 126, 127: the command could
+/// not be.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]
