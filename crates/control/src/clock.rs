@@ -1,7 +1,8 @@
 //! `/clock` and `/wait`: how time passes, moving it by an amount or until a condition holds, and waiting without
 //! moving it.
 //!
-//! The clock is [`ts3100_driver::clock`]; conditions are evaluated by the driver (`driver::wait`).
+//! The clock is [`ts3100_driver::clock`]. Conditions are those of the controller ([`Condition`]); some have a JSON form
+//! besides.
 
 use super::api_names::{NamedPort, NamedStatus, PortName};
 use super::body::{Json, Seconds, number_that, object_only, whole_number};
@@ -10,13 +11,16 @@ use super::handle::{Answer, Handle};
 use super::lines::require_line;
 use super::problem::Problem;
 use super::route_table::RouteTable;
+use axum::http::StatusCode;
+use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
+use ts3100_controller::Condition;
 use ts3100_controller::action::IoKind;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_driver::clock::{MAX_SCALE, TimeMode};
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
-use ts3100_driver::driver::wait::{Wait, WaitCondition};
+use ts3100_driver::driver::wait::Wait;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -75,8 +79,9 @@ pub struct AdvanceRequest {
 #[serde(deny_unknown_fields)]
 #[schema(as = WaitFor)]
 pub struct WaitRequest {
-    /// The condition.
-    condition: ConditionRequest,
+    #[serde(deserialize_with = "text_or_object")]
+    #[schema(inline)]
+    condition: ConditionBody,
     /// Longest virtual time to wait, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     within: Seconds,
@@ -86,7 +91,28 @@ pub struct WaitRequest {
     wall: Option<Seconds>,
 }
 
-/// A condition. "Since" means since the call.
+/// The condition, as text (`output 5 on`; docs/reference/conditions.md lists all) or as an object.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum ConditionBody {
+    /// In words.
+    #[schema(example = "output 5 on")]
+    Text(String),
+    /// As an object, which some conditions have.
+    Object(ConditionRequest),
+}
+
+/// Reads a condition. serde would not say what is wrong with an object that is none of its variants.
+fn text_or_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ConditionBody, D::Error> {
+    let value = serde_json::Value::deserialize(deserializer)?;
+    if let Some(words) = value.as_str() {
+        return Ok(ConditionBody::Text(words.to_owned()));
+    }
+    let object = ConditionRequest::deserialize(value).map_err(D::Error::custom)?;
+    Ok(ConditionBody::Object(object))
+}
+
+/// A condition as an object. "Since" means since the call.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 #[schema(as = Condition)]
@@ -182,17 +208,28 @@ impl ClockStatus {
     }
 }
 
+impl ConditionBody {
+    fn into_condition(self) -> Result<Condition, Problem> {
+        match self {
+            ConditionBody::Text(words) => words
+                .parse::<Condition>()
+                .map_err(|error| Problem::new(StatusCode::UNPROCESSABLE_ENTITY, error).at("condition")),
+            ConditionBody::Object(object) => object.into_condition(),
+        }
+    }
+}
+
 impl ConditionRequest {
-    fn into_condition(self) -> Result<WaitCondition, Problem> {
-        let line_of = |kind, LineCondition { line, on }| {
+    fn into_condition(self) -> Result<Condition, Problem> {
+        let line_of = |side, LineCondition { line, on }| {
             require_line(line)?;
-            Ok(WaitCondition::Signal { kind, line, on })
+            Ok(Condition::Signal { side, line, on })
         };
         match self {
-            ConditionRequest::Status(NamedStatus(status)) => Ok(WaitCondition::Status(status)),
+            ConditionRequest::Status(NamedStatus(status)) => Ok(Condition::Status(status)),
             ConditionRequest::Input(line) => line_of(IoKind::Input, line),
             ConditionRequest::Output(line) => line_of(IoKind::Output, line),
-            ConditionRequest::Line(FileLine(line)) => Ok(WaitCondition::Statement(line)),
+            ConditionRequest::Line(FileLine(line)) => Ok(Condition::Statement(line)),
             ConditionRequest::Printed(PrintedCondition { channel, text }) => {
                 if text.is_empty() || text.len() > MAX_PRINTED_TEXT {
                     let expected = format!("1 to {MAX_PRINTED_TEXT} bytes");
@@ -200,17 +237,17 @@ impl ConditionRequest {
                     return Err(Problem::invalid("text", expected, found));
                 }
                 let (port, text) = (channel.map(|NamedPort(port)| port), text.into_bytes());
-                Ok(WaitCondition::Printed { port, text })
+                Ok(Condition::Printed { port, text })
             }
-            ConditionRequest::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),
+            ConditionRequest::Alarm(number) if number == "any" => Ok(Condition::Alarm(None)),
             ConditionRequest::Alarm(number) if ALARMS.iter().any(|row| row.number() == number) => {
-                Ok(WaitCondition::Alarm(Some(number)))
+                Ok(Condition::Alarm(Some(number)))
             }
             ConditionRequest::Alarm(number) => {
                 let expected = "`any` or a number of /alarms/table";
                 Err(Problem::not_found("alarm", expected, number))
             }
-            ConditionRequest::Idle(EmptyObject {}) => Ok(WaitCondition::Idle),
+            ConditionRequest::Idle(EmptyObject {}) => Ok(Condition::Idle),
         }
     }
 }
@@ -219,7 +256,7 @@ impl WaitRequest {
     fn into_wait(self, advance: bool) -> Result<(Wait, Duration), Problem> {
         let wall = wall_limit(self.wall)?;
         let condition = self.condition.into_condition()?;
-        Ok((Wait::new(condition, self.within.0, advance), wall))
+        Ok((Wait::new(Some(condition), self.within.0, advance), wall))
     }
 }
 
@@ -283,7 +320,7 @@ async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<C
 #[utoipa::path(post, path = "/clock/advance", operation_id = "advance_time", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
 async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
-    let wait = Wait::new(WaitCondition::Never, body.seconds.0, true);
+    let wait = Wait::new(None, body.seconds.0, true);
     let waited = handle.wait(wait, wall).await?;
     // Nothing was waited for but the time itself.
     let ended = WaitResponse::from(WaitResult {

@@ -93,6 +93,9 @@ pub trait ActionSource: Send {
 
 /// The world around a controller.
 pub trait Effects {
+    /// An input that is about to be handled.
+    fn input(&mut self, _input: &Input) {}
+
     /// Stores a change of a file, which the controller makes afterwards; without content the file is erased. Returns why
     /// it is not stored, after which the controller does not make the change, or `None` while it is being stored: then
     /// the owner feeds [`Input::Persisted`] later.
@@ -283,6 +286,7 @@ impl Cell {
                 for subscriber in &mut self.audience.subscribers {
                     subscriber.input(at, &input, by);
                 }
+                effects.input(&input);
                 let result = self.controller.handle(at, input);
                 let file = None;
                 Step {

@@ -2,6 +2,7 @@
 
 use super::{code, table};
 use std::fmt::Write as _;
+use ts3100_controller::CONDITION_FORMS;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_controller::findings::RULES;
 use ts3100_controller::variation::VARIATIONS;
@@ -24,6 +25,22 @@ pub fn alarms() -> String {
                 alarm.text.to_owned(),
                 alarm.cause.to_owned(),
                 alarm.remedy.to_owned(),
+            ]
+        }),
+    )
+}
+
+/// Every form of a condition.
+pub fn conditions() -> String {
+    table(
+        ["Condition", "Example", "Met when", "State"],
+        CONDITION_FORMS.iter().map(|row| {
+            let state = if row.is_state { "yes" } else { "no" };
+            [
+                code(row.form),
+                code(row.example),
+                row.happens.to_owned(),
+                state.to_owned(),
             ]
         }),
     )

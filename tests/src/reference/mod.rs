@@ -66,6 +66,11 @@ pub const REGIONS: &[Region] = &[
         text: configuration::all,
     },
     Region {
+        page: "reference/conditions.md",
+        name: "conditions",
+        text: controller::conditions,
+    },
+    Region {
         page: "reference/faults.md",
         name: "faults",
         text: faults::kinds,

@@ -127,12 +127,80 @@ fn what_cannot_be_waited_for_is_refused() {
         (404, r#"{"condition":{"alarm":"7-777"},"within":1}"#),
         (422, r#"{"condition":{"printed":{"text":""}},"within":1}"#),
         (422, r#"{"condition":{"moon":{}},"within":1}"#),
+        (422, r#"{"condition":["idle"],"within":1}"#),
+        (422, r#"{"condition":"moon","within":1}"#),
+        (422, r#"{"condition":"output 0 on","within":1}"#),
         (422, r#"{"condition":{"idle":{}}}"#),
         (422, r#"{"condition":{"idle":{}},"within":-1}"#),
         (422, r#"{"condition":{"idle":{}},"within":1,"wall":1000}"#),
     ] {
         robot.refused(status, "POST", "/clock/advance-until", body);
         robot.refused(status, "POST", "/wait", body);
+    }
+}
+
+#[test]
+fn a_condition_is_text_as_in_scenarios() {
+    let robot = running(SLOW);
+    let _peer = robot.dial(Port::Ip1);
+    let mut host = robot.host();
+    let until = |condition: &str, within: f64| {
+        let body = json!({"condition": condition, "within": within}).to_string();
+        robot.post("/clock/advance-until", &body)["reached"] == true
+    };
+    // A state that holds already is enough; what has happened before the call is not.
+    write!(host, "\x02SU\r\x03").unwrap();
+    for (condition, reached) in [
+        ("servo on", true),
+        ("servo off", false),
+        ("connected IP1", true),
+        ("connected IP2", false),
+        ("disconnected IP2", true),
+        ("command SU", false),
+        ("answer SU", false),
+        ("alarm", false),
+        // The host has not acknowledged the answer.
+        ("idle", false),
+    ] {
+        assert_eq!(until(condition, 0.0), reached, "{condition}");
+    }
+    robot.post("/program/start", "");
+    assert!(until("status running", 0.0));
+    assert!(until("output 4 on", 10_000.0));
+    assert!(until("printed IP1 ONE", 100.0));
+    let error = robot.refused(422, "POST", "/wait", r#"{"condition":"comand RN","within":1}"#);
+    assert_eq!(error, "unknown condition `comand RN`; did you mean `command`?");
+}
+
+/// Each is done until the wait, which another thread began at some time, has seen it.
+#[test]
+fn a_wait_sees_what_is_done_since_it_began() {
+    let robot = running(SLOW);
+    let _peer = robot.dial(Port::Ip1);
+    let _host = robot.host();
+    for (condition, method, path, body) in [
+        (
+            "received IP1 4<CR>",
+            "POST",
+            "/channels/IP1/inject",
+            r#"{"text":"4\r"}"#,
+        ),
+        (
+            "command SU",
+            "POST",
+            "/channels/IP0/inject",
+            r#"{"hex":"0253550d03024f4b0d03"}"#,
+        ),
+        ("stored A", "PUT", "/files/A", r#"{"text":"A"}"#),
+    ] {
+        let waited = json!({"condition": condition, "within": 1}).to_string();
+        std::thread::scope(|scope| {
+            let wait = scope.spawn(|| robot.post("/wait", &waited));
+            while !wait.is_finished() {
+                robot.ok(method, path, body);
+            }
+            assert_eq!(wait.join().unwrap()["reached"], true, "{condition}");
+        });
     }
 }
 

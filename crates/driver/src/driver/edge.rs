@@ -2,7 +2,6 @@
 //! directory. Which inputs come when is decided by `run_loop`.
 
 use super::request::PendingWait;
-use super::wait::WaitCondition;
 use crate::cell::Effects;
 use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::serial::SerialLines;
@@ -132,6 +131,12 @@ impl Edge {
 }
 
 impl Effects for Edge {
+    fn input(&mut self, input: &Input) {
+        for pending in &mut self.waits {
+            pending.wait.observe_input(input);
+        }
+    }
+
     fn persist(&mut self, at: Time, name: &str, content: Option<Bytes>) -> Option<Result<(), PersistError>> {
         let Some(backing) = &self.backing else {
             return Some(Ok(()));
@@ -153,12 +158,12 @@ impl Effects for Edge {
         self.end_waits(controller);
         self.update_idle(controller);
         let mut waits = self.waits.iter();
-        Some(waits.any(|pending| matches!(pending.wait.condition, WaitCondition::Statement(_))))
+        Some(waits.any(|pending| pending.wait.wants_statements()))
     }
 
     fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
         for pending in &mut self.waits {
-            pending.wait.observe(&output);
+            pending.wait.observe_output(&output);
         }
         match output {
             Output::Send { port, bytes } => {

@@ -247,7 +247,7 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         assert_eq!(driver.edge.clock.now(), left);
         // One who waits for a length of time does not wait for ever.
         let (done, is_done) = oneshot::channel();
-        let condition = wait::WaitCondition::Alarm(None);
+        let condition = Some(ts3100_controller::Condition::Alarm(None));
         let short = Duration::from_millis(20);
         let wait = wait::Wait::new(condition, short, false);
         requests.send(Request::Wait(wait, done)).await.ok().unwrap();

@@ -1,21 +1,22 @@
 //! Scenarios: a file that describes what happens to the robot during a test of a host, when or after which event, and what
 //! the host is expected to do.
 //!
-//! `read` reads the file, `condition` has its conditions and actions, `play` runs it, `results` reports the outcome. Every
-//! key and word is described in docs/reference/scenarios.md.
+//! `read` reads the file, `action` has its actions, `play` runs it, `results` reports the outcome. Its conditions are those
+//! of the controller ([`Condition`]). Every key is described in docs/reference/scenarios.md.
 
-mod condition;
+mod action;
 mod play;
 mod read;
 mod results;
 
-pub use condition::{CHANNEL_ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition, WordsError};
+pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};
 pub use play::Play;
 pub use read::{ScenarioError, TABLES};
 pub use results::{ScenarioOutcome, Verdict};
 
 use std::path::PathBuf;
 use std::time::Duration;
+use ts3100_controller::Condition;
 
 /// Largest file in bytes.
 pub const MAX_BYTES: u64 = 1024 * 1024;
@@ -67,7 +68,7 @@ pub enum StepTrigger {
     /// At a time after the beginning.
     At(Duration),
     /// So long after something has happened.
-    When(ScenarioCondition, Duration),
+    When(Condition, Duration),
 }
 
 /// What the hosts are to do, or not.
@@ -78,9 +79,9 @@ pub struct Expectation {
     /// Its name in the results.
     pub name: String,
     /// What.
-    pub condition: ScenarioCondition,
+    pub condition: Condition,
     /// From when on: from the beginning, or from something that happens.
-    pub after: Option<ScenarioCondition>,
+    pub after: Option<Condition>,
     /// What is wanted.
     pub kind: ExpectationKind,
 }
@@ -98,7 +99,7 @@ pub enum ExpectationKind {
     /// It never comes, until something happens if that is given.
     Never {
         /// Until this.
-        until: Option<ScenarioCondition>,
+        until: Option<Condition>,
     },
 }
 

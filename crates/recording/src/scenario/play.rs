@@ -3,7 +3,7 @@
 //! It observes every input and output of the driver. Time is virtual, so the same run gives the same results. When a
 //! snapshot or a reset replaces the controller, the controller's time jumps while the scenario's time continues.
 
-use super::condition::{ScenarioAction, ScenarioCondition};
+use super::action::ScenarioAction;
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
 use super::{Expectation, ExpectationKind, Scenario, StepTrigger};
 use std::collections::VecDeque;
@@ -12,7 +12,7 @@ use std::time::Duration;
 use tracing::info;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
-use ts3100_controller::{Controller, Time};
+use ts3100_controller::{Condition, ConditionWatch, Controller, Time};
 use ts3100_driver::cell::{ActionSource, Cell, Notice, PlannedAction, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
@@ -25,7 +25,7 @@ const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 #[derive(Debug)]
 struct StepState {
     line: usize,
-    condition: ConditionState,
+    condition: ConditionWatch,
     /// How long after its condition it happens.
     after: Duration,
     /// How often at most; 0 without a limit.
@@ -34,38 +34,13 @@ struct StepState {
     runs: u32,
 }
 
-/// A condition and its last state.
-#[derive(Debug)]
-struct ConditionState {
-    condition: ScenarioCondition,
-    /// Whether the state was true at the last observation.
-    was_true: bool,
-}
-
-impl ConditionState {
-    fn new(condition: ScenarioCondition) -> ConditionState {
-        ConditionState {
-            condition,
-            was_true: false,
-        }
-    }
-
-    /// Whether the state has become true.
-    fn becomes_true(&mut self, controller: &Controller) -> bool {
-        let Some(holds) = self.condition.holds(controller) else {
-            return false;
-        };
-        !std::mem::replace(&mut self.was_true, holds) && holds
-    }
-}
-
 /// Progress of an expectation.
 #[derive(Debug)]
 struct ExpectationState {
     expectation: Expectation,
-    what: ConditionState,
-    after: Option<ConditionState>,
-    until: Option<ConditionState>,
+    what: ConditionWatch,
+    after: Option<ConditionWatch>,
+    until: Option<ConditionWatch>,
     /// Time from which it counts.
     since: Option<Time>,
     occurrences: u32,
@@ -109,7 +84,7 @@ impl Play {
                 }
                 StepTrigger::When(condition, after) => steps.push(StepState {
                     line: step.line,
-                    condition: ConditionState::new(condition),
+                    condition: ConditionWatch::new(condition),
                     after,
                     times: step.times,
                     actions: step.actions,
@@ -121,10 +96,10 @@ impl Play {
             .expectations
             .into_iter()
             .map(|expectation| ExpectationState {
-                what: ConditionState::new(expectation.condition.clone()),
-                after: expectation.after.clone().map(ConditionState::new),
+                what: ConditionWatch::new(expectation.condition.clone()),
+                after: expectation.after.clone().map(ConditionWatch::new),
                 until: match &expectation.kind {
-                    ExpectationKind::Never { until } => until.clone().map(ConditionState::new),
+                    ExpectationKind::Never { until } => until.clone().map(ConditionWatch::new),
                     ExpectationKind::Occurs { .. } => None,
                 },
                 expectation,
@@ -171,7 +146,7 @@ impl Play {
         }
         for condition in state.conditions() {
             // What is true already does not occur.
-            condition.becomes_true(controller);
+            condition.settled(controller);
         }
     }
 
@@ -184,7 +159,7 @@ impl Play {
         state.time_offset = state.time_offset.saturating_add(jump);
         for condition in state.conditions() {
             // What is true already does not occur.
-            condition.becomes_true(controller);
+            condition.settled(controller);
         }
     }
 
@@ -205,7 +180,7 @@ impl Play {
             }
         });
         let steps = state.steps.iter().map(|step| Entry {
-            name: format!("do when {}", step.condition.condition),
+            name: format!("do when {}", step.condition.condition()),
             line: step.line,
             time: now.since(begun),
             verdict: match step.runs {
@@ -261,18 +236,15 @@ impl ActionSource for Play {
 
 impl Subscriber for Play {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        let occurs = |state: &mut ConditionState| state.condition.matches_input(input);
-        self.state().observe(at, occurs);
+        self.state().observe(at, |watch| watch.input(input));
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        let occurs = |state: &mut ConditionState| state.condition.matches_output(output);
-        self.state().observe(at, occurs);
+        self.state().observe(at, |watch| watch.output(output));
     }
 
     fn settled(&mut self, at: Time, controller: &Controller) {
-        let occurs = |state: &mut ConditionState| state.becomes_true(controller);
-        self.state().observe(at, occurs);
+        self.state().observe(at, |watch| watch.settled(controller));
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -280,10 +252,15 @@ impl Subscriber for Play {
             self.controller_replaced(at, controller);
         }
     }
+
+    fn wants_statements(&self) -> bool {
+        let is_line = |watch: &mut ConditionWatch| matches!(watch.condition(), Condition::Statement(_));
+        self.state().conditions().any(is_line)
+    }
 }
 
 impl PlayState {
-    fn conditions(&mut self) -> impl Iterator<Item = &mut ConditionState> {
+    fn conditions(&mut self) -> impl Iterator<Item = &mut ConditionWatch> {
         let steps = self.steps.iter_mut().map(|step| &mut step.condition);
         let expected = self.expectations.iter_mut().flat_map(|expected| {
             let ExpectationState {
@@ -313,7 +290,7 @@ impl PlayState {
     }
 
     /// Something has happened; `occurs` says whether it is what a condition waits for.
-    fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionState) -> bool) {
+    fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionWatch) -> bool) {
         if self.started.is_none() {
             return;
         }
@@ -342,7 +319,7 @@ impl PlayState {
 }
 
 impl ExpectationState {
-    fn observe(&mut self, at: Time, occurs: &impl Fn(&mut ConditionState) -> bool) {
+    fn observe(&mut self, at: Time, occurs: &impl Fn(&mut ConditionWatch) -> bool) {
         let comes = occurs(&mut self.what);
         let ends = self.until.as_mut().is_some_and(occurs);
         let begins = self.after.as_mut().is_some_and(occurs);

@@ -1,14 +1,16 @@
-//! Reads a scenario file (TOML): unknown keys are errors, and every message names the line. Conditions and actions are read
-//! by `condition`.
+//! Reads a scenario file (TOML): unknown keys are errors, and every message names the line. Actions are read by
+//! `action`, conditions by the controller.
 
-use super::condition::{ScenarioAction, ScenarioCondition, WordsError};
+use super::action::ScenarioAction;
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
+use std::fmt::Display;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use ts3100_controller::Condition;
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
@@ -172,7 +174,7 @@ fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
         for value in array(value)? {
             let line = whole(value)?;
             let action = ScenarioAction::parse(&format!("input {line} on"));
-            action.map_err(|error| wrong_words(value, &error))?;
+            action.map_err(|error| wrong_words(value, error))?;
             actions.push(PanelAction::InputLine {
                 line: u16::try_from(line).unwrap_or(0),
                 on: true,
@@ -214,9 +216,8 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
     let Some(actions) = table.get("actions") else {
         return Err(missing(span, "`actions`", "do", "none"));
     };
-    let one = |value: &Value<'_>| {
-        ScenarioAction::parse(&string(value)?).map_err(|error| wrong_words(value, &error))
-    };
+    let one =
+        |value: &Value<'_>| ScenarioAction::parse(&string(value)?).map_err(|error| wrong_words(value, error));
     Ok(Step {
         line: line_of(text, span.start),
         trigger: on,
@@ -308,7 +309,7 @@ fn expected(value: &Value<'_>, what: &str) -> TableError {
     TableError(value.span(), format!("expected {what}, found {found}"))
 }
 
-fn wrong_words(value: &Value<'_>, error: &WordsError) -> TableError {
+fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError {
     TableError(value.span(), error.to_string())
 }
 
@@ -339,8 +340,11 @@ fn whole(value: &Value<'_>) -> ReadResult<u32> {
     Err(expected(value, "a whole number"))
 }
 
-fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
-    ScenarioCondition::parse(&string(value)?).map_err(|error| wrong_words(value, &error))
+fn condition(value: &Value<'_>) -> ReadResult<Condition> {
+    let words = string(value)?;
+    words
+        .parse::<Condition>()
+        .map_err(|error| wrong_words(value, error))
 }
 
 fn duration(value: &Value<'_>) -> ReadResult<Duration> {

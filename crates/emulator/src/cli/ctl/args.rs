@@ -6,7 +6,7 @@ use crate::config::args::word;
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
-use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_controller::{CONDITION_FORMS, ControlRight, KeySwitch};
 use ts3100_recording::transcript::TranscriptFile;
 
 /// Looks at a running emulator, changes anything of it, moves its time.
@@ -342,12 +342,21 @@ pub struct WaitLimits {
 
 #[derive(Debug, Args)]
 pub struct WaitArgs {
-    /// status running|stop (reset)|stop (retry)|stop (continue); input N on|off; output N on|off; line N; printed [PORT] TEXT; alarm NUMBER|any;
-    /// idle
-    #[arg(required = true, num_args = 1..)]
+    /// A condition, such as output 5 on, printed IP1 DONE or command RN; the page Conditions lists all
+    #[arg(required = true, num_args = 1.., long_help = conditions())]
     pub condition: Vec<String>,
     #[command(flatten)]
     pub limits: WaitLimits,
+}
+
+/// The forms of conditions, for `--help`.
+fn conditions() -> String {
+    let forms = CONDITION_FORMS.iter().map(|row| format!("  {}", row.form));
+    let forms: Vec<String> = forms.collect();
+    format!(
+        "One of these conditions; control codes are written as <CR>:\n{}",
+        forms.join("\n")
+    )
 }
 
 #[derive(Debug, Clone, Copy, Args)]

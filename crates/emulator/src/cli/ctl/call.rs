@@ -14,10 +14,11 @@ use std::path::Path;
 use std::time::Duration;
 use ts3100_control::client::percent_encoded;
 use ts3100_control::{DEFAULT_WALL, MAX_WALL};
+use ts3100_controller::Condition;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
-use ts3100_proto::escape::hex_byte;
+use ts3100_proto::escape::{Escaped, hex_byte};
 use ts3100_proto::words::{UnexpectedWord, Word as _};
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
@@ -368,34 +369,11 @@ fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
     body
 }
 
-/// The words of a condition.
+/// The words of a condition, as the controller writes them. Backslashes mean what they mean to the other commands.
 fn condition(words: &[String]) -> anyhow::Result<Value> {
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let state = |word| bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word));
-    let number = |word: &str| {
-        let number = word.parse::<u32>();
-        number.map_err(|_| UnexpectedWord::new("a number", word))
-    };
-    Ok(match words.as_slice() {
-        ["status", status @ ..] if !status.is_empty() => json!({ "status": status.join(" ") }),
-        [side @ ("input" | "output"), line, on] => {
-            json!({ *side: {"line": number(line)?, "on": state(on)?} })
-        }
-        ["line", line] => json!({"line": number(line)?}),
-        ["printed", text] => json!({"printed": {"text": unescape(text)}}),
-        ["printed", "TP" | "tp", text] => json!({"printed": {"text": unescape(text)}}),
-        ["printed", port, text] => {
-            json!({"printed": {"channel": port.to_ascii_uppercase(), "text": unescape(text)}})
-        }
-        ["alarm"] => json!({"alarm": "any"}),
-        ["alarm", number] => json!({ "alarm": number }),
-        ["idle"] => json!({"idle": {}}),
-        _ => {
-            let expected = "status WORD, input N on|off, output N on|off, line N, printed [PORT] TEXT, alarm \
-                            NUMBER|any or idle";
-            return Err(UnexpectedWord::new(expected, &words.join(" ")).into());
-        }
-    })
+    let words = unescape(&words.join(" "));
+    let condition: Condition = Escaped::for_reading(words.as_bytes()).to_string().parse()?;
+    Ok(json!(condition.to_string()))
 }
 
 fn events_path(events: EventsArgs) -> String {
@@ -448,32 +426,23 @@ mod tests {
     }
 
     #[test]
-    fn conditions_are_words() {
+    fn conditions_are_words_with_control_codes_as_in_other_commands() {
         let read = |words: &str| {
             let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
             condition(&words).map_err(|error| error.to_string())
         };
-        assert_eq!(
-            read("output 5 on"),
-            Ok(json!({"output": {"line": 5, "on": true}}))
-        );
-        assert_eq!(
-            read("printed ip1 DONE"),
-            Ok(json!({"printed": {"channel": "IP1", "text": "DONE"}}))
-        );
-        assert_eq!(read("status stop (retry)"), Ok(json!({"status": "stop (retry)"})));
-        assert_eq!(read("printed TP A"), Ok(json!({"printed": {"text": "A"}})));
-        assert_eq!(read("alarm"), Ok(json!({"alarm": "any"})));
-        assert_eq!(read("idle"), Ok(json!({"idle": {}})));
-        for words in [
-            "",
-            "output 5",
-            "output five on",
-            "output 5 up",
-            "line",
-            "moon full",
+        for (words, expected) in [
+            ("output 5 on", "output 5 on"),
+            ("printed ip1 DONE", "printed IP1 DONE"),
+            (r"printed A\r\x41", "printed TP A<CR>A"),
+            ("printed A<CR>", "printed TP A<CR>"),
+            ("status stop (retry)", "status stop (retry)"),
+            ("alarm any", "alarm"),
+            ("idle", "idle"),
         ] {
-            assert!(read(words).is_err(), "{words}");
+            assert_eq!(read(words), Ok(json!(expected)));
         }
+        let error = read("comand SU").unwrap_err();
+        assert_eq!(error, "unknown condition `comand SU`; did you mean `command`?");
     }
 }

@@ -1,0 +1,402 @@
+//! The text form of conditions, the same in scenarios, `ts3100 ctl` and the control interface.
+//!
+//! What `Display` writes, `FromStr` reads back as the same condition. Values that cannot occur (a line that the controller
+//! does not have, an unknown alarm or rule) are errors: nobody should wait for them.
+
+use crate::action::IoKind;
+use crate::alarm::ALARMS;
+use crate::condition::Condition;
+use crate::findings::{RULES, Rule};
+use crate::port::Port;
+use crate::signals::Signals;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::fmt;
+use core::str::FromStr;
+use ts3100_proto::escape::{self, EscapeError, Escaped};
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
+
+/// A form of a condition, as the page of conditions lists it.
+#[derive(Debug, Clone, Copy)]
+pub struct ConditionForm {
+    /// Its words; those in capitals are to be replaced.
+    pub form: &'static str,
+    /// One of these conditions.
+    pub example: &'static str,
+    /// When it happens.
+    pub happens: &'static str,
+    /// Whether it is a state, for which a wait is over at once if it holds already.
+    pub is_state: bool,
+}
+
+const fn event(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+    ConditionForm {
+        form,
+        example,
+        happens,
+        is_state: false,
+    }
+}
+
+const fn state(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+    ConditionForm {
+        is_state: true,
+        ..event(form, example, happens)
+    }
+}
+
+/// Every form of a condition.
+pub const CONDITION_FORMS: [ConditionForm; 20] = [
+    event(
+        "command TEXT",
+        "command DO,MOVE",
+        "a host sends a text that begins with TEXT",
+    ),
+    event(
+        "answer TEXT",
+        "answer NG",
+        "the robot sends a text that begins with TEXT",
+    ),
+    event(
+        "refused COMMAND",
+        "refused RN",
+        "a command with these letters gets NG",
+    ),
+    event(
+        "printed [CHANNEL] TEXT",
+        "printed IP1 DONE<CR>",
+        "a program prints TEXT, also by several PRINTs; without CHANNEL, or with TP: on the teach pendant",
+    ),
+    event(
+        "received CHANNEL TEXT",
+        "received IP1 4<CR>",
+        "a peer sends TEXT, also in several parts",
+    ),
+    state("connected PORT", "connected IP0", "a peer connects"),
+    state("disconnected PORT", "disconnected IP0", "a peer disconnects"),
+    state("alarm", "alarm", "any alarm is raised; `alarm any` is the same"),
+    state("alarm NUMBER", "alarm 2-046", "this alarm is raised"),
+    event("alarms reset", "alarms reset", "alarms are reset"),
+    state(
+        "status WORDS",
+        "status stop (retry)",
+        "the execution status becomes `running`, `stop (reset)`, `stop (retry)` or `stop (continue)`",
+    ),
+    state("servo on|off", "servo on", "servo power goes on or off"),
+    state(
+        "selected NAME",
+        "selected PICK",
+        "a file is selected; `none` for no file",
+    ),
+    event("stored NAME", "stored PICK", "a file is stored on the RAM drive"),
+    event("erased NAME", "erased PICK", "a file is erased"),
+    event(
+        "finding RULE",
+        "finding no-cr",
+        "a host breaks a [rule](findings.md)",
+    ),
+    state("input LINE on|off", "input 5 on", "an input goes on or off"),
+    state("output LINE on|off", "output 264 off", "an output goes on or off"),
+    event(
+        "line N",
+        "line 12",
+        "the statement in line N of the selected file begins",
+    ),
+    state(
+        "idle",
+        "idle",
+        "no program runs, nothing moves, and no exchange is open",
+    ),
+];
+
+/// The teach pendant, as `printed` names it.
+const PENDANT: &str = "TP";
+
+/// Why words are not a condition.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ConditionParseError {
+    /// No condition begins so.
+    #[error("unknown condition `{words}`{hint}")]
+    Unknown {
+        /// The words.
+        words: String,
+        /// What may be meant, as the end of the message.
+        hint: String,
+    },
+    /// A condition that goes on in a way that it cannot.
+    #[error("cannot read the condition `{words}`: {reason}; write {forms}")]
+    Form {
+        /// The words.
+        words: String,
+        /// What is wrong with them.
+        reason: String,
+        /// How conditions that begin so go on.
+        forms: String,
+    },
+}
+
+/// What is wrong after the first word.
+struct Wrong(String);
+
+impl From<UnexpectedWord> for Wrong {
+    fn from(reason: UnexpectedWord) -> Wrong {
+        Wrong(reason.to_string())
+    }
+}
+
+impl From<EscapeError> for Wrong {
+    fn from(reason: EscapeError) -> Wrong {
+        Wrong(reason.to_string())
+    }
+}
+
+type ReadResult<T> = Result<T, Wrong>;
+
+impl FromStr for Condition {
+    type Err = ConditionParseError;
+
+    fn from_str(words: &str) -> Result<Condition, ConditionParseError> {
+        let (name, rest) = split(words);
+        let first = |row: &ConditionForm| split(row.form).0;
+        let forms = CONDITION_FORMS.iter().filter(|row| first(row) == name);
+        let forms: Vec<String> = forms.map(|row| format!("`{}`", row.form)).collect();
+        if forms.is_empty() {
+            let hint = match did_you_mean(name, CONDITION_FORMS.iter().map(first)) {
+                hint if hint.is_empty() => "; docs/reference/conditions.md lists every condition".to_string(),
+                hint => hint,
+            };
+            let words = words.to_string();
+            return Err(ConditionParseError::Unknown { words, hint });
+        }
+        read(name, rest).map_err(|Wrong(reason)| ConditionParseError::Form {
+            words: words.to_string(),
+            reason,
+            forms: forms.join(" or "),
+        })
+    }
+}
+
+fn read(name: &str, rest: &str) -> ReadResult<Condition> {
+    Ok(match name {
+        "command" => Condition::Command(text(rest)?),
+        "answer" => Condition::Answer(text(rest)?),
+        "refused" => Condition::Refused(single_word("the letters of a command", rest)?),
+        "printed" => printed(rest)?,
+        "received" => {
+            let (port, rest) = split(rest);
+            let (port, text) = (scol_port(port)?, text(rest)?);
+            Condition::Received { port, text }
+        }
+        "connected" => Condition::Connected(port(rest)?),
+        "disconnected" => Condition::Disconnected(port(rest)?),
+        "alarm" if rest.is_empty() || rest == "any" => Condition::Alarm(None),
+        "alarm" => {
+            let known = ALARMS.iter().any(|row| row.number() == rest);
+            let expected = "the number of an alarm, for example 2-046";
+            let number = known.then(|| rest.to_string());
+            Condition::Alarm(Some(number.ok_or_else(|| UnexpectedWord::new(expected, rest))?))
+        }
+        "alarms" if rest == "reset" => Condition::AlarmsReset,
+        "alarms" => return Err(UnexpectedWord::new("reset", rest).into()),
+        "status" => {
+            let expected = "running, stop (reset), stop (retry) or stop (continue)";
+            let status = ExecutionStatus::from_word(rest);
+            Condition::Status(status.ok_or_else(|| UnexpectedWord::new(expected, rest))?)
+        }
+        "servo" => Condition::Servo(switch(rest)?),
+        "selected" if rest == "none" => Condition::Selected(String::new()),
+        "selected" => Condition::Selected(file(rest)?),
+        "stored" => Condition::Stored(file(rest)?),
+        "erased" => Condition::Erased(file(rest)?),
+        "finding" => {
+            let rule = Rule::by_id(rest).ok_or_else(|| {
+                UnexpectedWord::new("the name of a rule", rest).suggesting(RULES.iter().map(|rule| rule.id))
+            })?;
+            Condition::Finding(rule.id.to_string())
+        }
+        "input" => signal(IoKind::Input, rest)?,
+        "output" => signal(IoKind::Output, rest)?,
+        "line" => {
+            // A line has a byte at least, and a file has no more.
+            let last = scol_mini::MAX_SOURCE;
+            let fits = |line: &u32| usize::try_from(*line).is_ok_and(|line| (1..=last).contains(&line));
+            let line = rest.parse().ok().filter(fits);
+            let expected = || UnexpectedWord::new(format!("a line of a file, 1 to {last}"), rest);
+            Condition::Statement(line.ok_or_else(expected)?)
+        }
+        _ if rest.is_empty() => Condition::Idle,
+        _ => return Err(UnexpectedWord::new("nothing after it", rest).into()),
+    })
+}
+
+/// `IP1 DONE`, `TP DONE` or `DONE`. What looks like a port is none of the text: `printed IP4 DONE` would never happen.
+fn printed(rest: &str) -> ReadResult<Condition> {
+    let (first, after) = split(rest);
+    let name = first.to_uppercase();
+    let is_port =
+        ["TP", "IP", "COM", "HOST"].contains(&name.trim_end_matches(|end: char| end.is_ascii_digit()));
+    let (port, shown) = match is_port {
+        false => (None, rest),
+        true if name == PENDANT => (None, after),
+        true => {
+            let port = scol_port(first);
+            (
+                Some(port.map_err(|_| UnexpectedWord::new("the channel COM1, IP1, IP2 or TP", first))?),
+                after,
+            )
+        }
+    };
+    let text = text(shown)?;
+    Ok(Condition::Printed { port, text })
+}
+
+fn signal(side: IoKind, rest: &str) -> ReadResult<Condition> {
+    let (number, state) = split(rest);
+    let line = number.parse().ok().filter(|line| Signals::exists(*line));
+    let line = line.ok_or_else(|| UnexpectedWord::new("line 1-64, 101-164 or 201-264", number))?;
+    let on = switch(state)?;
+    Ok(Condition::Signal { side, line, on })
+}
+
+fn text(words: &str) -> ReadResult<Vec<u8>> {
+    if words.is_empty() {
+        return Err(UnexpectedWord::new("text, with control codes as <CR>", words).into());
+    }
+    Ok(escape::parse(words)?)
+}
+
+fn port(word: &str) -> ReadResult<Port> {
+    let port = Port::from_word(&word.to_uppercase());
+    Ok(port.ok_or_else(|| UnexpectedWord::new("HOST, COM1, IP0, IP1, IP2 or IP3", word))?)
+}
+
+fn scol_port(word: &str) -> ReadResult<Port> {
+    let port = Port::from_word(&word.to_uppercase());
+    let port = port.filter(|port| matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2));
+    Ok(port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))?)
+}
+
+fn file(word: &str) -> ReadResult<String> {
+    single_word("the name of a file", word).map(|name| name.to_uppercase())
+}
+
+fn single_word(expected: &'static str, word: &str) -> ReadResult<String> {
+    if word.is_empty() || word.contains(' ') {
+        return Err(UnexpectedWord::new(expected, word).into());
+    }
+    Ok(word.to_string())
+}
+
+fn switch(word: &str) -> ReadResult<bool> {
+    Ok(bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word))?)
+}
+
+/// The first word, and what follows it.
+fn split(words: &str) -> (&str, &str) {
+    words.split_once(' ').unwrap_or((words, ""))
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Condition::Command(text) => write!(f, "command {}", Escaped::new(text)),
+            Condition::Answer(text) => write!(f, "answer {}", Escaped::new(text)),
+            Condition::Refused(letters) => write!(f, "refused {letters}"),
+            Condition::Printed { port, text } => {
+                let channel = port.map_or(PENDANT, Port::name);
+                write!(f, "printed {channel} {}", Escaped::new(text))
+            }
+            Condition::Received { port, text } => write!(f, "received {port} {}", Escaped::new(text)),
+            Condition::Connected(port) => write!(f, "connected {port}"),
+            Condition::Disconnected(port) => write!(f, "disconnected {port}"),
+            Condition::Alarm(None) => f.write_str("alarm"),
+            Condition::Alarm(Some(number)) => write!(f, "alarm {number}"),
+            Condition::AlarmsReset => f.write_str("alarms reset"),
+            Condition::Status(status) => write!(f, "status {status}"),
+            Condition::Servo(on) => write!(f, "servo {}", on.word()),
+            Condition::Selected(name) if name.is_empty() => f.write_str("selected none"),
+            Condition::Selected(name) => write!(f, "selected {name}"),
+            Condition::Stored(name) => write!(f, "stored {name}"),
+            Condition::Erased(name) => write!(f, "erased {name}"),
+            Condition::Finding(rule) => write!(f, "finding {rule}"),
+            Condition::Signal { side, line, on } => write!(f, "{} {line} {}", side.word(), on.word()),
+            Condition::Statement(line) => write!(f, "line {line}"),
+            Condition::Idle => f.write_str("idle"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_condition_reads_back_as_it_was_written() {
+        let more = ["printed TP X Y", "command <STX>A<3C>", "selected none"];
+        for words in CONDITION_FORMS.iter().map(|row| row.example).chain(more) {
+            let condition: Condition = words.parse().unwrap();
+            assert_eq!(condition.to_string(), words);
+        }
+        for (words, other) in [
+            ("alarm any", "alarm"),
+            ("printed X Y", "printed TP X Y"),
+            ("printed tp X", "printed TP X"),
+            ("printed ip1 X", "printed IP1 X"),
+            ("connected ip0", "connected IP0"),
+            ("selected pick", "selected PICK"),
+        ] {
+            assert_eq!(words.parse::<Condition>().unwrap().to_string(), other);
+        }
+    }
+
+    #[test]
+    fn what_is_no_condition_says_what_is_expected() {
+        for (words, expected) in [
+            (
+                "",
+                "unknown condition ``; docs/reference/conditions.md lists every condition",
+            ),
+            (
+                "commandd SU",
+                "unknown condition `commandd SU`; did you mean `command`?",
+            ),
+            (
+                "output 5",
+                "cannot read the condition `output 5`: expected on or off, found ``; write `output LINE on|off`",
+            ),
+            (
+                "output 77 on",
+                "expected line 1-64, 101-164 or 201-264, found `77`",
+            ),
+            ("output five on", "expected line 1-64"),
+            (
+                "line",
+                "expected a line of a file, 1 to 99999, found ``; write `line N`",
+            ),
+            ("line 0", "found `0`"),
+            ("alarm 9-999", "found `9-999`; write `alarm` or `alarm NUMBER`"),
+            ("alarms raise", "expected reset, found `raise`"),
+            ("printed", "expected text"),
+            ("printed IP1", "expected text"),
+            (
+                "printed IP3 X",
+                "expected the channel COM1, IP1, IP2 or TP, found `IP3`",
+            ),
+            ("printed HOST X", "found `HOST`"),
+            (
+                "received IP0 X",
+                "expected the channel COM1, IP1 or IP2, found `IP0`",
+            ),
+            ("command <CR", "no > after <CR"),
+            ("finding no-cR", "did you mean `no-cr`"),
+            ("status stop", "expected running, stop (reset)"),
+            ("idle now", "expected nothing after it, found `now`; write `idle`"),
+            ("stored A B", "expected the name of a file"),
+        ] {
+            let error = words.parse::<Condition>().unwrap_err().to_string();
+            assert!(error.contains(expected), "{words}\n{error}");
+        }
+    }
+}

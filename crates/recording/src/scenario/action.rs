@@ -1,0 +1,174 @@
+//! The actions of a scenario. Those on the controller have the text form of transcripts ([`Action`]); those on a connection
+//! are read here.
+
+use ts3100_controller::input::{Input, PanelAction};
+use ts3100_controller::port::Port;
+use ts3100_controller::signals::Signals;
+use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, alarm};
+use ts3100_driver::cell::PlannedAction;
+use ts3100_proto::escape::{self, EscapeError};
+use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
+
+/// Every form of an action beside those of [`ts3100_controller::ACTION_FORMS`].
+pub const CHANNEL_ACTIONS: [&str; 2] = ["channel CHANNEL inject TEXT", "channel PORT drop"];
+
+/// Words that are no action.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ScenarioActionError {
+    /// A word.
+    #[error(transparent)]
+    Word(#[from] UnexpectedWord),
+    /// The end.
+    #[error("expected {0}, found nothing")]
+    Nothing(String),
+    /// A line that the controller does not have.
+    #[error("expected line 1-64, 101-164 or 201-264, found {0}")]
+    Line(u16),
+    /// Bytes.
+    #[error(transparent)]
+    Bytes(#[from] EscapeError),
+    /// No action begins so.
+    #[error("unknown action `{words}`{hint}")]
+    Unknown {
+        /// The words.
+        words: String,
+        /// What may be meant, as the end of the message.
+        hint: String,
+    },
+    /// An action that goes on in a way that it cannot.
+    #[error("cannot read the action `{words}`: {reason}")]
+    Action {
+        /// The words.
+        words: String,
+        /// What is wrong with them.
+        reason: ActionParseError,
+    },
+}
+
+/// Something that is done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScenarioAction {
+    /// As it was written.
+    pub words: String,
+    /// What.
+    pub action: PlannedAction,
+}
+
+impl ScenarioAction {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// What was expected and found.
+    pub fn parse(words: &str) -> Result<ScenarioAction, ScenarioActionError> {
+        let action = match words.split_once(' ') {
+            Some(("channel", rest)) => channel_action(rest)?,
+            _ => {
+                let action = action(words)?;
+                PlannedAction::Input(if let Action::Panel(panel) = action {
+                    Input::Panel(panel)
+                } else {
+                    Input::Action(action)
+                })
+            }
+        };
+        let words = words.to_owned();
+        Ok(ScenarioAction { words, action })
+    }
+
+    /// One at the panel, in its words.
+    pub(super) fn at_panel(panel: &PanelAction) -> ScenarioAction {
+        ScenarioAction {
+            words: panel.to_string(),
+            action: PlannedAction::Input(Input::Panel(panel.clone())),
+        }
+    }
+}
+
+/// `IP1 inject TEXT` or `IP0 drop`.
+fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
+    let (name, what) = words.split_once(' ').unwrap_or((words, ""));
+    let (verb, text) = what.split_once(' ').unwrap_or((what, ""));
+    match (verb, text) {
+        ("inject", text) => {
+            let input = Input::received(parse_scol_port(name)?, parse_bytes(text)?);
+            Ok(PlannedAction::Input(input))
+        }
+        ("drop", "") => {
+            let found = Port::from_word(name).filter(|port| Port::ETHERNET.contains(port));
+            let port = found.ok_or_else(|| UnexpectedWord::new("IP0, IP1, IP2 or IP3", name))?;
+            Ok(PlannedAction::Drop(port))
+        }
+        _ => Err(UnexpectedWord::new("inject TEXT or drop", what).into()),
+    }
+}
+
+/// The error for words that no action begins like.
+fn unknown(words: &str) -> ScenarioActionError {
+    let first = |words: &'static str| words.split(' ').next().unwrap_or_default();
+    let forms = ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied().map(first);
+    let hint = match did_you_mean(words.split(' ').next().unwrap_or_default(), forms) {
+        hint if hint.is_empty() => "; docs/reference/scenarios.md lists every action".to_owned(),
+        hint => hint,
+    };
+    let words = words.to_owned();
+    ScenarioActionError::Unknown { words, hint }
+}
+
+fn action(words: &str) -> Result<Action, ScenarioActionError> {
+    let found = words.parse::<Action>().map_err(|reason| match reason {
+        ActionParseError::Unknown(_) => unknown(words),
+        ActionParseError::Expected { .. }
+        | ActionParseError::Keys(_)
+        | ActionParseError::Bytes(_)
+        | ActionParseError::Fault(_) => ScenarioActionError::Action {
+            words: words.to_owned(),
+            reason,
+        },
+    })?;
+    match &found {
+        Action::Panel(PanelAction::InputLine { line, .. })
+        | Action::Pulse { line, .. }
+        | Action::SetOutput { line, .. }
+        | Action::Force { line, .. }
+        | Action::Release { line, .. } => known_line(*line)?,
+        Action::RaiseAlarm { number, .. } => known_alarm(number)?,
+        Action::Panel(_)
+        | Action::FeedHold(_)
+        | Action::PowerOff
+        | Action::PowerOn
+        | Action::SetVariable { .. }
+        | Action::Teach { .. }
+        | Action::PutFile { .. }
+        | Action::EraseFile { .. }
+        | Action::Select { .. }
+        | Action::Fault(_) => {}
+    }
+    Ok(found)
+}
+
+fn parse_bytes(text: &str) -> Result<Vec<u8>, ScenarioActionError> {
+    let bytes = escape::parse(text)?;
+    if bytes.is_empty() {
+        let expected = "text, with control codes as <CR>";
+        return Err(ScenarioActionError::Nothing(expected.to_owned()));
+    }
+    Ok(bytes)
+}
+
+fn parse_scol_port(word: &str) -> Result<Port, UnexpectedWord> {
+    let port = Port::from_word(word).filter(|port| matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2));
+    port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))
+}
+
+fn known_alarm(number: &str) -> Result<(), UnexpectedWord> {
+    let known = alarm::ALARMS.iter().any(|row| row.number() == number);
+    let expected = "the number of an alarm, for example 2-046";
+    known
+        .then_some(())
+        .ok_or_else(|| UnexpectedWord::new(expected, number))
+}
+
+fn known_line(line: u16) -> Result<(), ScenarioActionError> {
+    let known = Signals::exists(line);
+    known.then_some(()).ok_or(ScenarioActionError::Line(line))
+}
