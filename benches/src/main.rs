@@ -4,6 +4,7 @@
 
 mod contender;
 mod control;
+mod requests;
 mod table;
 mod whole;
 
@@ -27,6 +28,15 @@ fn main() -> ExitCode {
             "--bench" => {}
             control::BARE => {
                 return control::bare_listener().map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
+            }
+            requests::ECHO => {
+                let Some(length) = count() else {
+                    return failed("--echo: expected the length of a reply");
+                };
+                return requests::echo(length).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
+            }
+            "--requests" => {
+                return requests::print(rounds).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
             "--rounds" => match count().filter(|count| *count > 0) {
                 Some(count) => rounds = count,
