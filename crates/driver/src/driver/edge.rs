@@ -9,6 +9,7 @@ use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels};
 use std::collections::BTreeMap;
+use std::task::Context;
 use std::time::{Duration, Instant};
 use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tracing::{error, info, warn};
@@ -48,9 +49,9 @@ impl Edge {
     }
 
     /// Who has connected before a command came on another port is known before it: the ports are not polled in that
-    /// order.
-    pub fn arrived(&mut self) -> Vec<Input> {
-        let mut inputs = self.channels.accept_arrived();
+    /// order. Without a context the system itself is asked, whatever the runtime knows of the sockets.
+    pub fn arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
+        let mut inputs = self.channels.accept_arrived(context);
         inputs.extend(self.serial_lines.open_arrived());
         inputs
     }

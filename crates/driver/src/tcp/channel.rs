@@ -98,7 +98,7 @@ impl Channel {
 
     fn poll_incoming(&mut self, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
         if context.is_none() {
-            let inputs = self.accept_arrived();
+            let inputs = self.accept_arrived(None);
             if !inputs.is_empty() {
                 return Poll::Ready(inputs);
             }
@@ -124,11 +124,18 @@ impl Channel {
         Poll::Pending
     }
 
-    /// Accepts what has arrived if the channel has no peer, whether or not the runtime knows of it.
-    pub(super) fn accept_arrived(&mut self) -> Vec<Input> {
-        let arrived = match &self.source {
-            Source::Accepted(acceptor) if self.connection.is_none() => acceptor.accept_now(self.port),
-            Source::Accepted(_) | Source::Dialled(..) => None,
+    /// Accepts what has arrived if the channel has no peer. Without a context the system itself is asked, whatever the
+    /// runtime knows of it.
+    pub(super) fn accept_arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
+        let arrived = match (&mut self.source, context) {
+            (Source::Accepted(acceptor), None) if self.connection.is_none() => acceptor.accept_now(self.port),
+            (Source::Accepted(acceptor), Some(context)) if self.connection.is_none() => {
+                match acceptor.poll(self.port, context) {
+                    Poll::Ready(incoming) => Some(incoming),
+                    Poll::Pending => None,
+                }
+            }
+            (Source::Accepted(_) | Source::Dialled(..), _) => None,
         };
         arrived.map_or_else(Vec::new, |incoming| self.on_connected(incoming))
     }
@@ -245,9 +252,7 @@ impl Channel {
             return Vec::new();
         }
         log_bytes(port, '>', &bytes);
-        connection.unsent.writes.push_back(bytes);
-        let written = connection.unsent.write_to(&connection.stream);
-        connection.note_written(written);
+        connection.send(bytes);
         if connection.unsent.writes.len() <= WRITE_QUEUE {
             return Vec::new();
         }

@@ -20,6 +20,7 @@ pub use options::{LinkOptions, Ports, SecondConnection};
 use listen::ReservedPort;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
+use std::task::Context;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, oneshot};
@@ -102,12 +103,12 @@ impl Channels {
     }
 
     /// Accepts what has arrived at channels without a peer. A host that has connected IP1 and then sends a command on
-    /// IP0 expects that the program finds its peer; the two sockets are not polled in that order.
-    pub fn accept_arrived(&mut self) -> Vec<Input> {
-        self.channels
-            .values_mut()
-            .flat_map(Channel::accept_arrived)
-            .collect()
+    /// IP0 expects that the program finds its peer; the two sockets are not polled in that order. Without a context the
+    /// system itself is asked.
+    pub fn accept_arrived(&mut self, mut context: Option<&mut Context<'_>>) -> Vec<Input> {
+        let channels = self.channels.values_mut();
+        let arrived = channels.flat_map(|channel| channel.accept_arrived(context.as_deref_mut()));
+        arrived.collect()
     }
 
     /// Binds the listening socket of a channel; returns it with its port number.
