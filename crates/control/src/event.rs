@@ -124,7 +124,16 @@ impl ApiEvent {
         }
     }
 
-    /// The event for an input of the controller; `None` for panel actions, which are reported by their effects, and ticks.
+    /// Whether there is an event for an input: panel actions are reported by their effects, ticks not at all.
+    #[must_use]
+    pub fn has_input(input: &Input) -> bool {
+        matches!(
+            input,
+            Input::Connected { .. } | Input::Disconnected { .. } | Input::Received { .. }
+        )
+    }
+
+    /// The event for an input of the controller, if it has one.
     #[must_use]
     pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
         let new = |event, port: &Port| ApiEvent {

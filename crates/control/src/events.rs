@@ -114,8 +114,7 @@ impl EventReader {
             let missed = event.json_data(json!({ "missed": batch.missed }));
             self.ready.push_back(missed.unwrap_or_default());
         }
-        self.ready
-            .extend(batch.events.iter().map(|event| sse_event(event)));
+        self.ready.extend(batch.events.iter().map(sse_event));
         if let Some(left) = &mut self.left {
             *left = left.saturating_sub(batch.events.len() as u64);
         }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::Output;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Notice, Side, Subscriber};
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
@@ -19,10 +19,40 @@ pub const KEPT_EVENTS: usize = 4_096;
 /// Most findings kept; the oldest are dropped first.
 pub const KEPT_FINDINGS: usize = 1_024;
 
+/// What happened, as it came: it becomes a document when somebody reads it.
+#[derive(Debug, Clone)]
+struct Entry {
+    seq: u64,
+    at: Time,
+    what: What,
+}
+
+#[derive(Debug, Clone)]
+enum What {
+    Input(Input),
+    Output(Output),
+    /// What is none of these, or holds more than its document.
+    Document(Box<ApiEvent>),
+}
+
+impl Entry {
+    fn document(&self) -> ApiEvent {
+        let document = match &self.what {
+            What::Input(input) => ApiEvent::from_input(self.at, input).unwrap_or_default(),
+            What::Output(output) => ApiEvent::from_output(self.at, output),
+            What::Document(event) => (**event).clone(),
+        };
+        ApiEvent {
+            seq: self.seq,
+            ..document
+        }
+    }
+}
+
 #[derive(Default)]
 struct JournalState {
-    events: VecDeque<Arc<ApiEvent>>,
-    findings: VecDeque<Arc<ApiEvent>>,
+    events: VecDeque<Entry>,
+    findings: VecDeque<Entry>,
     /// Number of events since the start, including dropped ones.
     count: u64,
     metrics: Metrics,
@@ -39,7 +69,7 @@ pub struct Journal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventBatch {
     /// The events in order.
-    pub events: Vec<Arc<ApiEvent>>,
+    pub events: Vec<ApiEvent>,
     /// Number of requested events that are no longer kept.
     pub missed: u64,
     /// The number to ask for next.
@@ -74,16 +104,28 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn push(&self, mut event: ApiEvent) {
+    fn push(&self, at: Time, what: What) {
         let mut state = self.lock();
-        state.count += 1;
-        event.seq = state.count;
-        let event = Arc::new(event);
-        if event.event == "finding" {
-            push_bounded(&mut state.findings, KEPT_FINDINGS, &event);
+        match &what {
+            What::Input(input) => state.metrics.count_input(input),
+            What::Output(output) => state.metrics.count_output(output),
+            What::Document(_) => {}
         }
-        push_bounded(&mut state.events, KEPT_EVENTS, &event);
-        self.changed.send_replace(state.count);
+        state.count += 1;
+        let seq = state.count;
+        let entry = Entry { seq, at, what };
+        if let What::Output(Output::Event(Event::Finding { .. })) = &entry.what {
+            push_bounded(&mut state.findings, KEPT_FINDINGS, entry.clone());
+        }
+        push_bounded(&mut state.events, KEPT_EVENTS, entry);
+        // A reader that comes later begins with what is kept by then.
+        if self.changed.receiver_count() > 0 {
+            self.changed.send_replace(seq);
+        }
+    }
+
+    fn note(&self, at: Time, kind: &'static str) {
+        self.push(at, What::Document(Box::new(ApiEvent::new(at, kind))));
     }
 
     /// At most `most` events with numbers from `from` on.
@@ -93,7 +135,9 @@ impl Journal {
         let first = state.events.front().map_or(state.count + 1, |event| event.seq);
         let begin = from.max(1).max(first);
         let skipped = usize::try_from(begin - first).unwrap_or(usize::MAX);
-        let events: Vec<_> = state.events.iter().skip(skipped).take(most).cloned().collect();
+        let entries: Vec<_> = state.events.iter().skip(skipped).take(most).cloned().collect();
+        drop(state);
+        let events: Vec<_> = entries.iter().map(Entry::document).collect();
         let next = events.last().map_or(begin, |last| last.seq + 1);
         EventBatch {
             events,
@@ -116,16 +160,18 @@ impl Journal {
 
     /// The findings kept, oldest first.
     #[must_use]
-    pub fn findings(&self) -> Vec<Arc<ApiEvent>> {
-        self.lock().findings.iter().cloned().collect()
+    pub fn findings(&self) -> Vec<ApiEvent> {
+        self.lock().findings.iter().map(Entry::document).collect()
     }
 
     /// How often each rule was broken, of the findings kept.
     #[must_use]
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for rule in self.lock().findings.iter().filter_map(|finding| finding.rule) {
-            *counts.entry(rule.to_owned()).or_default() += 1;
+        for finding in &self.lock().findings {
+            if let What::Output(Output::Event(Event::Finding { rule, .. })) = &finding.what {
+                *counts.entry((*rule).to_owned()).or_default() += 1;
+            }
         }
         counts
     }
@@ -142,35 +188,39 @@ pub struct JournalWriter(pub Arc<Journal>);
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        self.0.lock().metrics.count_input(input);
-        if let Some(event) = ApiEvent::from_input(at, input) {
-            self.0.push(event);
+        if ApiEvent::has_input(input) {
+            self.0.push(at, What::Input(input.clone()));
         }
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        self.0.lock().metrics.count_output(output);
-        self.0.push(ApiEvent::from_output(at, output));
+        // The content of a file is not kept for its length.
+        let what = if let Output::Stored { .. } = output {
+            What::Document(Box::new(ApiEvent::from_output(at, output)))
+        } else {
+            What::Output(output.clone())
+        };
+        self.0.push(at, what);
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
         match notice {
-            Notice::Restored(next) => self.0.push(ApiEvent::new(next.now(), "restored")),
+            Notice::Restored(next) => self.0.note(next.now(), "restored"),
             Notice::Reset { .. } => {
                 // Events and counters go on.
                 self.0.lock().findings.clear();
-                self.0.push(ApiEvent::new(Time::ZERO, "reset"));
+                self.0.note(Time::ZERO, "reset");
             }
             Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
         }
     }
 }
 
-fn push_bounded(entries: &mut VecDeque<Arc<ApiEvent>>, most: usize, event: &Arc<ApiEvent>) {
+fn push_bounded(entries: &mut VecDeque<Entry>, most: usize, entry: Entry) {
     if entries.len() >= most {
         entries.pop_front();
     }
-    entries.push_back(Arc::clone(event));
+    entries.push_back(entry);
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! in [`super::service`].
 
 use crate::printable::escape_line;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
@@ -15,74 +16,87 @@ const MAX_SERIES: usize = 256;
 /// Label value for everything beyond [`MAX_SERIES`].
 const OTHER: &str = "other";
 
-/// A family of counters: name, help, names of its labels.
-struct CounterFamily {
+/// A family of counters.
+#[derive(Debug, Clone, Copy)]
+enum Family {
+    Refusals,
+    Bytes,
+    Texts,
+    Commands,
+    Dropped,
+    Connections,
+    Alarms,
+    Findings,
+    Faults,
+}
+
+/// What is printed of a family.
+struct Description {
     name: &'static str,
     help: &'static str,
     labels: &'static [&'static str],
 }
 
-const BYTES: CounterFamily = CounterFamily {
-    name: "ts3100_bytes_total",
-    help: "Bytes on a port, by direction.",
-    labels: &["port", "direction"],
-};
-const TEXTS: CounterFamily = CounterFamily {
-    name: "ts3100_texts_total",
-    help: "Whole texts on a protocol port, by direction.",
-    labels: &["port", "direction"],
-};
-const COMMANDS: CounterFamily = CounterFamily {
-    name: "ts3100_commands_total",
-    help: "Commands of the permission tables, by outcome.",
-    labels: &["port", "command", "outcome"],
-};
-const REFUSALS: CounterFamily = CounterFamily {
-    name: "ts3100_refusals_total",
-    help: "Texts answered NG, by their first letters.",
-    labels: &["port", "command"],
-};
-const DROPPED: CounterFamily = CounterFamily {
-    name: "ts3100_dropped_bytes_total",
-    help: "Bytes that belonged to no text or to one that was given up.",
-    labels: &["port"],
-};
-const CONNECTIONS: CounterFamily = CounterFamily {
-    name: "ts3100_connections_total",
-    help: "Peers that connected.",
-    labels: &["port"],
-};
-const ALARMS: CounterFamily = CounterFamily {
-    name: "ts3100_alarms_total",
-    help: "Alarms raised.",
-    labels: &["number"],
-};
-const FINDINGS: CounterFamily = CounterFamily {
-    name: "ts3100_findings_total",
-    help: "Findings about hosts.",
-    labels: &["rule"],
-};
-const FAULTS: CounterFamily = CounterFamily {
-    name: "ts3100_faults_total",
-    help: "Faults on purpose that bit, by kind.",
-    labels: &["kind"],
-};
-const FAMILIES: [&CounterFamily; 9] = [
-    &REFUSALS,
-    &BYTES,
-    &TEXTS,
-    &COMMANDS,
-    &DROPPED,
-    &CONNECTIONS,
-    &ALARMS,
-    &FINDINGS,
-    &FAULTS,
+/// Number of families.
+const FAMILIES: usize = 9;
+
+/// The families, in the order of [`Family`].
+const DESCRIPTIONS: [Description; FAMILIES] = [
+    Description {
+        name: "ts3100_refusals_total",
+        help: "Texts answered NG, by their first letters.",
+        labels: &["port", "command"],
+    },
+    Description {
+        name: "ts3100_bytes_total",
+        help: "Bytes on a port, by direction.",
+        labels: &["port", "direction"],
+    },
+    Description {
+        name: "ts3100_texts_total",
+        help: "Whole texts on a protocol port, by direction.",
+        labels: &["port", "direction"],
+    },
+    Description {
+        name: "ts3100_commands_total",
+        help: "Commands of the permission tables, by outcome.",
+        labels: &["port", "command", "outcome"],
+    },
+    Description {
+        name: "ts3100_dropped_bytes_total",
+        help: "Bytes that belonged to no text or to one that was given up.",
+        labels: &["port"],
+    },
+    Description {
+        name: "ts3100_connections_total",
+        help: "Peers that connected.",
+        labels: &["port"],
+    },
+    Description {
+        name: "ts3100_alarms_total",
+        help: "Alarms raised.",
+        labels: &["number"],
+    },
+    Description {
+        name: "ts3100_findings_total",
+        help: "Findings about hosts.",
+        labels: &["rule"],
+    },
+    Description {
+        name: "ts3100_faults_total",
+        help: "Faults that were applied, by kind.",
+        labels: &["kind"],
+    },
 ];
+
+/// Values of the labels of a series, empty where its family has fewer. Most are names that the program knows.
+type Labels = [Cow<'static, str>; 3];
 
 /// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
-    counters: BTreeMap<&'static str, BTreeMap<Vec<String>, u64>>,
+    /// The series of each family.
+    counters: [BTreeMap<Labels, u64>; FAMILIES],
 }
 
 /// A value that goes up and down.
@@ -97,13 +111,29 @@ pub struct Gauge {
 }
 
 impl Metrics {
-    fn count(&mut self, family: &CounterFamily, labels: &[&str], by: usize) {
-        let series = self.counters.entry(family.name).or_default();
-        let key: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
-        let key = if series.len() >= MAX_SERIES && !series.contains_key(&key) {
-            labels.iter().map(|_| OTHER.to_owned()).collect()
-        } else {
+    fn count<const N: usize>(&mut self, family: Family, labels: [&'static str; N], by: usize) {
+        let mut key = Labels::default();
+        for (value, label) in key.iter_mut().zip(labels) {
+            *value = Cow::Borrowed(label);
+        }
+        self.count_labels(family, key, by);
+    }
+
+    fn count_labels(&mut self, family: Family, key: Labels, by: usize) {
+        let Some(series) = self.counters.get_mut(family as usize) else {
+            return;
+        };
+        if let Some(count) = series.get_mut(&key) {
+            *count += by as u64;
+            return;
+        }
+        let key = if series.len() < MAX_SERIES {
             key
+        } else {
+            key.map(|label| match label.is_empty() {
+                true => label,
+                false => Cow::Borrowed(OTHER),
+            })
         };
         *series.entry(key).or_default() += by as u64;
     }
@@ -111,16 +141,16 @@ impl Metrics {
     /// Counts an input of the controller.
     pub fn count_input(&mut self, input: &Input) {
         if let Input::Received { port, bytes } = input {
-            self.count(&BYTES, &[port.name(), "in"], bytes.len());
+            self.count(Family::Bytes, [port.name(), "in"], bytes.len());
         } else if let Input::Connected { port, .. } = input {
-            self.count(&CONNECTIONS, &[port.name()], 1);
+            self.count(Family::Connections, [port.name()], 1);
         }
     }
 
     /// Counts an output of the controller.
     pub fn count_output(&mut self, output: &Output) {
         if let Output::Send { port, bytes } = output {
-            self.count(&BYTES, &[port.name(), "out"], bytes.len());
+            self.count(Family::Bytes, [port.name(), "out"], bytes.len());
         } else if let Output::Event(event) = output {
             self.count_event(event);
         }
@@ -128,20 +158,26 @@ impl Metrics {
 
     fn count_event(&mut self, event: &Event) {
         match event {
-            Event::TextIn { port, .. } => self.count(&TEXTS, &[port.name(), "in"], 1),
-            Event::TextOut { port, .. } => self.count(&TEXTS, &[port.name(), "out"], 1),
-            Event::Dropped { port, bytes, .. } => self.count(&DROPPED, &[port.name()], *bytes),
+            Event::TextIn { port, .. } => self.count(Family::Texts, [port.name(), "in"], 1),
+            Event::TextOut { port, .. } => self.count(Family::Texts, [port.name(), "out"], 1),
+            Event::Dropped { port, bytes, .. } => self.count(Family::Dropped, [port.name()], *bytes),
             Event::Answered {
                 port, row, verdict, ..
             } => {
-                self.count(&COMMANDS, &[port.name(), row, verdict.as_str()], 1);
+                self.count(Family::Commands, [port.name(), row, verdict.as_str()], 1);
             }
-            Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
-            Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
-            Event::Alarm { number, .. } => self.count(&ALARMS, &[number], 1),
+            Event::Refused { port, command, .. } => {
+                let command = Cow::Owned(command.clone());
+                self.count_labels(Family::Refusals, [port.name().into(), command, Cow::default()], 1);
+            }
+            Event::Finding { rule, .. } => self.count(Family::Findings, [rule], 1),
+            Event::Alarm { number, .. } => {
+                let number = Cow::Owned(number.clone());
+                self.count_labels(Family::Alarms, [number, Cow::default(), Cow::default()], 1);
+            }
             Event::Fault {
                 kind, fired: true, ..
-            } => self.count(&FAULTS, &[kind], 1),
+            } => self.count(Family::Faults, [kind], 1),
             Event::ActionRefused(_)
             | Event::AlarmsReset
             | Event::Fault { fired: false, .. }
@@ -157,9 +193,9 @@ impl Metrics {
     #[must_use]
     pub fn to_prometheus(&self, gauges: &[Gauge]) -> String {
         let mut text = String::new();
-        for family in FAMILIES {
+        for (family, series) in DESCRIPTIONS.iter().zip(&self.counters) {
             write_header(&mut text, family.name, family.help, "counter");
-            for (labels, value) in self.counters.get(family.name).into_iter().flatten() {
+            for (labels, value) in series {
                 let pairs: Vec<String> = family
                     .labels
                     .iter()

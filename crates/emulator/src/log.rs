@@ -10,6 +10,7 @@ mod writer;
 
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
+use std::fmt::{self, Display, Formatter};
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
@@ -71,12 +72,26 @@ fn start_at(level: LevelFilter, format: LogFormat) {
 
 pub(crate) use writer::{flush, print_error, print_note, print_warning};
 
-/// A text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum.
-#[must_use]
-pub fn escaped_text(framing: Framing, data: &[u8]) -> String {
-    match framing {
-        Framing::Stx => format!("<STX>{}<ETX>", Escaped::for_reading(data)),
-        Framing::Bare => format!("{}<ETX>", Escaped::for_reading(data)),
+/// Displays a text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum. It is formatted only
+/// when a line is written.
+struct EscapedText<'a>(Framing, &'a [u8]);
+
+impl Display for EscapedText<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let stx = match self.0 {
+            Framing::Stx => "<STX>",
+            Framing::Bare => "",
+        };
+        write!(f, "{stx}{}<ETX>", Escaped::for_reading(self.1))
+    }
+}
+
+/// The port at the beginning of a line, where there is one.
+struct Place<'a>(Option<&'a str>);
+
+impl Display for Place<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |port| write!(f, "{port}: "))
     }
 }
 
@@ -93,7 +108,7 @@ pub struct EventLog {
 /// A finding that is not logged yet.
 #[derive(Debug)]
 struct PendingFinding {
-    t: String,
+    t: Time,
     rule: &'static str,
     port: Option<&'static str>,
     message: String,
@@ -102,14 +117,13 @@ struct PendingFinding {
 impl EventLog {
     /// Logs one event. `now` is virtual time; JSON lines have it as `t` in seconds.
     fn write(&mut self, now: Time, event: &Event) {
-        let t = now.to_string();
         if let Event::Finding {
             rule, port, message, ..
         } = event
         {
             self.flush();
             self.pending = Some(PendingFinding {
-                t,
+                t: now,
                 rule,
                 port: port.map(Port::name),
                 message: message.clone(),
@@ -125,27 +139,27 @@ impl EventLog {
             let port = port.name();
             let about = self.pending.take_if(|held| held.port == Some(port));
             self.flush();
-            self.log_refusal(&t, port, (command, reason), about.as_ref());
+            self.log_refusal(now, port, (command, reason), about.as_ref());
             return;
         }
         // An answer comes between a finding and the refusal it explains, so the finding stays held back.
         if !matches!(event, Event::Answered { .. }) {
             self.flush();
         }
-        log_event(&t, event);
+        log_event(now, event);
     }
 
     /// Logs a finding that is held back.
     fn flush(&mut self) {
         if let Some(held) = self.pending.take() {
-            self.log_finding(&held.t, held.rule, held.port, &held.message);
+            self.log_finding(held.t, held.rule, held.port, &held.message);
         }
     }
 
     /// Logs a text that was answered NG, with the finding about it. The rule is explained once for each host.
     fn log_refusal(
         &mut self,
-        t: &str,
+        t: Time,
         port: &'static str,
         (command, reason): (&str, &str),
         finding: Option<&PendingFinding>,
@@ -158,7 +172,7 @@ impl EventLog {
         let Some(explained) = first else {
             info!(
                 event = "refused",
-                t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}{about}"
+                %t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}{about}"
             );
             return;
         };
@@ -172,7 +186,7 @@ impl EventLog {
             ($level:ident) => {
                 $level!(
                     event = "refused",
-                    t,
+                    %t,
                     port,
                     command,
                     reason,
@@ -190,26 +204,27 @@ impl EventLog {
         }
     }
 
-    fn log_finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
-        let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+    fn log_finding(&mut self, t: Time, rule: &'static str, port: Option<&'static str>, message: &str) {
+        let place = Place(port);
         let known = Rule::by_id(rule);
         let severity = known.map_or("", |rule| rule.severity.as_str());
+        let first = self.reported.insert((port, rule));
         let remedy = known.map_or("", |rule| rule.remedy);
-        let advice = known.map(advice).unwrap_or_default();
-        if !self.reported.insert((port, rule)) {
+        let advice = known.filter(|_| first).map(advice).unwrap_or_default();
+        if !first {
             debug!(
                 event = "finding",
-                t, rule, severity, port, "{place}finding {rule}: {message}"
+                %t, rule, severity, port, "{place}finding {rule}: {message}"
             );
         } else if known.is_some_and(|rule| rule.severity > Severity::Note) {
             warn!(
                 event = "finding",
-                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
+                %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
             );
         } else {
             info!(
                 event = "finding",
-                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
+                %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
             );
         }
     }
@@ -251,22 +266,22 @@ fn refusal_rule(rule: Option<&str>, finding: Option<&PendingFinding>, reason: &s
 }
 
 /// Logs an event that does not depend on others.
-fn log_event(t: &str, event: &Event) {
+fn log_event(t: Time, event: &Event) {
     match event {
         // The line with the bytes shows the same.
         Event::TextIn { .. } | Event::TextOut { .. } if writer::shows_bytes() => {}
         Event::TextIn { port, framing, data } => {
-            let text = escaped_text(*framing, data);
-            debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
+            let text = EscapedText(*framing, data);
+            debug!(event = "text-in", %t, port = port.name(), %text, "{port} < {text}");
         }
         Event::TextOut { port, framing, data } => {
-            let text = escaped_text(*framing, data);
-            debug!(event = "text-out", t, port = port.name(), text, "{port} > {text}");
+            let text = EscapedText(*framing, data);
+            debug!(event = "text-out", %t, port = port.name(), %text, "{port} > {text}");
         }
         Event::Dropped { port, bytes, reason } => {
             info!(
                 event = "dropped",
-                t,
+                %t,
                 port = port.name(),
                 bytes,
                 "{port}: {bytes} bytes dropped: {reason}"
@@ -283,34 +298,34 @@ fn log_event(t: &str, event: &Event) {
         Event::Finding { .. } | Event::Refused { .. } => {}
         Event::Answered { .. } => log_answered(t, event),
         Event::Alarm { number, text } => {
-            warn!(event = "alarm", t, number, text, "alarm {number} {text}");
+            warn!(event = "alarm", %t, number, text, "alarm {number} {text}");
         }
         Event::ActionRefused(error) => info!(event = "action-refused", "{error}"),
-        Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
+        Event::AlarmsReset => info!(event = "alarms-reset", %t, "alarms reset"),
         Event::Status { status, line } => {
             let status = status.as_str();
-            info!(event = "status", t, status, line, "status: {status}, line {line}");
+            info!(event = "status", %t, status, line, "status: {status}, line {line}");
         }
         Event::Statement { line, task } => {
-            debug!(event = "statement", t, line, task, "task {task}: line {line}");
+            debug!(event = "statement", %t, line, task, "task {task}: line {line}");
         }
         Event::Servo(on) => {
             let word = if *on { "on" } else { "off" };
-            info!(event = "servo", t, on, "servo {word}");
+            info!(event = "servo", %t, on, "servo {word}");
         }
         Event::ServoDelayed(until) => {
             let until = until.to_string();
             info!(
                 event = "servo-delayed",
-                t, until, "servo on: delayed until {until}"
+                %t, until, "servo on: delayed until {until}"
             );
         }
-        Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),
-        Event::Selected(None) => info!(event = "selected", t, "selected: none"),
+        Event::Selected(Some(file)) => info!(event = "selected", %t, file, "selected: {file}"),
+        Event::Selected(None) => info!(event = "selected", %t, "selected: none"),
     }
 }
 
-fn log_answered(t: &str, event: &Event) {
+fn log_answered(t: Time, event: &Event) {
     let Event::Answered {
         port,
         row,
@@ -324,21 +339,21 @@ fn log_answered(t: &str, event: &Event) {
     let (port, mode) = (port.name(), mode.as_str());
     debug!(
         event = "answered",
-        t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
+        %t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
     );
 }
 
-fn log_fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
-    let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
+    let place = Place(port);
     if fired {
         warn!(
             event = "fault",
-            t, id, kind, port, text, "{place}fault {id} {kind}: {text}"
+            %t, id, kind, port, text, "{place}fault {id} {kind}: {text}"
         );
     } else {
         info!(
             event = "fault-armed",
-            t, id, kind, text, "fault {id} {kind}: {text}"
+            %t, id, kind, text, "fault {id} {kind}: {text}"
         );
     }
 }
@@ -352,9 +367,9 @@ mod tests {
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
         let mut log = EventLog::default();
-        log.log_finding("0", "no-cr", Some("IP0"), "");
-        log.log_finding("0", "no-cr", Some("HOST"), "");
-        log.log_finding("0", "no-cr", Some("HOST"), "");
+        log.log_finding(Time::ZERO, "no-cr", Some("IP0"), "");
+        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), "");
+        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), "");
         assert_eq!(log.reported.len(), 2);
         let (port, peer) = (Port::Host, String::new());
         log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);
@@ -442,8 +457,11 @@ mod tests {
 
     #[test]
     fn control_codes_are_named_and_other_bytes_are_hex() {
-        assert_eq!(escaped_text(Framing::Stx, b"SO\r"), "<STX>SO<CR><ETX>");
-        assert_eq!(escaped_text(Framing::Bare, b"FL,A\n\x1a"), "FL,A<LF><EOF><ETX>");
+        assert_eq!(EscapedText(Framing::Stx, b"SO\r").to_string(), "<STX>SO<CR><ETX>");
+        assert_eq!(
+            EscapedText(Framing::Bare, b"FL,A\n\x1a").to_string(),
+            "FL,A<LF><EOF><ETX>"
+        );
         assert_eq!(
             Escaped::for_reading(&[0, 0x7F, 0xFF, b'~']).to_string(),
             "<00><7F><FF>~"

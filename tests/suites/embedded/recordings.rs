@@ -78,11 +78,11 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
             },
             RecordKind::FromHost {
                 line,
-                bytes: b"\x02SO\r\x03".to_vec()
+                bytes: b"\x02SO\r\x03".to_vec().into()
             },
             RecordKind::FromRobot {
                 line,
-                bytes: b"\x02OK\r\x03".to_vec()
+                bytes: b"\x02OK\r\x03".to_vec().into()
             },
             RecordKind::Action(Action::Panel(PanelAction::EmergencyStop(true))),
         ]

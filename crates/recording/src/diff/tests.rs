@@ -4,6 +4,7 @@ mod lines;
 
 use super::*;
 use crate::transcript::{Observer, Record, RecordKind, Side};
+use ts3100_controller::Bytes;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::{Controller, Input, Output, PanelAction, Port};
 
@@ -185,11 +186,18 @@ fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
     found
 }
 
-fn bytes_mut(recording: &mut Recording, index: usize) -> &mut Vec<u8> {
+fn bytes_mut(recording: &mut Recording, index: usize) -> &mut Bytes {
     match &mut recording.records[index].kind {
         RecordKind::FromRobot { bytes, .. } | RecordKind::FromHost { bytes, .. } => bytes,
         other => panic!("{other:?}"),
     }
+}
+
+fn change_bytes(recording: &mut Recording, index: usize, change: impl FnOnce(&mut [u8])) {
+    let bytes = bytes_mut(recording, index);
+    let mut changed = bytes.to_vec();
+    change(&mut changed);
+    *bytes = changed.into();
 }
 
 /// Replaces in an answer of the recording, and gives the only difference.
@@ -291,7 +299,7 @@ fn every_byte_doctored_is_found() {
         let length = bytes_mut(&mut recording.clone(), index).len();
         for at in (0..length).step_by(7) {
             let mut doctored = recording.clone();
-            bytes_mut(&mut doctored, index)[at] ^= 0x10;
+            change_bytes(&mut doctored, index, |bytes| bytes[at] ^= 0x10);
             let report = compared(&doctored, &settings, &Tolerance::default());
             let places: Vec<usize> = report.differences.iter().map(|found| found.file_line).collect();
             assert!(places.contains(&(index + 1)), "{command} byte {at}: {report:?}");
@@ -307,13 +315,15 @@ fn what_must_differ_can_be_left_out() {
     let mut recording = day(&settings, Duration::ZERO);
     let sf = answers_to(&recording, b"SF")[0];
     // STX and `FL,` stand in front of offset 0: power ON time, joint 1, joint 2.
-    bytes_mut(&mut recording, sf)[4 + 47] = 9;
-    bytes_mut(&mut recording, sf)[4 + 116..4 + 120].copy_from_slice(&0.5_f32.to_be_bytes());
+    change_bytes(&mut recording, sf, |bytes| {
+        bytes[4 + 47] = 9;
+        bytes[4 + 116..4 + 120].copy_from_slice(&0.5_f32.to_be_bytes());
+    });
     let eu = answers_to(&recording, b"EU")[0];
-    let text = String::from_utf8(bytes_mut(&mut recording, eu).clone()).unwrap();
-    *bytes_mut(&mut recording, eu) = text.replace("14-02-06", "26-11-21").into_bytes();
+    let text = String::from_utf8(bytes_mut(&mut recording, eu).to_vec()).unwrap();
+    *bytes_mut(&mut recording, eu) = text.replace("14-02-06", "26-11-21").into_bytes().into();
     let vr = answers_to(&recording, b"VR")[0];
-    bytes_mut(&mut recording, vr)[5] = b'X';
+    change_bytes(&mut recording, vr, |bytes| bytes[5] = b'X');
     let count = |words: &[&str]| {
         compared(&recording, &settings, &ignoring(words))
             .differences
@@ -408,7 +418,7 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
     let mut sp = clean.records[at].clone();
     sp.kind = RecordKind::FromRobot {
         line: PeerId::first(Port::Ip0),
-        bytes: b"\x02SP\r\x03".to_vec(),
+        bytes: b"\x02SP\r\x03"[..].into(),
     };
     more.records.insert(at, sp);
     more.lines.insert(at, 4_711);
@@ -434,11 +444,11 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     // An SP that the emulator does not send, in front of an answer that differs.
     let mut recording = clean.clone();
     let at = answers_to(&recording, b"SO")[0];
-    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
+    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03"[..].into();
     let mut sp = recording.records[at].clone();
     sp.kind = RecordKind::FromRobot {
         line: PeerId::first(Port::Ip0),
-        bytes: b"\x02SP\r\x03".to_vec(),
+        bytes: b"\x02SP\r\x03"[..].into(),
     };
     recording.records.insert(at, sp);
     recording.lines.insert(at, at);
@@ -450,7 +460,7 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     assert_eq!(only_part(second).0, "reply");
     // An answer that only the emulator gives, and the next one differs.
     let mut recording = clean;
-    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
+    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03"[..].into();
     let ca = answers_to(&recording, b"CA")[0];
     recording.records.remove(ca);
     recording.lines.remove(ca);

@@ -73,7 +73,7 @@ async fn forward(
             Ok(0) => break,
             Ok(length) => {
                 let bytes = buffer.get(..length).unwrap_or_default();
-                let sent = bytes.to_vec();
+                let sent = bytes.to_vec().into();
                 log.record(match by {
                     Side::Host => RecordKind::FromHost { line, bytes: sent },
                     Side::Robot => RecordKind::FromRobot { line, bytes: sent },

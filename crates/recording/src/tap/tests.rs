@@ -155,11 +155,11 @@ fn bytes_pass_unchanged_and_a_half_close_stays_one() {
     assert_eq!(host.read(&mut [0; 8]).unwrap(), 0);
     let host_bytes = RecordKind::FromHost {
         line: LINE,
-        bytes: every.clone(),
+        bytes: every.clone().into(),
     };
     let robot_bytes = |bytes: &[u8]| RecordKind::FromRobot {
         line: LINE,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     };
     assert_eq!(
         tap.noted(6),

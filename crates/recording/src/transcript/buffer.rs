@@ -166,7 +166,7 @@ mod tests {
             at: Time::from_micros(at),
             kind: RecordKind::FromHost {
                 line: PeerId::first(Port::Ip1),
-                bytes: vec![b'7'; length],
+                bytes: vec![b'7'; length].into(),
             },
         }
     }

@@ -227,8 +227,14 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
             line,
             peer: peer.unwrap_or_default(),
         },
-        Event::FromHost(Bytes { line, hex: bytes, .. }) => RecordKind::FromHost { line, bytes },
-        Event::FromRobot(Bytes { line, hex: bytes, .. }) => RecordKind::FromRobot { line, bytes },
+        Event::FromHost(Bytes { line, hex: bytes, .. }) => {
+            let bytes = bytes.into();
+            RecordKind::FromHost { line, bytes }
+        }
+        Event::FromRobot(Bytes { line, hex: bytes, .. }) => {
+            let bytes = bytes.into();
+            RecordKind::FromRobot { line, bytes }
+        }
         Event::Ended { line, by, how } => RecordKind::Ended { line, by, how },
         Event::Action { action } => RecordKind::Action(action),
         Event::Restored { to_us, snapshot } => RecordKind::Link(LinkRecord::Restored {

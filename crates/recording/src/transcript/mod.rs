@@ -23,7 +23,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::{Action, ActionParseError, Port, Time};
+use ts3100_controller::{Action, ActionParseError, Bytes, Port, Time};
 use ts3100_proto::calendar::{CalendarError, CalendarTime};
 use ts3100_proto::escape::EscapeError;
 use ts3100_proto::words::Word as _;
@@ -99,14 +99,14 @@ pub enum RecordKind {
         /// Peer.
         line: PeerId,
         /// The bytes, with framing.
-        bytes: Vec<u8>,
+        bytes: Bytes,
     },
     /// Bytes of the controller, in the pieces in which they were sent.
     FromRobot {
         /// Peer.
         line: PeerId,
         /// The bytes, with framing.
-        bytes: Vec<u8>,
+        bytes: Bytes,
     },
     /// One side closed the connection or its half of it.
     Ended {

@@ -47,7 +47,7 @@ impl Observer {
             }
             Input::Received { port, bytes } => RecordKind::FromHost {
                 line: PeerId::first(port),
-                bytes: bytes.into(),
+                bytes,
             },
             Input::Disconnected { port } => {
                 self.connected.remove(&port);
@@ -70,7 +70,7 @@ impl Observer {
         match output {
             Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
                 line: PeerId::first(*port),
-                bytes: bytes.to_vec(),
+                bytes: bytes.clone(),
             }),
             Output::Disconnect {
                 port,

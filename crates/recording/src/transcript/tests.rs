@@ -37,11 +37,11 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
     let every: Vec<u8> = (0..=255).collect();
     let host = |line, bytes: &[u8]| RecordKind::FromHost {
         line,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     };
     let robot = |line, bytes: &[u8]| RecordKind::FromRobot {
         line,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     };
     let ended = |line, by, how| RecordKind::Ended { line, by, how };
     let whats = [

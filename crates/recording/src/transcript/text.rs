@@ -216,6 +216,7 @@ fn parse_bytes(word: &str, rest: &str) -> Result<RecordKind, LineError> {
 }
 
 fn bytes_record(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
+    let bytes = bytes.into();
     if word.starts_with('>') {
         RecordKind::FromHost { line, bytes }
     } else {

@@ -14,7 +14,7 @@ fn how_the_wire_cut_the_answers_does_not_matter() {
                 for piece in bytes.chunks(3) {
                     let what = RecordKind::FromRobot {
                         line: *on,
-                        bytes: piece.to_vec(),
+                        bytes: piece.to_vec().into(),
                     };
                     split.records.push(Record {
                         at: record.at,
@@ -51,11 +51,11 @@ fn a_second_host_is_compared_too() {
     };
     let host = |line, bytes: &[u8]| RecordKind::FromHost {
         line,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     };
     let robot = |line, bytes: &[u8]| RecordKind::FromRobot {
         line,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     };
     let recording = |whats: Vec<RecordKind>| {
         let lines = (1..=whats.len()).collect();

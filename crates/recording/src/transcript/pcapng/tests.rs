@@ -81,14 +81,14 @@ fn at(millis: u64, what: RecordKind) -> Record {
 fn from_host(port: Port, bytes: &[u8]) -> RecordKind {
     RecordKind::FromHost {
         line: PeerId::first(port),
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     }
 }
 
 fn from_robot(port: Port, bytes: &[u8]) -> RecordKind {
     RecordKind::FromRobot {
         line: PeerId::first(port),
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     }
 }
 
