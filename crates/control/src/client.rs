@@ -303,14 +303,13 @@ pub struct Body {
 }
 
 impl Body {
-    /// Lifts the size limit, for a file.
+    /// Lifts the size limit, for a file or a stream of events.
     pub fn lift_size_limit(&mut self) {
         self.size_limit = u64::MAX;
     }
 
-    /// Lifts the size limit and the deadline, for a stream of events.
-    pub fn lift_limits(&mut self) {
-        self.size_limit = u64::MAX;
+    /// Lifts the deadline, for a stream of events without an end.
+    pub fn lift_deadline(&mut self) {
         self.reader.get_mut().deadline = None;
     }
 }

@@ -2,7 +2,8 @@
 
 use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use serde_json::{Value, json};
-use std::process::Output;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Output, Stdio};
 use ts3100_tests::testing::TempDir;
 
 fn ctl(serve: &Serve, words: &[&str]) -> Output {
@@ -198,6 +199,53 @@ fn people_get_names_and_values_and_files_as_they_are() {
     assert!(stdout(&ctl(&serve, &["metrics"])).contains("ts3100_servo 1\n"));
     let events = stdout(&ctl(&serve, &["events", "--since", "1", "--count", "2"]));
     assert!(events.contains(" stored        bytes=14 file=P\n"), "{events}");
+}
+
+#[test]
+fn a_stream_of_events_ends_when_it_is_told_to() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    ctl(&serve, &["servo", "on"]);
+    let events = |words: &[&str]| ctl(&serve, &[&["events"], words].concat());
+    let all = events(&["--since", "1", "--timeout", "0.2"]);
+    expect_code(&all, 0);
+    let count = stdout(&all).lines().count();
+    assert!(count > 0, "none");
+    let count = |more: usize| (count + more).to_string();
+    expect_code(&events(&["--since", "1", "--count", &count(0)]), 0);
+    let late = events(&["--since", "1", "--count", &count(2), "--timeout", "0.2"]);
+    expect_code(&late, 4);
+    let words = format!(
+        "error: {} of {} events came within --timeout\n",
+        count(0),
+        count(2)
+    );
+    assert_eq!(stderr(&late), words);
+
+    // It waits for events, and for the end of the emulator.
+    let url = serve.control.clone().unwrap();
+    let mut follow = ts3100(&[
+        "ctl",
+        "--url",
+        &url,
+        "events",
+        "--since",
+        "1",
+        "--count",
+        &count(99),
+    ]);
+    let mut follow = follow
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut first = String::new();
+    let mut lines = BufReader::new(follow.stdout.take().unwrap());
+    lines.read_line(&mut first).unwrap();
+    serve.signal("TERM");
+    lines.read_to_string(&mut first).unwrap();
+    let ended = follow.wait_with_output().unwrap();
+    expect_code(&ended, 3);
+    assert!(stderr(&ended).ends_with("events came before the emulator ended\n"));
 }
 
 #[test]

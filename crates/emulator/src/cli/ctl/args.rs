@@ -21,7 +21,7 @@ pub struct CtlArgs {
     /// Its token [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
-    /// Longest wait for the answer in seconds; a call that waits has its --wall in addition [default: 10]
+    /// Longest wait for the answer in seconds; a call that waits has its --wall in addition; `events` shows events for so long [default: 10]
     #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
     pub timeout: Option<Duration>,
     /// The answer as JSON on one line
@@ -361,10 +361,10 @@ fn conditions() -> String {
 
 #[derive(Debug, Clone, Copy, Args)]
 pub struct EventsArgs {
-    /// Number of the first event; 1 for all that are kept; those from now on if not said
+    /// Number of the first event; 1 for all that are kept [default: the next event]
     #[arg(long)]
     pub since: Option<u64>,
-    /// End after so many
+    /// End after this many events; with --timeout, exit code 4 if fewer came
     #[arg(long)]
     pub count: Option<u64>,
 }

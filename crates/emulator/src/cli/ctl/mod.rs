@@ -66,7 +66,12 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Cli
     } else {
         None
     };
-    if file.is_some() || matches!(args.command, Command::Events(_)) {
+    let events = if let Command::Events(events) = &args.command {
+        Some(events.count)
+    } else {
+        None
+    };
+    if file.is_some() || events.is_some() {
         let mut answer = client.send(call.method, &call.path, None)?;
         if answer.status >= 400 {
             let mut text = String::new();
@@ -76,7 +81,7 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Cli
         }
         return Ok(match file {
             Some(file) => save(answer, &file.path),
-            None => follow(answer, args.json),
+            None => follow(answer, events.flatten(), args),
         });
     }
     let body = call.body.as_ref().map(ToString::to_string);
@@ -138,13 +143,22 @@ fn save(mut answer: Response, path: &Path) -> ExitCode {
     }
 }
 
-/// Events as they come, one a line.
-fn follow(mut answer: Response, json: bool) -> ExitCode {
-    answer.body.lift_limits();
-    let mut kind = String::new();
+/// Events as they come, one a line: until there are as many as wanted, for at most `--timeout`, or without an end.
+fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> ExitCode {
+    answer.body.lift_size_limit();
+    if args.timeout.is_none() {
+        answer.body.lift_deadline();
+    }
+    let (mut kind, mut count, mut is_late) = (String::new(), 0, false);
     for line in io::BufReader::new(answer.body).lines() {
-        // The interface has ended.
-        let Ok(line) = line else { break };
+        let line = match line {
+            Ok(line) => line,
+            // Otherwise the interface has ended.
+            Err(error) => {
+                is_late = error.kind() == io::ErrorKind::TimedOut;
+                break;
+            }
+        };
         if let Some(name) = line.strip_prefix("event: ") {
             name.clone_into(&mut kind);
         }
@@ -153,14 +167,28 @@ fn follow(mut answer: Response, json: bool) -> ExitCode {
         };
         let event = serde_json::from_str::<Value>(data).ok();
         let shown = match event {
-            Some(event) if !json => escape_lines(&show::format_event(&kind, &event)),
+            Some(event) if !args.json => escape_lines(&show::format_event(&kind, &event)),
             _ => format!("{data}\n"),
         };
         if !print(&shown) {
-            break;
+            return ExitCode::SUCCESS;
+        }
+        // The number of events that a slow reader has missed is none of them.
+        count += u64::from(kind != "missed");
+    }
+    match wanted.filter(|wanted| count < *wanted) {
+        None => ExitCode::SUCCESS,
+        Some(wanted) if is_late => {
+            print_error(format_args!("{count} of {wanted} events came within --timeout"));
+            ExitCode::from(NOT_REACHED)
+        }
+        Some(wanted) => {
+            print_error(format_args!(
+                "{count} of {wanted} events came before the emulator ended"
+            ));
+            ExitCode::from(NO_ANSWER)
         }
     }
-    ExitCode::SUCCESS
 }
 
 /// False when the reader has closed the pipe.
