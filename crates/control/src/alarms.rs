@@ -172,7 +172,7 @@ async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
 async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
-    let row = ALARMS.iter().find(|row| row.number() == number);
-    row.map(|row| Json(AlarmRow::new(row)))
+    let row = AlarmCode::from_number(&number);
+    row.map(|row| Json(AlarmRow::new(&row)))
         .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))
 }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::Condition;
 use ts3100_controller::action::IoKind;
-use ts3100_controller::alarm::ALARMS;
+use ts3100_controller::alarm::AlarmCode;
 use ts3100_driver::clock::{MAX_SCALE, TimeMode};
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
@@ -240,7 +240,7 @@ impl ConditionRequest {
                 Ok(Condition::Printed { port, text })
             }
             ConditionRequest::Alarm(number) if number == "any" => Ok(Condition::Alarm(None)),
-            ConditionRequest::Alarm(number) if ALARMS.iter().any(|row| row.number() == number) => {
+            ConditionRequest::Alarm(number) if AlarmCode::from_number(&number).is_some() => {
                 Ok(Condition::Alarm(Some(number)))
             }
             ConditionRequest::Alarm(number) => {

@@ -141,6 +141,12 @@ pub struct Alarm {
 }
 
 impl AlarmCode {
+    /// The row with this `level-code`.
+    #[must_use]
+    pub fn from_number(number: &str) -> Option<AlarmCode> {
+        ALARMS.iter().find(|row| row.number() == number).copied()
+    }
+
     /// `level-code` as the pendant shows it, for example `2-046`.
     #[must_use]
     pub fn number(&self) -> String {

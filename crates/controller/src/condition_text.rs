@@ -4,7 +4,7 @@
 //! does not have, an unknown alarm or rule) are errors: nobody should wait for them.
 
 use crate::action::IoKind;
-use crate::alarm::ALARMS;
+use crate::alarm::AlarmCode;
 use crate::condition::Condition;
 use crate::findings::{RULES, Rule};
 use crate::port::Port;
@@ -193,10 +193,9 @@ fn read(name: &str, rest: &str) -> ReadResult<Condition> {
         "disconnected" => Condition::Disconnected(port(rest)?),
         "alarm" if rest.is_empty() || rest == "any" => Condition::Alarm(None),
         "alarm" => {
-            let known = ALARMS.iter().any(|row| row.number() == rest);
             let expected = "the number of an alarm, for example 2-046";
-            let number = known.then(|| rest.to_string());
-            Condition::Alarm(Some(number.ok_or_else(|| UnexpectedWord::new(expected, rest))?))
+            let row = AlarmCode::from_number(rest).ok_or_else(|| UnexpectedWord::new(expected, rest))?;
+            Condition::Alarm(Some(row.number()))
         }
         "alarms" if rest == "reset" => Condition::AlarmsReset,
         "alarms" => return Err(UnexpectedWord::new("reset", rest).into()),
@@ -273,8 +272,7 @@ fn port(word: &str) -> ReadResult<Port> {
 }
 
 fn scol_port(word: &str) -> ReadResult<Port> {
-    let port = Port::from_word(&word.to_uppercase());
-    let port = port.filter(|port| matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2));
+    let port = Port::from_word(&word.to_uppercase()).filter(|port| port.is_scol_channel());
     Ok(port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))?)
 }
 

@@ -57,6 +57,12 @@ impl Port {
         }
     }
 
+    /// Whether PRINT and INPUT use the port.
+    #[must_use]
+    pub const fn is_scol_channel(self) -> bool {
+        matches!(self, Port::Com1 | Port::Ip1 | Port::Ip2)
+    }
+
     /// The port of a SCOL channel; the teach pendant has none.
     #[must_use]
     pub const fn from_channel(channel: Channel) -> Option<Port> {

@@ -32,9 +32,7 @@ impl InjectionPoint {
     pub(super) fn is_on(self, port: Port) -> bool {
         match self {
             InjectionPoint::Command | InjectionPoint::Reply => port.protocol().is_some(),
-            InjectionPoint::Print | InjectionPoint::Record => {
-                matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2)
-            }
+            InjectionPoint::Print | InjectionPoint::Record => port.is_scol_channel(),
             InjectionPoint::Bytes => true,
             InjectionPoint::Character => matches!(port, Port::Host | Port::Com1),
         }

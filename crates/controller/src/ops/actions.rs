@@ -22,8 +22,7 @@ use ts3100_proto::words::{Word, did_you_mean};
 impl Robot {
     /// Raises an alarm of the table by its number.
     pub(crate) fn raise_by_number(&mut self, number: &str, detail: String) -> Result<(), ActionError> {
-        let row = ALARMS.iter().find(|row| row.number() == number).copied();
-        let row = row.ok_or_else(|| unknown_alarm(number))?;
+        let row = AlarmCode::from_number(number).ok_or_else(|| unknown_alarm(number))?;
         self.raise(row, detail);
         Ok(())
     }

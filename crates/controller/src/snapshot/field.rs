@@ -3,7 +3,7 @@
 //!
 //! The modules are for `serde(with = ...)`.
 
-use crate::alarm::{ALARMS, AlarmCode};
+use crate::alarm::AlarmCode;
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
@@ -87,8 +87,7 @@ impl Serialize for AlarmCode {
 impl<'de> Deserialize<'de> for AlarmCode {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<AlarmCode, D::Error> {
         let number = String::deserialize(from)?;
-        let row = ALARMS.iter().find(|row| row.number() == number).copied();
-        row.ok_or_else(|| {
+        AlarmCode::from_number(&number).ok_or_else(|| {
             D::Error::custom(format!(
                 "expected the number of an alarm of the table, found `{number}`"
             ))

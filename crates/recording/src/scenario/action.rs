@@ -1,10 +1,11 @@
 //! The actions of a scenario. Those on the controller have the text form of transcripts ([`Action`]); those on a connection
 //! are read here.
 
+use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::port::Port;
 use ts3100_controller::signals::Signals;
-use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, alarm};
+use ts3100_controller::{ACTION_FORMS, Action, ActionParseError};
 use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
@@ -156,12 +157,12 @@ fn parse_bytes(text: &str) -> Result<Vec<u8>, ScenarioActionError> {
 }
 
 fn parse_scol_port(word: &str) -> Result<Port, UnexpectedWord> {
-    let port = Port::from_word(word).filter(|port| matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2));
+    let port = Port::from_word(word).filter(|port| port.is_scol_channel());
     port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))
 }
 
 fn known_alarm(number: &str) -> Result<(), UnexpectedWord> {
-    let known = alarm::ALARMS.iter().any(|row| row.number() == number);
+    let known = AlarmCode::from_number(number).is_some();
     let expected = "the number of an alarm, for example 2-046";
     known
         .then_some(())

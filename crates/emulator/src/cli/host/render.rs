@@ -5,7 +5,7 @@
 
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
-use ts3100_controller::alarm::ALARMS;
+use ts3100_controller::alarm::AlarmCode;
 use ts3100_proto::command::Number;
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
@@ -81,12 +81,12 @@ fn number(number: &Number) -> Value {
 fn alarm_record(record: &AlarmRecord) -> Value {
     // The record has the level in three digits.
     let number = record.number.trim_start_matches('0');
-    let known = ALARMS.iter().find(|row| row.number() == number);
+    let known = AlarmCode::from_number(number);
     json!({
         "alarm": record.number,
         "message": record.message,
         "at": record.at.to_string(),
-        "docs": known.map(book::alarm),
+        "docs": known.as_ref().map(book::alarm),
     })
 }
 
