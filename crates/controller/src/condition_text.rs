@@ -126,14 +126,14 @@ pub enum ConditionParseError {
         hint: String,
     },
     /// A condition that goes on in a way that it cannot.
-    #[error("cannot read the condition `{words}`: {reason}; write {forms}")]
+    #[error("cannot read the condition `{words}`: {reason}{remedy}")]
     Form {
         /// The words.
         words: String,
         /// What is wrong with them.
         reason: String,
-        /// How conditions that begin so go on.
-        forms: String,
+        /// How conditions that begin so go on, as the end of the message.
+        remedy: String,
     },
 }
 
@@ -172,8 +172,13 @@ impl FromStr for Condition {
         }
         read(name, rest).map_err(|Wrong(reason)| ConditionParseError::Form {
             words: words.to_string(),
+            // A question for the word that was meant is remedy enough.
+            remedy: if reason.ends_with('?') {
+                String::new()
+            } else {
+                format!("; write {}", forms.join(" or "))
+            },
             reason,
-            forms: forms.join(" or "),
         })
     }
 }
@@ -388,13 +393,17 @@ mod tests {
                 "expected the channel COM1, IP1 or IP2, found `IP0`",
             ),
             ("command <CR", "no > after <CR"),
-            ("finding no-cR", "did you mean `no-cr`"),
+            (
+                "finding no-cR",
+                "cannot read the condition `finding no-cR`: expected the name of a rule, found `no-cR`; did you mean `no-cr`?",
+            ),
             ("status stop", "expected running, stop (reset)"),
             ("idle now", "expected nothing after it, found `now`; write `idle`"),
             ("stored A B", "expected the name of a file"),
         ] {
             let error = words.parse::<Condition>().unwrap_err().to_string();
             assert!(error.contains(expected), "{words}\n{error}");
+            assert!(!error.contains("?;"), "{error}");
         }
     }
 }
