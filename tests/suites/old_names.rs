@@ -131,6 +131,7 @@ fn sources() -> Vec<PathBuf> {
         }
     }
     let single = [
+        "CHANGELOG.md",
         "README.md",
         "CONTRIBUTING.md",
         "SECURITY.md",

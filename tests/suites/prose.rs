@@ -113,7 +113,6 @@ fn the_pages_use_the_usual_words() {
 }
 
 #[test]
-#[ignore = "the help texts are being rewritten"]
 fn the_help_uses_the_usual_words() {
     fn collect(path: &str, command: &Command, texts: &mut Vec<(String, String)>) {
         let path = format!("{path} {}", command.get_name());

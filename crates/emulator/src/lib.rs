@@ -8,6 +8,7 @@
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
 pub mod cli;
+mod color;
 pub mod config;
 pub mod embed;
 pub mod headless;

@@ -5,7 +5,7 @@ use clap::{Args, Subcommand};
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-/// Describe the configuration file
+/// Print the JSON schema of the configuration file.
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
     #[command(subcommand)]
@@ -14,7 +14,7 @@ pub(super) struct ConfigArgs {
 
 #[derive(Debug, Subcommand)]
 enum ConfigCommand {
-    /// Print the JSON schema of the configuration file, for editors
+    /// Print the JSON schema, for editors
     Schema,
 }
 

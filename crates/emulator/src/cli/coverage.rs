@@ -11,7 +11,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use ts3100_recording::reports::{CoverageReport, coverage_text, write_report};
 
-/// Works on the reports that `serve --coverage FILE.json` writes.
+/// Merge coverage reports of several runs.
 #[derive(Debug, Args)]
 pub(super) struct CoverageArgs {
     #[command(subcommand)]
@@ -20,21 +20,21 @@ pub(super) struct CoverageArgs {
 
 #[derive(Debug, Subcommand)]
 enum CoverageCommand {
-    /// Adds up the reports of several runs. Says the percentage on stdout.
+    /// Merge reports and print the percentage.
     ///
-    /// Exit code: 0 done, 2 wrong usage or a file that cannot be read or written, 4 below --min-coverage.
+    /// Exit codes: 0 done; 2 wrong usage, or a file that cannot be read or written; 4 below --min-coverage.
     Merge(MergeArgs),
 }
 
 #[derive(Debug, Args)]
 struct MergeArgs {
-    /// Reports in JSON
+    /// Reports that `serve --coverage FILE.json` wrote
     #[arg(required = true, value_name = "FILE")]
     reports: Vec<PathBuf>,
-    /// Where to: .html a page, otherwise JSON; may be given several times
+    /// Write the result: .html for a page, otherwise JSON (repeatable)
     #[arg(long, short, value_name = "FILE")]
     out: Vec<PathBuf>,
-    /// Exit code 4 if all together have reached less
+    /// Exit with code 4 if the result is below this
     #[arg(long, value_name = "PERCENT", value_parser = crate::config::parse_percent)]
     min_coverage: Option<f64>,
 }

@@ -26,20 +26,26 @@ use ts3100_controller::port::Port;
 use ts3100_driver::driver::Driver;
 use ts3100_driver::driver::self_check::connectable;
 
-/// Starts an emulator on free ports, runs a command, ends the emulator.
+/// Run a command with an emulator that lives as long as the command.
 ///
-/// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_IP0 to TS3100_IP3
-/// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. All options of `serve`
-/// hold; ports are free ones unless --ports or --port-offset say otherwise. Signals are passed on. The exit code is
-/// the command's (128 + N when signal N ended it); 64 is added to it, as a bit, when a scenario fails, a denied
-/// finding was made or the coverage is too low. 125: the emulator could not be started; 126, 127: the command could
-/// not be.
+/// The command starts when the emulator answers. It finds the emulator through its environment: TS3100_IP0 to TS3100_IP3
+/// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. Signals are passed on. Every
+/// flag of `serve` is accepted; the ports are free ones unless you give --ports or --port-offset, and the log shows
+/// warnings only.
+///
+/// Exit codes: that of the command, or 128 + N when signal N ended it; plus 64 if the scenario failed, a finding was
+/// denied or the coverage is too low; 125 the emulator cannot start; 126 or 127 the command cannot.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]
     serve: ServeArgs,
-    /// The command with its arguments
-    #[arg(last = true, required = true, value_name = "COMMAND")]
+    /// Command to run, with its arguments
+    #[arg(
+        last = true,
+        required = true,
+        value_name = "COMMAND",
+        help_heading = "Arguments"
+    )]
     command: Vec<OsString>,
 }
 

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use ts3100_controller::faults::Fault;
 use ts3100_recording::faults;
 
-/// Lists and checks faults on purpose.
+/// List the kinds of faults, or check fault specifications.
 #[derive(Debug, Args)]
 pub(super) struct FaultsArgs {
     #[command(subcommand)]
@@ -21,21 +21,21 @@ pub(super) struct FaultsArgs {
 
 #[derive(Debug, Subcommand)]
 enum FaultsCommand {
-    /// The kinds with their parameters, and the legal variations
+    /// List the kinds of faults with their parameters, and the legal variations
     List {
-        /// As JSON
+        /// Print JSON
         #[arg(long)]
         json: bool,
     },
-    /// Reads faults and prints them as they would be armed; exit code 1 when one is wrong
+    /// Check faults and print them with all their parameters; exit code 1 if one is wrong
     Check {
-        /// KIND:key=value,...
+        /// Faults, KIND:key=value,...
         #[arg(value_name = "SPEC")]
         specs: Vec<String>,
-        /// TOML files of faults
+        /// TOML file of faults (repeatable)
         #[arg(long, value_name = "FILE")]
         faults: Vec<PathBuf>,
-        /// As JSON
+        /// Print JSON
         #[arg(long)]
         json: bool,
     },

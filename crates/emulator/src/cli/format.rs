@@ -10,15 +10,17 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use ts3100_driver::files;
 
-/// Formats SCOL files in place; `-` formats stdin to stdout. The meaning never changes: a line whose words would
-/// not be the same is left as it is. Exit code: 0 done, 1 with --check: a file is not formatted, 2 a file cannot be
-/// read or written.
+/// Format SCOL files in place.
+///
+/// Formatting never changes the program; a line that cannot be formatted safely is left as is.
+///
+/// Exit codes: 0 done; 1 with --check, a file is not formatted; 2 a file cannot be read or written.
 #[derive(Debug, Args)]
 pub(super) struct FormatArgs {
-    /// SCOL files, or - for stdin
+    /// SCOL files; - formats stdin to stdout
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Write nothing, name the files that are not formatted
+    /// Only list the files that are not formatted
     #[arg(long)]
     check: bool,
 }

@@ -13,8 +13,10 @@ mod exit;
 mod faults;
 mod format;
 mod guard;
+mod help;
 mod host;
 mod junit_stub;
+mod man;
 mod ready;
 mod run;
 mod serve;
@@ -24,13 +26,15 @@ mod usage;
 use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;
+use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use help::Extent;
 use std::ffi::OsString;
 use std::io::Write as _;
 use std::process::ExitCode;
 
-/// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
+/// Emulator of the Toshiba Machine TS3100 / TSL3100 robot controller.
 #[derive(Debug, Parser)]
 #[command(name = "ts3100", version, max_term_width = 110)]
 struct Cli {
@@ -51,19 +55,20 @@ enum Command {
     Diff(Box<diff::DiffArgs>),
     Ctl(Box<ctl::CtlArgs>),
     Ready(ready::ReadyArgs),
-    /// Prints what the shell needs to complete the words of this command line
+    /// Print the completion script of a shell
     Completions {
-        /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
+        /// The shell
         shell: Shell,
     },
+    Man(man::ManArgs),
     Coverage(coverage::CoverageArgs),
     Config(config::ConfigArgs),
 }
 
-/// The definition of the command line, for manuals.
+/// The definition of the command line with its whole help, for manuals.
 #[must_use]
 pub fn definition() -> clap::Command {
-    Cli::command()
+    help::with_help(Cli::command(), Extent::Everything)
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -97,11 +102,12 @@ fn run(command: Command) -> ExitCode {
         Command::Ready(args) => ready::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
-            clap_complete::generate(shell, &mut definition(), "ts3100", &mut script);
+            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
             // A closed pipe is not an error.
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
+        Command::Man(args) => exit_code(man::run(&args)),
         Command::Coverage(args) => exit_code(coverage::run(&args)),
         Command::Config(args) => config::run(&args),
     }
@@ -115,13 +121,25 @@ fn exit_code(result: anyhow::Result<u8>) -> ExitCode {
     }))
 }
 
+fn is_help(error: &clap::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+    )
+}
+
 /// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.
 fn exit_with_usage_error(error: clap::Error) -> ! {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    if is_help(&error) {
+        let program = help::with_help(Cli::command(), Extent::of(&words));
+        let help = program.try_get_matches_from(std::env::args_os()).err();
+        help.filter(is_help).unwrap_or(error).exit();
+    }
     let error = usage::explain(error, &Cli::command(), &words);
     let mut words = words.into_iter();
     let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
-    // Help and the version are no errors.
+    // The version is no error.
     if serves && error.use_stderr() {
         let path = junit_stub::path_from_arguments(words);
         junit_stub::write(path.as_deref(), &error.render().to_string());

@@ -33,14 +33,15 @@ const MAX_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
 /// The port of IP0 on a fresh drive.
 const IP0_PORT: u16 = 1_000;
 
-/// Asks whether the emulator answers, or waits until it does.
+/// Check that an emulator is ready, or wait until it is.
 ///
-/// It asks the control interface at --url or TS3100_CONTROL_URL, or where TS3100_CONTROL or TS3100_PORT_OFFSET put it.
-/// Without these it asks the one emulator of this machine. If the control interface is off, it connects to IP0 instead.
-/// Exit code: 0 it answers, 2 wrong usage, 3 no answer, 4 no answer within --wait.
+/// Asks the control interface at --url, at TS3100_CONTROL_URL, or where TS3100_CONTROL or TS3100_PORT_OFFSET put it;
+/// without these, the only emulator on this computer. If the control interface is off, it connects to IP0 instead.
+///
+/// Exit codes: 0 ready; 2 wrong usage; 3 no answer; 4 no answer within --wait.
 #[derive(Debug, Args)]
 pub(super) struct ReadyArgs {
-    /// Wait so long for the emulator, for example 10s or 500ms [default: ask once]
+    /// Wait up to this long, such as 10s or 500ms [default: ask once]
     #[arg(long, value_name = "TIME", value_parser = wait_time)]
     wait: Option<Duration>,
     /// URL of the control interface [env: TS3100_CONTROL_URL]

@@ -24,29 +24,31 @@ const FIRST_PORT: u16 = 1_000;
 /// Longest wait for a connection that can be asked for, in seconds.
 const MAX_WAIT: f64 = 3_600.0;
 
-/// Sits between hosts and a real controller, passes every byte as it is, and writes down both directions with their
-/// times.
+/// Record the traffic between hosts and a real controller.
 ///
-/// It sends nothing of its own: it dials the controller when a host comes, and closes and resets as the two sides do.
-/// What it records, `ts3100 diff` plays to the emulator. Exit code: 0 ended by a signal, 2 could not start.
+/// Connect your host to the tap instead of the controller. The tap connects to the controller, passes on every byte, and
+/// records both directions with their times. It sends nothing itself, and closes and resets connections as the two sides
+/// do. `ts3100 diff` compares the recording with the emulator.
+///
+/// Exit codes: 0 ended by a signal; 2 cannot start.
 #[derive(Debug, Args)]
 pub(super) struct TapArgs {
-    /// The real controller: name or address, and the port of its IP0 if that is not 1000; the others follow
+    /// The real controller: NAME or NAME:PORT, where PORT is that of IP0 [default port: 1000]; the other channels follow
     #[arg(value_name = "REAL_ADDR")]
     real: String,
-    /// Transcript to write: .txt, .jsonl or .pcapng (Wireshark); may be given several times [default: text on stdout]
+    /// Write the recording: .txt, .jsonl, or .pcapng for Wireshark (repeatable) [default: text on stdout]
     #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
     transcript: Vec<TranscriptFile>,
-    /// Address to listen on
+    /// Listen on this address
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
-    /// Added to 1000-1003 for the ports of the tap itself
+    /// Add N to 1000-1003 for the ports of the tap
     #[arg(long, value_name = "N", default_value_t = 0)]
     port_offset: u16,
-    /// Ports of the tap itself: 1000-1003 plus the offset, or free ones chosen by the system
+    /// Ports of the tap: 1000-1003 plus the offset, or free ones chosen by the system
     #[arg(long, value_name = "WORD", default_value = "parameter")]
     ports: PortSource,
-    /// Channels to tap; ip1=2001 where the port of the real one does not follow that of its IP0
+    /// Channels to record; ip1=2001 if the controller has that one at another port
     #[arg(
         long,
         value_name = "CHANNEL[=PORT]",
@@ -54,16 +56,16 @@ pub(super) struct TapArgs {
         default_value = "ip0,ip1,ip2,ip3"
     )]
     channels: Vec<ChannelArg>,
-    /// Longest wait for the real controller to take a connection, in seconds
+    /// Longest wait in seconds for a connection to the controller
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     connect_timeout: f64,
-    /// Print one line of JSON on stdout once every port accepts; needs --transcript
+    /// Print one line of JSON on stdout when every port accepts connections; needs --transcript
     #[arg(long, requires = "transcript")]
     ready_json: bool,
     /// Log every byte
     #[arg(long, short, action = clap::ArgAction::Count)]
     verbose: u8,
-    /// Form of the log on stderr
+    /// Format of the log on stderr
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     log_format: LogFormat,
 }

@@ -23,151 +23,157 @@ use ts3100_driver::tcp::Ports;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
+/// Start an emulated controller and serve its ports until Ctrl-C.
 ///
-/// Every flag is also an environment variable (--port-offset is TS3100_PORT_OFFSET) and a key of the TOML
-/// file given by --config (port-offset = 10000). Flags win over environment, environment over file, file
-/// over defaults. Exit code: 0 ended by a signal, 2 could not start or write a report, 3 a denied finding (or fault), 4
-/// the coverage is below --min-coverage, 5 an expectation of the scenario was not met.
+/// Every flag is also an environment variable and a key of the TOML file given by --config: --port-offset 10000,
+/// TS3100_PORT_OFFSET=10000 and `port-offset = 10000` are the same. Flags win over the environment, the environment over
+/// the file. SIGTERM ends it as Ctrl-C does.
+///
+/// Exit codes: 0 ended by a signal; 2 cannot start or cannot write a report; 3 a denied finding or fault; 4 coverage
+/// below --min-coverage; 5 the scenario failed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ServeArgs {
-    /// Address to listen on [default: 127.0.0.1]
-    #[arg(long, value_name = "ADDR")]
+    /// Listen on this address [default: 127.0.0.1]
+    #[arg(long, help_heading = "Network", value_name = "ADDR")]
     pub listen: Option<IpAddr>,
-    /// Added to the ports of ETHERNET.PAR (1000-1003 on a fresh drive) [default: 0]
-    #[arg(long, value_name = "N", value_parser = port_offset)]
+    /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
+    #[arg(long, help_heading = "Network", value_name = "N", value_parser = port_offset)]
     pub port_offset: Option<u16>,
-    /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
-    #[arg(long, value_name = "WORD", value_parser = PortSourceParser)]
+    /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
+    #[arg(long, help_heading = "Network", value_name = "WORD", value_parser = PortSourceParser)]
     pub ports: Option<PortSource>,
-    /// Control interface over HTTP: ADDRESS:PORT, a port of 127.0.0.1, or off [default: 3100 and the offset; a free
-    /// port with --ports auto]
-    #[arg(long, value_name = "WHERE")]
-    pub control: Option<ControlChoice>,
-    /// Bearer token of the control interface; needed when others than this machine can reach it. Others on this machine
-    /// see it in the list of processes: rather TS3100_CONTROL_TOKEN, or a file
-    #[arg(long, value_name = "TOKEN")]
-    pub control_token: Option<String>,
-    /// File with the token in its first line
-    #[arg(long, value_name = "FILE")]
-    pub control_token_file: Option<PathBuf>,
-    /// No token needed: whoever reaches the control interface may use it. For throw-away networks only
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
-        value_parser = switch())]
-    pub control_open: Option<bool>,
-    /// Names by which the control interface is called, besides localhost and the address dialled
-    #[arg(long, value_name = "NAME", num_args = 1..)]
-    pub control_host: Vec<String>,
-    /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
-    #[arg(long, value_name = "DIR")]
-    pub serial_dir: Option<PathBuf>,
-    /// HOST is this real port, for example /dev/ttyUSB0 or COM3
-    #[arg(long, value_name = "PORT", value_parser = serial_device())]
-    pub serial_host: Option<PathBuf>,
-    /// HOST is served by RFC 2217 here: ADDRESS:PORT, or a port (0: a free one)
-    #[arg(long, value_name = "ADDR")]
-    pub serial_host_rfc2217: Option<ListenAt>,
-    /// HOST is served as bare bytes over TCP here
-    #[arg(long, value_name = "ADDR")]
-    pub serial_host_tcp: Option<ListenAt>,
-    /// COM1 is this real port
-    #[arg(long, value_name = "PORT", value_parser = serial_device())]
-    pub serial_com1: Option<PathBuf>,
-    /// COM1 is served by RFC 2217 here
-    #[arg(long, value_name = "ADDR")]
-    pub serial_com1_rfc2217: Option<ListenAt>,
-    /// COM1 is served as bare bytes over TCP here
-    #[arg(long, value_name = "ADDR")]
-    pub serial_com1_tcp: Option<ListenAt>,
-    /// Print one line of JSON on stdout once every port accepts
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+    /// Print one line of JSON on stdout when every port accepts connections
+    #[arg(long, help_heading = "Network", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
         value_parser = switch())]
     pub ready_json: Option<bool>,
-    /// Directory that keeps the files of the RAM drive [default: memory only]
-    #[arg(long, value_name = "DIR")]
-    pub drive: Option<PathBuf>,
-    /// Files to put on the RAM drive; pick.scol becomes PICK
-    #[arg(long, value_name = "FILE", num_args = 1..)]
-    pub load: Vec<PathBuf>,
-    /// File of the RAM drive to select
-    #[arg(long, value_name = "NAME")]
-    pub select: Option<String>,
-    /// Begin with this snapshot: options, arm, files, selection and everything else are its own
-    #[arg(long, value_name = "FILE")]
-    pub restore: Option<PathBuf>,
-    /// Write a snapshot when the emulator ends
-    #[arg(long, value_name = "FILE")]
-    pub snapshot_on_exit: Option<PathBuf>,
-    /// Play this scenario; exit code 5 if it fails
-    #[arg(long, value_name = "FILE")]
-    pub scenario: Option<PathBuf>,
-    /// Write the results of the scenario as JUnit XML
-    #[arg(long, value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// Servo power on at the start
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+    /// Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: 3100 plus
+    /// the offset; a free port with --ports auto]
+    #[arg(long, help_heading = "Control interface", value_name = "WHERE")]
+    pub control: Option<ControlChoice>,
+    /// Require this bearer token; required unless it listens on loopback. Visible in the process list: prefer
+    /// TS3100_CONTROL_TOKEN or --control-token-file
+    #[arg(long, help_heading = "Control interface", value_name = "TOKEN")]
+    pub control_token: Option<String>,
+    /// Read the token from the first line of FILE
+    #[arg(long, help_heading = "Control interface", value_name = "FILE")]
+    pub control_token_file: Option<PathBuf>,
+    /// Accept every call without a token, for throw-away networks only: whoever reaches the interface controls the
+    /// robot
+    #[arg(long, help_heading = "Control interface", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
         value_parser = switch())]
-    pub servo_on: Option<bool>,
-    /// Key switch [default: ext]
-    #[arg(long, value_name = "POSITION", value_parser = word::<KeySwitch>())]
+    pub control_open: Option<bool>,
+    /// Also accept calls addressed to this host name, besides localhost and the listening address
+    #[arg(long, help_heading = "Control interface", value_name = "NAME", num_args = 1..)]
+    pub control_host: Vec<String>,
+    /// Create the serial ports as pseudo terminals: the links `host` and `com1` in DIR
+    #[arg(long, help_heading = "Serial", value_name = "DIR")]
+    pub serial_dir: Option<PathBuf>,
+    /// Serve HOST on this serial port of the computer, such as /dev/ttyUSB0 or COM3
+    #[arg(long, help_heading = "Serial", value_name = "PORT", value_parser = serial_device())]
+    pub serial_host: Option<PathBuf>,
+    /// Serve HOST by RFC 2217 at ADDRESS:PORT or at this port; 0 chooses a free one
+    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
+    pub serial_host_rfc2217: Option<ListenAt>,
+    /// Serve HOST as raw TCP at ADDRESS:PORT or at this port; 0 chooses a free one
+    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
+    pub serial_host_tcp: Option<ListenAt>,
+    /// Serve COM1 on this serial port of the computer
+    #[arg(long, help_heading = "Serial", value_name = "PORT", value_parser = serial_device())]
+    pub serial_com1: Option<PathBuf>,
+    /// Serve COM1 by RFC 2217 at ADDRESS:PORT or at this port
+    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
+    pub serial_com1_rfc2217: Option<ListenAt>,
+    /// Serve COM1 as raw TCP at ADDRESS:PORT or at this port
+    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
+    pub serial_com1_tcp: Option<ListenAt>,
+    /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or the .toml file of a model of your own [default:
+    /// ts3100-tv800]
+    #[arg(long, help_heading = "Robot", value_name = "MODEL")]
+    pub model: Option<ModelChoice>,
+    /// Controller type [default: ts3100]
+    #[arg(long, help_heading = "Robot", value_name = "TYPE", value_parser = described(CONTROLLERS))]
+    pub controller: Option<ControllerType>,
+    /// Position of the key switch [default: ext]
+    #[arg(long, help_heading = "Robot", value_name = "POSITION", value_parser = word::<KeySwitch>())]
     pub key_switch: Option<KeySwitch>,
     /// Who commands the robot in EXT [default: ether]
-    #[arg(long, value_name = "WHO", value_parser = word::<ControlRight>())]
+    #[arg(long, help_heading = "Robot", value_name = "WHO", value_parser = word::<ControlRight>())]
     pub control_right: Option<ControlRight>,
+    /// Start with servo power on
+    #[arg(long, help_heading = "Robot", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+        value_parser = switch())]
+    pub servo_on: Option<bool>,
     /// Preset of the named options [default: field]
-    #[arg(long, value_name = "DIALECT", value_parser = described(DIALECTS))]
+    #[arg(long, help_heading = "Robot", value_name = "DIALECT", value_parser = described(DIALECTS))]
     pub dialect: Option<Dialect>,
-    /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or a model of your own, a .toml file [default: ts3100-tv800]
-    #[arg(long, value_name = "MODEL")]
-    pub model: Option<ModelChoice>,
-    /// Points taught on the controller, a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
-    #[arg(long, value_name = "FILE")]
-    pub points: Option<PathBuf>,
-    /// Controller type [default: ts3100]
-    #[arg(long, value_name = "TYPE", value_parser = described(CONTROLLERS))]
-    pub controller: Option<ControllerType>,
-    /// How time passes: real, xN, stepped, auto [default: real]
-    #[arg(long, value_name = "MODE")]
-    pub time: Option<TimeMode>,
-    /// Wall-clock time in which the emulator was stopped (SIGSTOP): skip it, or catch up with it [default: catch-up]
-    #[arg(long, value_name = "WORD", value_parser = described(TIME_GAPS))]
-    pub time_gap: Option<TimeGap>,
-    /// Overrides one named option, for example text.stx=required
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
+    #[arg(long, help_heading = "Robot", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Breaks something on purpose: KIND:key=value,... (repeatable; `ts3100 faults list` names the kinds)
-    #[arg(long, value_name = "SPEC")]
-    pub fault: Vec<String>,
-    /// TOML file of faults, a table `[[fault]]` each
-    #[arg(long, value_name = "FILE")]
-    pub faults: Option<PathBuf>,
-    /// Seed of what the faults draw [default: 0]
-    #[arg(long, value_name = "N")]
-    pub fault_seed: Option<u64>,
-    /// Varies what the manual leaves open, from this seed: a number, random (drawn and printed), or off [default: off]
-    #[arg(long, value_name = "SEED")]
-    pub vary: Option<Seed>,
-    /// File for the report of the faults at the end, what each did and which never fired: .xml JUnit, otherwise JSON
-    #[arg(long, value_name = "FILE")]
-    pub report: Vec<PathBuf>,
-    /// Permission tables to use in place of the printed ones
-    #[arg(long, value_name = "FILE")]
+    /// Use these permission tables instead of those of the manual
+    #[arg(long, help_heading = "Robot", value_name = "FILE")]
     pub permissions: Option<PathBuf>,
-    /// TOML file with the same keys; named options are in its table `options`
-    #[arg(long, value_name = "FILE")]
+    /// Keep the files of the RAM drive in this directory [default: memory only]
+    #[arg(long, help_heading = "Programs and files", value_name = "DIR")]
+    pub drive: Option<PathBuf>,
+    /// Put files on the RAM drive; pick.scol becomes PICK
+    #[arg(long, help_heading = "Programs and files", value_name = "FILE", num_args = 1..)]
+    pub load: Vec<PathBuf>,
+    /// Select this file of the RAM drive
+    #[arg(long, help_heading = "Programs and files", value_name = "NAME")]
+    pub select: Option<String>,
+    /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes:
+    /// NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
+    pub points: Option<PathBuf>,
+    /// Start from this snapshot; options, arm, files and selection come from it
+    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
+    pub restore: Option<PathBuf>,
+    /// Write a snapshot when the emulator ends
+    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
+    pub snapshot_on_exit: Option<PathBuf>,
+    /// Read these settings from a TOML file; named options go in its table `options`
+    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// File for a transcript of every port: .txt, .jsonl or .pcapng (Wireshark); may be given several times
-    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+    /// How time passes: real, x10 (any factor), stepped, auto [default: real]
+    #[arg(long, help_heading = "Time", value_name = "MODE")]
+    pub time: Option<TimeMode>,
+    /// After a stop of the process (SIGSTOP, a sleeping computer): catch up with the missed time, or skip it
+    /// [default: catch-up]
+    #[arg(long, help_heading = "Time", value_name = "WORD", value_parser = described(TIME_GAPS))]
+    pub time_gap: Option<TimeGap>,
+    /// Inject a fault, KIND:key=value,...; `ts3100 faults list` shows the kinds (repeatable)
+    #[arg(long, help_heading = "Faults and variation", value_name = "SPEC")]
+    pub fault: Vec<String>,
+    /// Inject the faults of a TOML file, one table `[[fault]]` each
+    #[arg(long, help_heading = "Faults and variation", value_name = "FILE")]
+    pub faults: Option<PathBuf>,
+    /// Seed of the random choices of faults [default: 0]
+    #[arg(long, help_heading = "Faults and variation", value_name = "N")]
+    pub fault_seed: Option<u64>,
+    /// Vary what the manual leaves open: a seed, `random` (drawn and printed), or `off` [default: off]
+    #[arg(long, help_heading = "Faults and variation", value_name = "SEED")]
+    pub vary: Option<Seed>,
+    /// Play this scenario; exit code 5 if it fails
+    #[arg(long, help_heading = "Scenario", value_name = "FILE")]
+    pub scenario: Option<PathBuf>,
+    /// Write the results of the scenario as JUnit XML
+    #[arg(long, help_heading = "Scenario", value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Record every port: .txt, .jsonl, or .pcapng for Wireshark (repeatable)
+    #[arg(long, help_heading = "Reports", value_name = "FILE", action = clap::ArgAction::Append)]
     pub transcript: Vec<TranscriptFile>,
-    /// Log every text; twice: every byte
-    #[arg(long, short, action = clap::ArgAction::Count)]
-    pub verbose: u8,
-    /// Form of the log on stderr [default: text]
-    #[arg(long, value_name = "FORMAT")]
-    pub log_format: Option<LogFormat>,
+    /// Report what each fault did, and which never fired: .xml for JUnit, otherwise JSON (repeatable)
+    #[arg(long, help_heading = "Reports", value_name = "FILE")]
+    pub report: Vec<PathBuf>,
     /// Reports of the run.
     #[command(flatten)]
     pub reports: ReportArgs,
+    /// Log every text; twice: every byte
+    #[arg(long, help_heading = "Logging", short, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Format of the log on stderr [default: text]
+    #[arg(long, help_heading = "Logging", value_name = "FORMAT")]
+    pub log_format: Option<LogFormat>,
 }
 
 impl ServeArgs {
@@ -266,9 +272,9 @@ impl FromStr for ListenAt {
 /// Where port numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum PortSource {
-    /// ETHERNET.PAR and the offset.
+    /// ETHERNET.PAR, plus the offset.
     Parameter,
-    /// The system.
+    /// Free ports, chosen by the system.
     Auto,
 }
 
@@ -329,9 +335,9 @@ pub const DIALECTS: &[DescribedWord<Dialect>] = &[
     (
         "field",
         Dialect::Field,
-        "The manual, and what real host programs need besides",
+        "The manual, and what real host programs need in addition",
     ),
-    ("manual", Dialect::Manual, "The letter of the manual"),
+    ("manual", Dialect::Manual, "Strictly as the manual says"),
 ];
 /// The controller types.
 pub const CONTROLLERS: &[DescribedWord<ControllerType>] = &[
@@ -340,15 +346,11 @@ pub const CONTROLLERS: &[DescribedWord<ControllerType>] = &[
         ControllerType::Ts3100,
         "Key switch TEACHING, INTERNAL, EXT",
     ),
-    (
-        "tsl3100",
-        ControllerType::Tsl3100,
-        "Key switch TEACHING, EXT (GEN-05)",
-    ),
+    ("tsl3100", ControllerType::Tsl3100, "Key switch TEACHING, EXT"),
     (
         "tsl3000e",
         ControllerType::Tsl3000e,
-        "As tsl3100, and every third servo-on comes 7 s late (servo.interval)",
+        "Like tsl3100; every third servo-on comes 7 s late (option servo.interval)",
     ),
 ];
 /// What becomes of wall-clock time in which the emulator was stopped.
@@ -356,9 +358,9 @@ const TIME_GAPS: &[DescribedWord<TimeGap>] = &[
     (
         "catch-up",
         TimeGap::CatchUp,
-        "Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes",
+        "Virtual time includes the stop; what became due happens at once",
     ),
-    ("skip", TimeGap::Skip, "Virtual time goes on from where it stood"),
+    ("skip", TimeGap::Skip, "Virtual time continues from where it was"),
 ];
 
 /// Reads one of these words, and describes them in the help.

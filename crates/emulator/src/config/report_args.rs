@@ -11,22 +11,22 @@ use ts3100_recording::reports::{Deny, FindingsFormat, Reports};
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Reports")]
 pub struct ReportArgs {
-    /// Write the findings, the mistakes of the hosts: JUnit for .xml, SARIF for .sarif, otherwise JSON
+    /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, otherwise JSON (repeatable)
     #[arg(long, value_name = "FILE")]
     pub findings: Vec<PathBuf>,
-    /// Form of these files, whatever their names end with
+    /// Format of the findings, whatever the file name ends with
     #[arg(long, value_name = "FORMAT")]
     pub findings_format: Option<FindingsFormat>,
-    /// Exit code 3 if one of these was found: all, note, warning (and worse), error, a rule, or fault-never-fired
+    /// Exit with code 3 on these findings: all, note, warning (and worse), error, a rule, or fault-never-fired
     #[arg(long, value_name = "RULE", value_delimiter = ',')]
     pub deny: Vec<Deny>,
-    /// Write which cells of the permission tables the hosts have reached: .html a page, otherwise JSON
+    /// Write which cells of the permission tables hosts reached: .html for a page, otherwise JSON (repeatable)
     #[arg(long, value_name = "FILE")]
     pub coverage: Vec<PathBuf>,
-    /// Exit code 4 if they have reached less
+    /// Exit with code 4 if hosts reached less than this
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
     pub min_coverage: Option<f64>,
-    /// Write which lines of the user files were executed, as an lcov tracefile
+    /// Write the executed lines of user files as an lcov tracefile
     #[arg(long, value_name = "FILE")]
     pub lcov: Option<PathBuf>,
 }

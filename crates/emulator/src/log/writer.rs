@@ -5,7 +5,9 @@
 //! lines again. Repeated lines are folded by [`super::fold`]. The content of the lines is decided in [`super`].
 
 use super::fold::{LineFolder, LineKey, line_key};
+use crate::color;
 use crate::config::args::LogFormat;
+use anstream::AutoStream;
 use serde_json::json;
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -117,6 +119,7 @@ fn enqueue(line: Vec<u8>, kind: Option<LineKey>) {
 }
 
 fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
+    let mut stderr = Stderr::open(format);
     let mut folds = LineFolder::new(format);
     loop {
         let timeout = folds
@@ -135,14 +138,14 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
         };
         // A summary stands for lines that came before this one.
         for summary in folds.due_summaries(Instant::now()) {
-            write(&summary, format);
+            stderr.write(&summary);
         }
         if let Some(line) = line {
-            write(&line, format);
+            stderr.write(&line);
         }
         if let Some(done) = done {
             for summary in folds.final_summaries() {
-                write(&summary, format);
+                stderr.write(&summary);
             }
             // Fails only when the waiting side has given up.
             let _ = done.send(());
@@ -150,15 +153,37 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
     }
 }
 
-fn write(line: &[u8], format: LogFormat) {
-    let mut stderr = io::stderr();
-    let dropped = DROPPED.swap(0, Ordering::Relaxed);
-    let noticed = dropped == 0
-        || stderr
-            .write_all(dropped_notice(dropped, format).as_bytes())
-            .is_ok();
-    let lost = u64::from(stderr.write_all(line).is_err()) + if noticed { 0 } else { dropped };
-    DROPPED.fetch_add(lost, Ordering::Relaxed);
+/// Standard error, with colours where it shows them.
+struct Stderr {
+    stream: AutoStream<io::Stderr>,
+    paints: bool,
+    format: LogFormat,
+}
+
+impl Stderr {
+    fn open(format: LogFormat) -> Stderr {
+        let (stream, paints) = color::stream(io::stderr());
+        Stderr {
+            stream,
+            paints: paints && format == LogFormat::Text,
+            format,
+        }
+    }
+
+    /// Writes a line, after the number of those that were lost before it.
+    fn write(&mut self, line: &[u8]) {
+        let dropped = DROPPED.swap(0, Ordering::Relaxed);
+        let noticed = dropped == 0 || self.put(dropped_notice(dropped, self.format).as_bytes()).is_ok();
+        let lost = u64::from(self.put(line).is_err()) + if noticed { 0 } else { dropped };
+        DROPPED.fetch_add(lost, Ordering::Relaxed);
+    }
+
+    fn put(&mut self, line: &[u8]) -> io::Result<()> {
+        match str::from_utf8(line) {
+            Ok(text) if self.paints => self.stream.write_all(color::log_line(text).as_bytes()),
+            _ => self.stream.write_all(line),
+        }
+    }
 }
 
 fn dropped_notice(dropped: u64, format: LogFormat) -> String {
@@ -221,7 +246,7 @@ fn print(prefix: &str, level: &str, message: impl Display) {
         enqueue(line.into_bytes(), None);
         flush();
     } else {
-        let _ = io::stderr().write_all(line.as_bytes());
+        let _ = Stderr::open(LogFormat::Text).put(line.as_bytes());
     }
 }
 

@@ -77,7 +77,7 @@ pub enum FindingsFormat {
     Junit,
     /// SARIF 2.1.0 (.sarif).
     Sarif,
-    /// Our own document (.json).
+    /// A JSON document (.json).
     Json,
 }
 

@@ -6,6 +6,7 @@
 mod report;
 
 use super::exit::UNUSABLE;
+use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use crate::log::print_error;
@@ -19,35 +20,36 @@ use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::book;
 
-/// Compiles SCOL files and prints what is wrong with them, and what is legal and likely wrong. Exit code: 0 no
-/// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.
+/// Check SCOL files for errors and likely mistakes.
+///
+/// Exit codes: 0 no errors; 1 errors, or warnings with --deny-warnings; 2 a file cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// SCOL files, or - for stdin
+    /// SCOL files; - is stdin
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Arm, by name or .toml file, which decides how wide a position is
+    /// Arm, by name or .toml file: it decides how many values a position has
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: ModelChoice,
-    /// Points taught on the controller, a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+    /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
-    /// Form of the remarks on stdout
+    /// Output format
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     format: CheckFormat,
-    /// Warnings count as errors
+    /// Treat warnings as errors
     #[arg(long)]
     deny_warnings: bool,
 }
 
-/// Form of the remarks.
+/// Format of the diagnostics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CheckFormat {
-    /// For people: the line and carets under the place.
+    /// For people: the line with carets under the place.
     Text,
     /// One JSON document for programs.
     Json,
-    /// SARIF 2.1.0, as code hosts show it beside the source.
+    /// SARIF 2.1.0, which code hosts show beside the source.
     Sarif,
 }
 
@@ -68,7 +70,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         arm,
         ..LanguageOptions::default()
     };
-    let mut stdout = io::stdout().lock();
+    let (mut stdout, paints) = color::stream(io::stdout().lock());
     let mut explained = BTreeSet::new();
     let mut worst = CheckOutcome::Clean;
     let mut files = Vec::new();
@@ -80,7 +82,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
         if args.format != CheckFormat::Text {
             files.push(file);
-        } else if write_text(&file, &mut explained, &mut stdout).is_err() {
+        } else if write_text(&file, &mut explained, paints, &mut stdout).is_err() {
             return Ok(UNUSABLE);
         }
     }
@@ -108,12 +110,19 @@ fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {
 }
 
 /// The first diagnostic of each code is followed by its section in the documentation.
-fn write_text(file: &CheckedFile, explained: &mut BTreeSet<&str>, out: &mut impl Write) -> io::Result<()> {
+fn write_text(
+    file: &CheckedFile,
+    explained: &mut BTreeSet<&str>,
+    paints: bool,
+    out: &mut impl Write,
+) -> io::Result<()> {
     let Ok((source, remarks)) = &file.result else {
         return Ok(());
     };
     for remark in remarks {
-        writeln!(out, "{}", printable(remark.render(source, &file.name).trim_end()))?;
+        let text = printable(remark.render(source, &file.name).trim_end()).to_string();
+        let text = if paints { color::diagnostic(&text) } else { text };
+        writeln!(out, "{text}")?;
         let kind = DiagnosticKind::by_code(remark.code);
         if let Some(kind) = kind.filter(|kind| explained.insert(kind.code)) {
             let margin = remark.line.to_string().len();

@@ -9,22 +9,23 @@ use std::time::Duration;
 use ts3100_controller::{CONDITION_FORMS, ControlRight, KeySwitch};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// Looks at a running emulator, changes anything of it, moves its time.
+/// Inspect and control a running emulator, including its clock.
 ///
-/// Exit code: 0 done, 1 refused, 2 wrong usage, 3 no answer, 4 what was waited for did not happen in its time. Durations
-/// are seconds of virtual time.
+/// Durations are seconds of virtual time unless a flag says otherwise.
+///
+/// Exit codes: 0 done; 1 refused; 2 wrong usage; 3 no answer; 4 the condition was not met in time.
 #[derive(Debug, Args)]
 pub struct CtlArgs {
-    /// URL of the control interface, as the ready line gives it [env: TS3100_CONTROL_URL] [default: http://127.0.0.1:3100]
+    /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
     #[arg(long, value_name = "URL", global = true)]
     pub url: Option<String>,
-    /// Its token [env: TS3100_CONTROL_TOKEN]
+    /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
-    /// Longest wait for the answer in seconds; a call that waits has its --wall in addition; `events` shows events for so long [default: 10]
+    /// Longest wait for an answer, in seconds; --wall is added where a command waits; `events` ends after it [default: 10]
     #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
     pub timeout: Option<Duration>,
-    /// The answer as JSON on one line
+    /// Print the answer as one line of JSON
     #[arg(long, global = true)]
     pub json: bool,
     #[command(subcommand)]
@@ -34,171 +35,171 @@ pub struct CtlArgs {
 /// What is asked for.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Everything at one moment
+    /// Show the whole state of the robot
     State,
-    /// Key switch: show, or turn
+    /// Show or turn the key switch
     KeySwitch {
         #[arg(value_parser = word::<KeySwitch>())]
         position: Option<KeySwitch>,
     },
-    /// Control right in EXT: show, or set
+    /// Show or set who commands the robot in EXT
     ControlRight {
         #[arg(value_parser = word::<ControlRight>())]
         holder: Option<ControlRight>,
     },
-    /// Emergency stop: show, press, release
+    /// Show, press or release the emergency stop
     EmergencyStop {
         #[arg(value_parser = ["press", "release"])]
         action: Option<String>,
     },
-    /// Safety switch (fence): show, open, close
+    /// Show, open or close the safety switch (the fence)
     SafetySwitch {
         #[arg(value_parser = ["open", "close"])]
         action: Option<String>,
     },
-    /// Servo power
+    /// Show servo power, or turn it on or off
     Servo {
         #[arg(value_parser = word::<bool>())]
         state: Option<bool>,
     },
-    /// Feed hold: show, set; press is the button at the panel, which switches it
+    /// Show or set feed hold; `press` is the button, which toggles it
     FeedHold {
         #[arg(value_parser = ["on", "off", "press"])]
         state: Option<String>,
     },
-    /// Machine lock
+    /// Show machine lock, or turn it on or off
     MachineLock {
         #[arg(value_parser = word::<bool>())]
         state: Option<bool>,
     },
-    /// Battery of the RAM drive
+    /// Show or set the battery of the RAM drive
     Battery {
         #[arg(value_parser = ["low", "ok"])]
         state: Option<String>,
     },
-    /// The selected program: show, start, stop
+    /// Show, start or stop the selected program
     Program {
         #[arg(value_parser = ["start", "stop"])]
         action: Option<String>,
     },
-    /// Teach pendant: show, or type at it
+    /// Show the teach pendant, or type on it
     Pendant {
         #[command(subcommand)]
         action: Option<PendantCommand>,
     },
-    /// Alarms: list, raise, reset, the table with cause and remedy
+    /// List, raise or reset alarms; show causes and remedies
     Alarms {
         #[command(subcommand)]
         action: Option<AlarmsCommand>,
     },
-    /// Inputs: those that are on, or one of them
+    /// Show input lines, drive or force one, wait for one
     Input {
         line: Option<u16>,
         #[command(subcommand)]
         action: Option<LineCommand>,
     },
-    /// Outputs: those that are on, or one of them
+    /// Show output lines, drive or force one, wait for one
     Output {
         line: Option<u16>,
         #[command(subcommand)]
         action: Option<LineCommand>,
     },
-    /// Variables of the selected file: list, show one, set it
+    /// List, show or set the variables of the selected file
     Variable {
-        /// For an element of an array with subscripts: A(1,2)
+        /// Name; an element of an array with its subscripts, A(1,2)
         name: Option<String>,
-        /// As many numbers as the kind takes
+        /// New value: as many numbers as the type has
         #[arg(allow_negative_numbers = true)]
         value: Vec<String>,
-        /// Write it into the file too
+        /// Also write the value into the file
         #[arg(long)]
         restore: bool,
     },
-    /// Positions of the selected file: list, show one, set it, teach it
+    /// List, show, set or teach the positions of the selected file
     Position {
         name: Option<String>,
-        /// As many numbers as positions have on this arm, the configuration last; or teach: the present position of the arm
+        /// New position: as many numbers as a position has on this arm, the configuration last; or `teach` for the present position
         #[arg(allow_negative_numbers = true)]
         value: Vec<String>,
-        /// Write it into the file too
+        /// Also write the value into the file
         #[arg(long)]
         restore: bool,
     },
-    /// RAM drive: list, get, put, erase, select
+    /// List, get, put, erase or select files of the RAM drive
     File {
         #[command(subcommand)]
         action: Option<FileCommand>,
     },
-    /// Communication ports: all, or one: inject bytes, drop its peer
+    /// Show the communication ports; inject bytes, close a connection
     Channel {
         #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"])]
         port: Option<String>,
         #[command(subcommand)]
         action: Option<ChannelCommand>,
     },
-    /// Parameters in effect
+    /// Show the parameters in effect
     Parameters,
-    /// Clock: show, set how time passes, move it
+    /// Show the clock, set how time passes, or advance it
     Clock {
         #[command(subcommand)]
         action: Option<ClockCommand>,
     },
-    /// Wait until something happens, without moving time
+    /// Wait for a condition while time passes by itself
     Wait(WaitArgs),
-    /// Power: show, off, on, cycle
+    /// Show power, or switch it off, on or both
     Power {
         #[arg(value_parser = ["off", "on", "cycle"])]
         action: Option<String>,
     },
-    /// Everything as when the emulator was started
+    /// Return to the state in which the emulator started
     Reset,
-    /// Faults on purpose: list, arm, disarm, clear, the kinds there are
+    /// List, arm, disarm or clear faults; list the kinds
     Faults {
         #[command(subcommand)]
         action: Option<FaultsCommand>,
     },
-    /// Snapshots: list, take, restore, delete, show, load
+    /// List, take, restore, delete, show or load snapshots
     Snapshot {
         #[command(subcommand)]
         action: Option<SnapshotCommand>,
     },
-    /// What happens, as it happens
+    /// Follow the events
     Events(EventsArgs),
-    /// What went over the ports: print it, or write it to a file
+    /// Print the transcript of all ports, or write it to a file
     Transcript {
-        /// Text, JSON lines or a capture for Wireshark, by its ending: .txt, .jsonl, .pcapng
+        /// File to write: .txt, .jsonl, or .pcapng for Wireshark
         file: Option<TranscriptFile>,
     },
-    /// What hosts did that the manual advises against
+    /// List the protocol mistakes of hosts
     Findings,
-    /// Counters in the text format of Prometheus
+    /// Print counters in the text format of Prometheus
     Metrics,
-    /// Whether the emulator answers
+    /// Check that the emulator answers
     Health,
-    /// What runs there
+    /// Show the version of the emulator
     Version,
-    /// Any call of the OpenAPI document
+    /// Make any call of the OpenAPI document
     Call {
-        /// GET, PUT, POST, DELETE
+        /// Method
         method: HttpMethod,
-        /// For example /state
+        /// Path, such as /state
         path: String,
-        /// JSON
+        /// Body, in JSON
         body: Option<String>,
     },
 }
 
 #[derive(Debug, Clone, Subcommand)]
 pub enum SnapshotCommand {
-    /// Keep the present state under a name
+    /// Take a snapshot under a name
     Take { name: String },
-    /// Go on from the state of a name
+    /// Return to a snapshot
     Restore { name: String },
-    /// Forget the state of a name
+    /// Delete a snapshot
     Delete { name: String },
-    /// Print the present state, or that of a name, as the file of a snapshot has it
+    /// Print the present state, or a snapshot, as a snapshot file
     Show { name: Option<String> },
-    /// Go on from the file of a snapshot; - is standard input
+    /// Continue from a snapshot file; - is stdin
     Load { path: PathBuf },
 }
 
@@ -222,61 +223,61 @@ pub enum PendantCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum AlarmsCommand {
-    /// Active ones and the history
+    /// List the active alarms and the history
     List,
-    /// Raise one of the table
+    /// Raise an alarm
     Raise {
-        /// level-code, for example 2-046
+        /// Level and code, such as 2-046
         number: String,
-        /// Stands behind its text
+        /// Detail to append to the text of the alarm
         detail: Option<String>,
     },
     /// Press ALARM RESET
     Reset,
-    /// Every alarm there can be, or one
+    /// Show all alarms, or one, with cause and remedy
     Table { number: Option<String> },
 }
 
 #[derive(Debug, Subcommand)]
 pub enum FaultsCommand {
-    /// Those that were armed, and what has become of them
+    /// List the faults and what they did
     List,
-    /// Arm one
+    /// Arm a fault
     Arm {
-        /// KIND:key=value,... as serve --fault takes it
+        /// KIND:key=value,... as for serve --fault
         #[arg(value_parser = clap::value_parser!(ts3100_controller::faults::Fault))]
         spec: ts3100_controller::faults::Fault,
     },
-    /// Disarm one; it stays in the report
+    /// Disarm a fault; it stays in the report
     Disarm { number: u32 },
-    /// Forget them all
+    /// Remove all faults
     Clear,
-    /// The kinds with their parameters
+    /// List the kinds of faults with their parameters
     Kinds,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum LineCommand {
-    /// Drive it on (an output: as IW does)
+    /// Turn it on (an output: as IW does)
     On,
-    /// Drive it off
+    /// Turn it off
     Off,
-    /// Drive it for a time, and then the other way
+    /// Turn it on or off for a time, then back
     Pulse {
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
-        /// For example 200ms, 200 ms or 0.5 s
+        /// How long, such as 200ms or 0.5 s
         #[arg(required = true, num_args = 1..=2)]
         time: Vec<String>,
     },
-    /// It shows this state whatever drives it
+    /// Force it to this state, whatever drives it
     Force {
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
     },
-    /// It shows again what drives it
+    /// Release the force
     Release,
-    /// Wait until it shows this state
+    /// Wait until it has this state
     Wait {
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
@@ -287,11 +288,11 @@ pub enum LineCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum FileCommand {
-    /// All files
+    /// List the files
     List,
     /// Print a file
     Get { name: String },
-    /// Put a file of this computer on the drive; - is standard input
+    /// Put a file of this computer on the drive; - is stdin
     Put { name: String, path: PathBuf },
     /// Erase a file
     Erase { name: String },
@@ -301,12 +302,12 @@ pub enum FileCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum ChannelCommand {
-    /// Bytes as if they had come from the peer
+    /// Handle bytes as if the peer had sent them
     Inject {
-        /// As text; `\r` and `\n` are control codes
+        /// Bytes as text; `\r` and `\n` are control codes
         #[arg(required_unless_present = "hex")]
         text: Option<String>,
-        /// As hexadecimal digits
+        /// Bytes as hexadecimal digits
         #[arg(long, conflicts_with = "text")]
         hex: Option<String>,
     },
@@ -316,26 +317,26 @@ pub enum ChannelCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum ClockCommand {
-    /// real, xN, stepped, auto
+    /// Set how time passes: real, xN, stepped, auto
     Mode { mode: String },
-    /// Move time by so many seconds
+    /// Advance time by so many seconds
     Advance {
         seconds: f64,
-        /// Longest time on the wall, in seconds
+        /// Longest wall-clock time, in seconds [default: 30]
         #[arg(long)]
         wall: Option<f64>,
     },
-    /// Move time until something happens
+    /// Advance time until a condition is met
     AdvanceUntil(WaitArgs),
 }
 
 /// How long is waited.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct WaitLimits {
-    /// For so many seconds of virtual time at most
+    /// Longest wait in seconds of virtual time
     #[arg(long, default_value_t = 60.0)]
     pub within: f64,
-    /// Longest time on the wall, in seconds [default: 30]
+    /// Longest wall-clock time, in seconds [default: 30]
     #[arg(long)]
     pub wall: Option<f64>,
 }
@@ -361,7 +362,7 @@ fn conditions() -> String {
 
 #[derive(Debug, Clone, Copy, Args)]
 pub struct EventsArgs {
-    /// Number of the first event; 1 for all that are kept [default: the next event]
+    /// Number of the first event; 1 shows all that are kept [default: new events only]
     #[arg(long)]
     pub since: Option<u64>,
     /// End after this many events; with --timeout, exit code 4 if fewer came

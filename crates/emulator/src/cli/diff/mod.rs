@@ -18,33 +18,35 @@ use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};
 
-/// Plays the host's side of a recording (`serve --transcript`, `tap`) to the emulator in virtual time, and lists every
-/// difference between the robot's answers recorded and the emulator's, in bytes and time.
+/// Compare a recording of a robot with the emulator.
 ///
-/// The controller is made of the flags given here, and where they are silent of what the recording says about its own:
-/// flags, files, the file selected, the date. Environment variables do not count. The host's waits are kept relative to
-/// the answers. Exit code: 0 no difference, 1 differences, 2 wrong usage or a recording that cannot be read.
+/// Plays the host's side of a recording of `tap` or `serve --transcript` to the emulator in virtual time, and lists every
+/// difference between the recorded answers and the emulator's, in bytes and in time. The host's pauses are kept relative
+/// to the answers. The emulator is configured from these flags, falling back to the flags and files stored in the
+/// recording; environment variables are ignored.
+///
+/// Exit codes: 0 no difference; 1 differences; 2 wrong usage, or a recording that cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct DiffArgs {
-    /// The recording: .txt or .jsonl
+    /// Recording, .txt or .jsonl
     #[arg(value_name = "TRANSCRIPT")]
     recording: PathBuf,
-    /// How much earlier or later an answer may come (us, ms, s)
+    /// Accept answers that come this much earlier or later (us, ms, s)
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::parse_duration)]
     time_tolerance: Duration,
-    /// How much coordinates of SF and PR may differ, in mm and degrees
+    /// Accept coordinates of SF and PR that differ by this much, in mm or degrees
     #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
     value_tolerance: f64,
-    /// How long behind its time an answer of the emulator is waited for, in virtual time (us, ms, s)
+    /// Wait this long for a missing answer, in virtual time (us, ms, s)
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = text::parse_duration)]
     patience: Duration,
-    /// What is not compared: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
+    /// Do not compare these: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
     #[arg(long, value_name = "WORDS", value_delimiter = ',')]
     ignore: Vec<String>,
-    /// Try each named option that has words for its values, and say with which fewer differences are left
+    /// Try other values of the named options, and print those that leave fewer differences
     #[arg(long)]
     suggest: bool,
-    /// One JSON document on stdout in place of text
+    /// Print one JSON document to stdout instead of text
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -54,50 +56,50 @@ pub(super) struct DiffArgs {
 /// The flags of `serve` that make the controller.
 #[derive(Debug, Clone, Args)]
 struct RobotArgs {
-    /// TOML file, as for serve
-    #[arg(long, value_name = "FILE")]
+    /// Read settings from a TOML file, as for serve
+    #[arg(long, help_heading = "Emulator", value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Overrides one named option, as for serve
-    #[arg(long, value_name = "KEY=VALUE")]
+    /// Override a named option, as for serve (repeatable)
+    #[arg(long, help_heading = "Emulator", value_name = "KEY=VALUE")]
     set: Vec<String>,
     /// Preset of the named options, as for serve
-    #[arg(long, value_name = "DIALECT", value_parser = args::described(args::DIALECTS))]
+    #[arg(long, help_heading = "Emulator", value_name = "DIALECT", value_parser = args::described(args::DIALECTS))]
     dialect: Option<Dialect>,
     /// Arm, as for serve
-    #[arg(long, value_name = "MODEL")]
+    #[arg(long, help_heading = "Emulator", value_name = "MODEL")]
     model: Option<config::model::ModelChoice>,
     /// Controller type, as for serve
-    #[arg(long, value_name = "TYPE", value_parser = args::described(args::CONTROLLERS))]
+    #[arg(long, help_heading = "Emulator", value_name = "TYPE", value_parser = args::described(args::CONTROLLERS))]
     controller: Option<ControllerType>,
     /// Key switch, as for serve
-    #[arg(long, value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
+    #[arg(long, help_heading = "Emulator", value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
     key_switch: Option<KeySwitch>,
     /// Who commands the robot in EXT, as for serve
-    #[arg(long, value_name = "WHO", value_parser = args::word::<ControlRight>())]
+    #[arg(long, help_heading = "Emulator", value_name = "WHO", value_parser = args::word::<ControlRight>())]
     control_right: Option<ControlRight>,
     /// Permission tables, as for serve
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Emulator", value_name = "FILE")]
     permissions: Option<PathBuf>,
     /// Points taught on the controller, as for serve
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, help_heading = "Emulator", value_name = "FILE")]
     points: Option<PathBuf>,
-    /// Seed of what the faults draw, as for serve
-    #[arg(long, value_name = "N")]
+    /// Seed of the random choices of faults, as for serve
+    #[arg(long, help_heading = "Emulator", value_name = "N")]
     fault_seed: Option<u64>,
     /// Legal variation, as for serve
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, help_heading = "Emulator", value_name = "SEED")]
     vary: Option<config::Seed>,
-    /// Directory with the files of the RAM drive; nothing is written there
-    #[arg(long, value_name = "DIR")]
+    /// Read the files of the RAM drive from this directory; nothing is written to it
+    #[arg(long, help_heading = "Emulator", value_name = "DIR")]
     drive: Option<PathBuf>,
-    /// Files to put on the RAM drive in place of those of the recording
-    #[arg(long, value_name = "FILE", num_args = 1..)]
+    /// Put these files on the RAM drive instead of those of the recording
+    #[arg(long, help_heading = "Emulator", value_name = "FILE", num_args = 1..)]
     load: Vec<PathBuf>,
-    /// File of the RAM drive to select
-    #[arg(long, value_name = "NAME")]
+    /// Select this file of the RAM drive
+    #[arg(long, help_heading = "Emulator", value_name = "NAME")]
     select: Option<String>,
-    /// Servo power on at the start
-    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    /// Start with servo power on
+    #[arg(long, help_heading = "Emulator", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     servo_on: Option<bool>,
 }
 

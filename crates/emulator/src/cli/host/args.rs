@@ -12,26 +12,28 @@ use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_driver::pc_file::{self, NameError};
 
-/// Sends one command to a controller or an emulator and shows its answer.
+/// Send one command to a robot and print the answer.
 ///
-/// Exit code: 0 OK, 1 NG, 2 wrong usage, 3 no answer.
+/// Works with emulators and real controllers.
+///
+/// Exit codes: 0 OK; 1 NG; 2 wrong usage; 3 no answer.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct HostArgs {
-    /// IP0 of the controller, HOST:PORT
+    /// Port IP0 of the controller, NAME:PORT or ADDRESS:PORT
     #[arg(value_name = "ADDR")]
     pub(super) address: String,
     #[command(subcommand)]
     pub(super) command: HostSubcommand,
-    /// Send texts without STX
+    /// Send messages without STX
     #[arg(long, global = true)]
     pub(super) no_stx: bool,
-    /// Show decoded answers as JSON
+    /// Print the decoded answer as JSON
     #[arg(long, global = true)]
     pub(super) json: bool,
     /// Longest wait for an answer in seconds
     #[arg(long, global = true, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     pub(super) timeout: Duration,
-    /// Longest time for everything but the wait of `rn --wait`, in seconds
+    /// Longest time in seconds for the whole exchange, without the wait of `rn --wait`
     #[arg(long, global = true, value_name = "SECONDS", default_value = "600", value_parser = seconds)]
     pub(super) total: Duration,
 }
@@ -105,32 +107,32 @@ pub(super) enum HostCommand {
     Ul {
         /// File of the RAM drive
         name: String,
-        /// Where to write it
+        /// Write the content to this file [default: stdout]
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
     #[command(about = help("DL"))]
     Dl {
-        /// File of the PC
+        /// File of this computer
         file: PathBuf,
-        /// Its name on the RAM drive
+        /// Name on the RAM drive [default: from the file name; pick.scol becomes PICK]
         name: Option<String>,
     },
     #[command(about = help("RN"))]
     Rn {
-        /// Wait for the SP by which the controller reports the stop; SECONDS at most
+        /// Wait until the controller reports the stop by SP, at most SECONDS
         #[arg(long, value_name = "SECONDS", num_args = 0..=1, value_parser = seconds)]
         wait: Option<Option<Duration>>,
     },
     #[command(about = help("MR"))]
     Mr {
-        /// Its name
+        /// Name of the variable
         name: String,
-        /// Its type: integer, real, load, coordinate, position, or the manual's code: 0-4 these, 5-9 elements
-        /// of arrays of these, -1 whatever it is
+        /// Type: integer, real, load, coordinate, position; or the manual's code: 0-4 these, 5-9 elements of arrays of
+        /// these, -1 any
         #[arg(value_name = "TYPE", allow_negative_numbers = true)]
         kind: Option<VariableType>,
-        /// The same as TYPE
+        /// Same as TYPE
         #[arg(
             long = "type",
             value_name = "TYPE",
@@ -141,15 +143,15 @@ pub(super) enum HostCommand {
     },
     #[command(about = help("MW"))]
     Mw {
-        /// Its name
+        /// Name of the variable
         name: String,
-        /// Its type as for mr [default: -1, whatever it is]
+        /// Type, as for mr [default: -1, any]
         #[arg(long = "type", value_name = "TYPE", allow_negative_numbers = true)]
         kind: Option<VariableType>,
         /// Also write the value into the program file
         #[arg(long)]
         restore: bool,
-        /// Its values
+        /// Values, as many as the type has
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },

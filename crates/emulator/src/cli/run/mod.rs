@@ -29,44 +29,46 @@ const MAX_SECONDS: f64 = 3_155_760_000.0;
 /// The channels a program can INPUT from.
 const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 
-/// Runs a SCOL program without a robot, a host or sockets: PRINT goes to stdout, INPUT takes records from files,
-/// and at the end cycle time, position and outputs are said on stderr.
+/// Run a SCOL program without host and sockets.
 ///
-/// Exit code: 0 it came to its end, to a STOP, or used up its records; 1 an alarm, a wait for what cannot happen, or
-/// --max-time; 2 wrong usage, a file that cannot be read, or a program with errors.
+/// PRINT writes to stdout, INPUT reads records from files. Cycle time, position and outputs are printed to stderr at the
+/// end.
+///
+/// Exit codes: 0 the program ended, stopped or used up its records; 1 alarm, deadlock, or --max-time reached; 2 wrong
+/// usage, a file that cannot be read, or a program with errors.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// The program, or - for stdin
+    /// The program; - is stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Records for INPUT, one a line, sent whenever an INPUT of the channel (tp, com1, ip1, ip2) waits; - is stdin
+    /// Records for INPUT of a channel (tp, com1, ip1, ip2), one per line; - is stdin (repeatable)
     #[arg(long, value_name = "CHANNEL=FILE")]
     input: Vec<String>,
-    /// Input lines that are on from the beginning, separated by commas
+    /// Input lines that are on from the start, separated by commas
     #[arg(long, value_name = "LINE", value_delimiter = ',')]
     din: Vec<u16>,
-    /// How time passes: auto (as fast as it goes), real, xN
+    /// How time passes: auto (as fast as possible), real, x10 (any factor)
     #[arg(long, value_name = "MODE", default_value = "auto")]
     time: TimeMode,
-    /// Longest run, in seconds of virtual time
+    /// Longest run in seconds of virtual time
     #[arg(long, value_name = "SECONDS", default_value = "3600")]
     max_time: f64,
-    /// Say every statement with its time and line on stderr
+    /// Print every statement with its time and line to stderr
     #[arg(long)]
     trace: bool,
-    /// Write which lines were executed, as an lcov tracefile
+    /// Write the executed lines as an lcov tracefile
     #[arg(long, value_name = "FILE")]
     lcov: Option<PathBuf>,
-    /// One JSON document on stdout in place of everything else
+    /// Print one JSON document to stdout instead of text
     #[arg(long)]
     json: bool,
     /// Arm, as for serve
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
-    /// Points taught on the controller, a CSV file, as for serve
+    /// Points taught on the controller, as for serve
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
-    /// Overrides one named option, as for serve
+    /// Override a named option, as for serve (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
 }

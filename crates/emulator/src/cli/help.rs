@@ -1,0 +1,377 @@
+//! What help shows: `-h` the arguments of every day and an example, on one screen; `--help` everything, with the
+//! environment variable of each flag.
+//!
+//! The texts are the doc comments of the arguments. This module adds to the definition what only help needs, and is used
+//! only when somebody asks for help: an ordinary start pays nothing for it.
+
+use crate::config::schema::variable;
+use clap::{Arg, Command};
+use std::ffi::OsString;
+use ts3100_recording::book::DOCS;
+
+/// How much help shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// `-h`
+    Everyday,
+    /// `--help` or `help`
+    Everything,
+}
+
+impl Extent {
+    /// What this command line asks for.
+    pub(super) fn of(words: &[OsString]) -> Extent {
+        let mut own = words.iter().take_while(|word| *word != "--");
+        match own.any(|word| word == "--help" || word == "help") {
+            true => Extent::Everything,
+            false => Extent::Everyday,
+        }
+    }
+}
+
+/// A subcommand with what `-h` shows of it.
+struct Everyday {
+    name: &'static str,
+    /// Flags and subcommands with a shorter text, or an empty one for the text of `--help`; an empty list shows all.
+    shown: &'static [(&'static str, &'static str)],
+    /// A command line to begin with.
+    example: &'static str,
+}
+
+const EVERYDAY: &[Everyday] = &[
+    Everyday {
+        name: "serve",
+        shown: &[
+            ("port-offset", "Add N to the port numbers 1000-1003"),
+            ("ports", "`auto` lets the system choose free ports"),
+            ("ready-json", "Print the ports as JSON when they are open"),
+            ("servo-on", ""),
+            ("set", "Override a named option, such as text.stx=required"),
+            ("drive", "Keep the files of the RAM drive in this directory"),
+            ("load", ""),
+            ("select", ""),
+            ("time", "How time passes: real, x10, stepped, auto"),
+            ("verbose", ""),
+        ],
+        example: "ts3100 serve --port-offset 10000 --load pick.scol --select PICK",
+    },
+    Everyday {
+        name: "exec",
+        shown: &[
+            ("servo-on", ""),
+            ("set", "Override a named option, such as text.stx=required"),
+            ("drive", "Keep the files of the RAM drive in this directory"),
+            ("load", ""),
+            ("select", ""),
+            ("time", "How time passes: real, x10, stepped, auto"),
+            ("scenario", "Play this scenario; it can fail the run"),
+            ("findings", "Write the protocol mistakes of your host to a file"),
+            ("deny", "Fail on these findings: all, warning, error, a rule"),
+            ("verbose", "Log what happens; each further -v logs more"),
+        ],
+        example: "ts3100 exec --load pick.scol --select PICK -- pytest tests",
+    },
+    Everyday {
+        name: "host",
+        shown: &[
+            ("su", ""),
+            ("sf", ""),
+            ("ul", ""),
+            ("dl", ""),
+            ("sl", ""),
+            ("rn", ""),
+            ("so", ""),
+            ("mr", "Read a global variable, such as COUNT or TABLE(2)"),
+            ("mw", ""),
+            ("do", "Execute one statement"),
+        ],
+        example: "ts3100 host 127.0.0.1:11000 dl pick.scol",
+    },
+    Everyday {
+        name: "check",
+        shown: &[
+            ("format", ""),
+            ("model", "Arm, by name or .toml file"),
+            ("deny-warnings", ""),
+        ],
+        example: "ts3100 check *.scol",
+    },
+    Everyday {
+        name: "fmt",
+        shown: &[],
+        example: "ts3100 fmt *.scol",
+    },
+    Everyday {
+        name: "run",
+        shown: &[
+            ("input", "Records for INPUT of a channel, one per line"),
+            ("din", "Input lines that are on from the start"),
+            ("max-time", "Longest run in virtual seconds"),
+            ("trace", "Print every statement to stderr"),
+            ("json", "Print one JSON document"),
+            ("model", ""),
+        ],
+        example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5",
+    },
+    Everyday {
+        name: "faults",
+        shown: &[],
+        example: "ts3100 faults list",
+    },
+    Everyday {
+        name: "tap",
+        shown: &[
+            ("transcript", "Write the recording (.txt, .jsonl, .pcapng)"),
+            ("listen", ""),
+            ("port-offset", "Add N to the ports of the tap"),
+            ("channels", "Channels to record"),
+            ("verbose", ""),
+        ],
+        example: "ts3100 tap 192.168.0.124 --transcript day.jsonl",
+    },
+    Everyday {
+        name: "diff",
+        shown: &[
+            ("time-tolerance", "Accept answers this much earlier or later"),
+            ("value-tolerance", "Accept coordinates that differ by this much"),
+            ("ignore", "Do not compare these, such as clock,versions"),
+            ("suggest", "Try other values of the named options"),
+            ("json", "Print one JSON document"),
+            ("set", "Override a named option"),
+        ],
+        example: "ts3100 diff day.jsonl --ignore clock,versions",
+    },
+    Everyday {
+        name: "ctl",
+        shown: &[
+            ("state", ""),
+            ("emergency-stop", ""),
+            ("key-switch", ""),
+            ("alarms", ""),
+            ("input", ""),
+            ("output", ""),
+            ("file", ""),
+            ("clock", ""),
+            ("wait", ""),
+            ("reset", ""),
+            ("url", "URL of the control interface"),
+        ],
+        example: "ts3100 ctl wait output 5 on --within 10",
+    },
+    Everyday {
+        name: "ready",
+        shown: &[],
+        example: "ts3100 ready --wait 10s",
+    },
+    Everyday {
+        name: "completions",
+        shown: &[],
+        example: "source <(ts3100 completions bash)",
+    },
+    Everyday {
+        name: "man",
+        shown: &[],
+        example: "ts3100 man ~/.local/share/man/man1",
+    },
+    Everyday {
+        name: "coverage",
+        shown: &[],
+        example: "ts3100 coverage merge run1.json run2.json --out coverage.html",
+    },
+    Everyday {
+        name: "config",
+        shown: &[],
+        example: "ts3100 config schema > ts3100.schema.json",
+    },
+];
+
+/// Flags of `exec` that do not mean quite what they mean for `serve`.
+const OF_EXEC: [(&str, &str); 3] = [
+    (
+        "ports",
+        "Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: auto]",
+    ),
+    (
+        "control",
+        "Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: a free port]",
+    ),
+    (
+        "verbose",
+        "Log connections and refusals; twice: every text; three times: every byte",
+    ),
+];
+
+/// The definition with what help shows besides.
+pub(super) fn with_help(program: Command, extent: Extent) -> Command {
+    let program = EVERYDAY.iter().fold(program, |program, everyday| {
+        program.mut_subcommand(everyday.name, |command| explain(command, everyday, extent))
+    });
+    program.after_help(format!("Documentation: {DOCS}"))
+}
+
+fn explain(command: Command, everyday: &Everyday, extent: Extent) -> Command {
+    let mut example = format!("Example: {}", everyday.example);
+    if extent == Extent::Everyday && command.has_subcommands() && !everyday.shown.is_empty() {
+        example = format!("{example}\nMore commands: ts3100 {} --help", everyday.name);
+    }
+    match extent {
+        Extent::Everyday => shorten(command, everyday).after_help(example),
+        Extent::Everything => command
+            .mut_args(|argument| complete(argument, everyday.name))
+            .after_help(example),
+    }
+}
+
+/// Shows what is used every day and hides the rest.
+fn shorten(command: Command, everyday: &Everyday) -> Command {
+    let text = |name: &str| {
+        everyday
+            .shown
+            .iter()
+            .find(|(shown, _)| *shown == name)
+            .map(|(_, text)| *text)
+    };
+    let names = command.get_subcommands().map(|inner| inner.get_name().to_owned());
+    let commands: Vec<String> = names.collect();
+    let is_whole = everyday.shown.is_empty();
+    let command = commands.iter().fold(command, |command, name| {
+        command.mut_subcommand(name, |inner| match text(name) {
+            Some("") => inner,
+            Some(text) => inner.about(text),
+            None => inner.hide(!is_whole),
+        })
+    });
+    command.disable_help_subcommand(true).mut_args(|argument| {
+        let Some(long) = argument.get_long().map(str::to_owned) else {
+            return argument;
+        };
+        let takes_words = argument.get_action().takes_values() && !argument.get_possible_values().is_empty();
+        let argument = argument
+            .help_heading(None)
+            .hide_possible_values(takes_words && !is_whole);
+        match text(&long) {
+            Some("") => argument,
+            Some(text) => argument.help(text),
+            None => argument.hide_short_help(!is_whole),
+        }
+    })
+}
+
+/// Shows the environment variable of a flag, and what is the default of `exec`.
+fn complete(argument: Arg, command: &str) -> Arg {
+    let words = argument.get_possible_values();
+    let is_switch = words.iter().any(|word| word.get_name() == "true");
+    let takes_values = argument.get_action().takes_values();
+    let argument = argument.hide_possible_values(is_switch && takes_values);
+    let (Some(long), Some(help)) = (argument.get_long(), argument.get_help()) else {
+        return argument;
+    };
+    let own = OF_EXEC
+        .iter()
+        .find(|(name, _)| command == "exec" && *name == long);
+    let help = own.map_or_else(|| help.to_string(), |(_, help)| (*help).to_owned());
+    match command {
+        "serve" | "exec" => {
+            let variable = variable(long);
+            argument.help(format!("{help} [env: {variable}]"))
+        }
+        _ => argument,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::Cli;
+    use clap::CommandFactory as _;
+
+    /// Lines and columns of the smallest terminal.
+    const SCREEN: (usize, usize) = (24, 80);
+
+    fn helps(extent: Extent) -> Vec<(String, String)> {
+        let mut program = with_help(Cli::command(), extent).term_width(SCREEN.1);
+        program.build();
+        let commands = program
+            .get_subcommands_mut()
+            .filter(|command| command.get_name() != "help");
+        let texts = commands.map(|command| {
+            let text = match extent {
+                Extent::Everyday => command.render_help(),
+                Extent::Everything => command.render_long_help(),
+            };
+            (command.get_name().to_owned(), text.to_string())
+        });
+        texts.collect()
+    }
+
+    #[test]
+    fn short_help_fits_one_screen_and_has_an_example() {
+        for (name, text) in helps(Extent::Everyday) {
+            let lines: Vec<&str> = text.trim_end().lines().collect();
+            assert!(lines.len() <= SCREEN.0, "{name}: {} lines\n{text}", lines.len());
+            assert!(
+                lines.iter().all(|line| line.chars().count() <= SCREEN.1),
+                "{name}\n{text}"
+            );
+            assert!(text.contains("Example: "), "{name}\n{text}");
+        }
+    }
+
+    #[test]
+    fn every_name_that_short_help_shows_exists() {
+        let program = Cli::command();
+        for everyday in EVERYDAY {
+            let command = program.find_subcommand(everyday.name).expect(everyday.name);
+            for (name, _) in everyday.shown {
+                let is_flag = command
+                    .get_arguments()
+                    .any(|argument| argument.get_long() == Some(name));
+                assert!(
+                    is_flag || command.find_subcommand(name).is_some(),
+                    "{} {name}",
+                    everyday.name
+                );
+            }
+        }
+        assert_eq!(EVERYDAY.len(), program.get_subcommands().count());
+    }
+
+    #[test]
+    fn long_help_groups_the_flags_of_serve_and_names_their_variables() {
+        let helps = helps(Extent::Everything);
+        for name in ["serve", "exec"] {
+            let (_, text) = helps.iter().find(|(found, _)| found == name).unwrap();
+            let headings: Vec<&str> = text
+                .lines()
+                .filter(|line| !line.starts_with(' ') && line.ends_with(':') && *line != "Options:")
+                .filter(|line| *line != "Arguments:")
+                .collect();
+            assert_eq!(
+                headings,
+                [
+                    "Network:",
+                    "Control interface:",
+                    "Serial:",
+                    "Robot:",
+                    "Programs and files:",
+                    "Time:",
+                    "Faults and variation:",
+                    "Scenario:",
+                    "Reports:",
+                    "Logging:"
+                ]
+            );
+            assert!(
+                text.contains("TS3100_PORT_OFFSET]") && text.contains("TS3100_MIN_COVERAGE]"),
+                "{text}"
+            );
+            let default = if name == "exec" {
+                "[default: auto]"
+            } else {
+                "[default: parameter]"
+            };
+            let unwrapped = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(unwrapped.contains(default), "{text}");
+        }
+    }
+}
