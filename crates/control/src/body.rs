@@ -177,7 +177,7 @@ pub fn number_that<'de, D: Deserializer<'de>, T>(
     convert: impl FnOnce(f64) -> Option<T>,
 ) -> Result<T, D::Error> {
     let number = f64::deserialize(deserializer)?;
-    convert(number).ok_or_else(|| D::Error::custom(format!("{expected} expected, {number} found")))
+    convert(number).ok_or_else(|| D::Error::custom(format!("expected {expected}, found {number}")))
 }
 
 /// Converts a JSON number to a whole one. JSON does not distinguish 80 and 80.0.

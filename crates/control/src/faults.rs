@@ -41,7 +41,7 @@ pub struct FaultTrigger {
 
 /// Value of a parameter: a number, or text as in `--fault`.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
-#[serde(untagged, expecting = "a whole number or words expected")]
+#[serde(untagged, expecting = "expected a whole number or words")]
 pub enum ParameterValue {
     /// A whole number.
     Number(#[serde(deserialize_with = "whole")] u32),

@@ -78,7 +78,7 @@ pub struct SetValueRequest {
 
 /// A number, or a list of numbers.
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "a number or a list of numbers expected")]
+#[serde(untagged, expecting = "expected a number or a list of numbers")]
 enum OneOrSeveral {
     One(Number),
     Several(Vec<Number>),

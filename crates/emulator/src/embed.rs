@@ -239,7 +239,7 @@ impl Builder {
                 }
             })
             .map_err(|reason| StartError::System {
-                what: "thread",
+                what: "a thread",
                 reason,
             })?;
         match started.recv() {
@@ -253,7 +253,7 @@ impl Builder {
             }),
             Ok(Err(error)) => Err(error),
             Err(_) => Err(StartError::System {
-                what: "start",
+                what: "the emulator",
                 reason: std::io::Error::other("its thread ended before it was ready"),
             }),
         }
@@ -264,7 +264,7 @@ impl Builder {
 pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     let built = runtime::Builder::new_current_thread().enable_all().build();
     built.map_err(|reason| StartError::System {
-        what: "runtime",
+        what: "an async runtime",
         reason,
     })
 }

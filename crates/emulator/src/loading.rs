@@ -44,7 +44,7 @@ pub enum StartError {
     #[error(transparent)]
     Backing(#[from] StoreError),
     /// The controller rejected a file.
-    #[error("{name} cannot be stored on the RAM drive: {reason}")]
+    #[error("cannot store {name} on the RAM drive: {reason}")]
     Store {
         /// Its name on the drive.
         name: String,
@@ -52,7 +52,7 @@ pub enum StartError {
         reason: String,
     },
     /// The requested file cannot be selected.
-    #[error("{name} cannot be selected: {reason}")]
+    #[error("cannot select {name}: {reason}")]
     Select {
         /// Its name on the drive.
         name: String,
@@ -63,7 +63,7 @@ pub enum StartError {
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The control interface cannot listen.
-    #[error("the control interface cannot listen on {address}: {reason}")]
+    #[error("cannot open the control interface at {address}: {}", control_reason(*address, reason))]
     Control {
         /// Where.
         address: SocketAddr,
@@ -77,13 +77,34 @@ pub enum StartError {
     #[error(transparent)]
     Snapshot(#[from] snapshot::FileError),
     /// A runtime or thread failed.
-    #[error("the operating system refuses a {what}: {reason}")]
+    #[error("cannot start {what}: {reason}")]
     System {
-        /// The resource that was requested.
+        /// What does not start, with its article.
         what: &'static str,
         /// Error of the operating system.
         reason: io::Error,
     },
+}
+
+/// Why the control interface does not listen, and what to do about it.
+fn control_reason(address: SocketAddr, reason: &io::Error) -> String {
+    match reason.kind() {
+        io::ErrorKind::AddrInUse => {
+            let free = SocketAddr::new(address.ip(), 0);
+            format!(
+                "the port is in use.\nUse `--control {free}` (a free port) or `--control off`, \
+                 or end the program that has the port"
+            )
+        }
+        io::ErrorKind::AddrNotAvailable => {
+            format!("{} is no address of this machine", address.ip())
+        }
+        io::ErrorKind::PermissionDenied => {
+            let free = SocketAddr::new(address.ip(), 0);
+            format!("permission denied.\nUse `--control {free}` (a free port) or a port from 1024 on")
+        }
+        _ => reason.to_string(),
+    }
 }
 
 /// A controller after power-on, with its files.

@@ -31,7 +31,7 @@ pub struct CalendarTime {
 
 /// A text that is no date and time.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("a date and time YYYY-MM-DD HH:MM:SS expected, {0:?} found")]
+#[error("expected a date and time YYYY-MM-DD HH:MM:SS, found {0:?}")]
 pub struct CalendarError(String);
 
 impl fmt::Display for CalendarTime {

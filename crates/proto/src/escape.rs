@@ -113,7 +113,7 @@ pub enum EscapeError {
     #[error("a host sends certain bytes, not {0}")]
     Count(String),
     /// A character that has to be in hexadecimal.
-    #[error("printable ASCII expected, {0:?} found")]
+    #[error("expected printable ASCII, found {0:?}")]
     NotPrintable(char),
 }
 

@@ -23,10 +23,10 @@ pub const MAX_SUBSCRIPTS: usize = 4;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum NameError {
     /// The name is empty.
-    #[error("a name expected, nothing found")]
+    #[error("expected a name, found nothing")]
     Empty,
     /// The name has too many characters.
-    #[error("at most {limit} characters expected, {length} found")]
+    #[error("expected at most {limit} characters, found {length}")]
     TooLong {
         /// Characters allowed.
         limit: usize,
@@ -34,7 +34,7 @@ pub enum NameError {
         length: usize,
     },
     /// The name, or its extension, does not begin as it must.
-    #[error("{expected} expected, {found:?} found at character {at}")]
+    #[error("expected {expected}, found {found:?} at character {at}")]
     Character {
         /// The characters allowed at this position.
         expected: &'static str,
@@ -44,10 +44,10 @@ pub enum NameError {
         at: usize,
     },
     /// A dot without an extension.
-    #[error("an extension expected after the dot, nothing found")]
+    #[error("expected an extension after the dot, found nothing")]
     NoExtension,
     /// The subscripts in parentheses are not whole numbers with commas between them.
-    #[error("subscripts as (1,2), at most {MAX_SUBSCRIPTS}, expected, {found:?} found")]
+    #[error("expected subscripts as (1,2), at most {MAX_SUBSCRIPTS}, found {found:?}")]
     Subscripts {
         /// The text from the parenthesis on.
         found: String,
@@ -275,7 +275,7 @@ mod tests {
         let error = FileName::parse("AB.C.D").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("a letter or a digit expected, '.' found at character 4".to_string())
+            Err("expected a letter or a digit, found '.' at character 4".to_string())
         );
     }
 

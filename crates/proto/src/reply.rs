@@ -22,7 +22,7 @@ pub enum Reply {
 
 /// A text that the controller would not send.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("reply: OK, NG, SP or \"FL,\" expected, \"{found}\" found")]
+#[error("reply: expected OK, NG, SP or \"FL,\", found \"{found}\"")]
 pub struct ReplyError {
     /// The data section, as far as it is worth showing.
     pub found: String,
@@ -97,7 +97,7 @@ mod tests {
         let error = Reply::parse(b"XY\r").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("reply: OK, NG, SP or \"FL,\" expected, \"XY\\r\" found".to_string())
+            Err("reply: expected OK, NG, SP or \"FL,\", found \"XY\\r\"".to_string())
         );
     }
 

@@ -96,13 +96,13 @@ pub struct Text {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
-    #[error("at most {MAX_DATA} data bytes expected, {length} found")]
+    #[error("expected at most {MAX_DATA} data bytes, found {length}")]
     OverLong {
         /// Data bytes received, those that were not kept included.
         length: usize,
     },
     /// The checksum is wrong (FRM-15).
-    #[error("checksum {expected:02X} expected, {found:02X} found")]
+    #[error("expected checksum {expected:02X}, found {found:02X}")]
     BadSum {
         /// The sum computed from the received bytes.
         expected: u8,
@@ -110,7 +110,7 @@ pub enum TextError {
         found: u8,
     },
     /// A text delimited by length is not followed by ETX.
-    #[error("ETX expected after the announced length, {found:02X} found")]
+    #[error("expected ETX after the announced length, found {found:02X}")]
     NoEtx {
         /// The byte that was received instead of ETX.
         found: u8,

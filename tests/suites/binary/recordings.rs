@@ -271,7 +271,7 @@ fn what_diff_and_tap_cannot_use_is_said() {
     let fine = directory.file("c.txt", "origin: observed\n");
     for (words, expected) in [
         (vec!["diff", "nowhere.txt"], "cannot read nowhere.txt"),
-        (vec!["diff", &broken], "a.txt:2: a port expected"),
+        (vec!["diff", &broken], "a.txt:2: expected a port"),
         (vec!["diff", &flags], "a flag of the recording"),
         (
             vec!["diff", &fine, "--ignore", "everything"],

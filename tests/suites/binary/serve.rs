@@ -117,8 +117,8 @@ fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
     let missing = directory.path().join("missing.scol");
     let cases: [(&[&str], &str); 9] = [
         (&["--load", &broken, "--select", "BROKEN"], "BROKEN:2:"),
-        (&["--select", "ABSENT"], "ABSENT cannot be selected"),
-        (&["--load", &tab], "TAB cannot be stored"),
+        (&["--select", "ABSENT"], "cannot select ABSENT"),
+        (&["--load", &tab], "cannot store TAB on the RAM drive: "),
         (&["--load", &name], "2name.scol: no name on the RAM drive"),
         (&["--load", missing.to_str().unwrap()], "cannot read"),
         (
@@ -168,6 +168,19 @@ fn what_the_system_says_is_said_once() {
         let error = stderr(&run(&all));
         assert_eq!(error.matches(expected).count(), 1, "{words:?}: {error}");
     }
+}
+
+#[test]
+fn a_control_port_in_use_says_what_to_do() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = taken.local_addr().unwrap().to_string();
+    let error = stderr(&run(&["serve", "--ports", "auto", "--control", &taken]));
+    let reason = format!("cannot open the control interface at {taken}: the port is in use.");
+    assert!(error.contains(&reason), "{error}");
+    assert!(
+        error.contains("Use `--control 127.0.0.1:0` (a free port) or `--control off`"),
+        "{error}"
+    );
 }
 
 #[test]

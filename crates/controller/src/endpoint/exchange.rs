@@ -244,16 +244,16 @@ impl Endpoints {
         self.begin(port, "");
         let reason = match error {
             TextError::OverLong { length } => {
-                let message = format!("at most 253 data bytes expected, {length} found (5.2)");
+                let message = format!("expected at most 253 data bytes, found {length} (5.2)");
                 robot.report(&rules::TEXT_OVER_LONG, port, data, message);
                 "over-long text".to_string()
             }
             TextError::BadSum { expected, found } => {
-                let reason = format!("checksum {expected:02X} expected, {found:02X} found");
+                let reason = format!("expected checksum {expected:02X}, found {found:02X}");
                 robot.report(&rules::BAD_CHECKSUM, port, data, reason.as_str());
                 reason
             }
-            TextError::NoEtx { .. } => "no ETX where the length says it stands".to_string(),
+            TextError::NoEtx { .. } => "no ETX after the announced length".to_string(),
         };
         self.refuse_text(robot, port, "text", &reason);
     }

@@ -196,7 +196,7 @@ impl Robot {
 
     fn tell_cut(&mut self, port: Option<Port>, line: u32, data: &[u8], cut: usize) {
         if cut > 0 {
-            let message = format!("line {line}: PRINT: at most {MAX_PRINT} bytes expected, {cut} more found");
+            let message = format!("line {line}: PRINT: {cut} bytes after the first {MAX_PRINT} were cut off");
             self.report(&rules::PRINT_CUT, port, data, message);
         }
     }
@@ -266,7 +266,7 @@ impl Robot {
     }
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
-        let message = format!("INPUT: a number expected, {token:?} found");
+        let message = format!("INPUT: expected a number, found {token:?}");
         let port = Port::from_channel(channel);
         self.report(&rules::INPUT_NOT_A_NUMBER, port, token.as_bytes(), message);
     }

@@ -121,10 +121,12 @@ impl Robot {
     /// ZS: the work coordinate or the tool, by name and values.
     pub(super) fn op_set_frame(&mut self, frame: ZsFrame, name: &VariableName, values: &[f64]) -> Outcome {
         if !in_range(values) {
-            return Outcome::Ng("a coordinate of numbers in the range of a real expected".into());
+            return Outcome::Ng(
+                "expected a coordinate of numbers in the range of a real, found another".into(),
+            );
         }
         let Some(trans) = Trans::from_listed(self.arm.kind(), values) else {
-            return Outcome::Ng(format!("a coordinate expected, {} values found", values.len()));
+            return Outcome::Ng(format!("expected a coordinate, found {} values", values.len()));
         };
         let set = Frame {
             name: Some(name.name.clone()),

@@ -34,7 +34,7 @@ pub(crate) enum VariableError {
     },
     #[error("type {code} and the subscripts of {name} do not fit")]
     Subscripts { code: i32, name: String },
-    #[error("{expected} expected, `{found}` found")]
+    #[error("expected {expected}, found `{found}`")]
     Value { expected: &'static str, found: String },
     #[error("the file was downloaded anew; select it first")]
     Stale,

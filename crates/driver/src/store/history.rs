@@ -72,11 +72,11 @@ enum HistoryError {
     Io(#[from] io::Error),
     #[error(transparent)]
     Json(#[from] serde_json::Error),
-    #[error("version {VERSION} expected, {0} found")]
+    #[error("expected version {VERSION}, found {0}")]
     Version(u32),
-    #[error("at most {MAX_HISTORY} alarms expected, {0} found")]
+    #[error("expected at most {MAX_HISTORY} alarms, found {0}")]
     Length(usize),
-    #[error("a date expected, {0:?} found")]
+    #[error("expected a date, found {0:?}")]
     Date(CalendarTime),
 }
 

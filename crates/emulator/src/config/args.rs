@@ -324,7 +324,7 @@ const FIRST_PORT: u16 = 1_000;
 /// Reads the word of a value, and names all words in the help.
 pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {
     let words = PossibleValuesParser::new(T::ALL.iter().map(|value| value.word()));
-    words.try_map(|word| T::from_word(&word).ok_or("a word of the list expected"))
+    words.try_map(|word| T::from_word(&word).ok_or("expected a word of the list"))
 }
 
 /// A word, its meaning, and its line in the help.
@@ -374,7 +374,7 @@ pub fn described<T: Copy + Send + Sync>(
         let found = words.iter().find(|(known, _, _)| *known == word);
         found
             .map(|(_, meaning, _)| *meaning)
-            .ok_or("a word of the list expected")
+            .ok_or("expected a word of the list")
     })
 }
 

@@ -45,13 +45,13 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
-    #[error("command letters of Table 5.1 or of an extension expected, \"{letters}\" found")]
+    #[error("expected command letters of Table 5.1 or of an extension, found \"{letters}\"")]
     Unknown {
         /// The first two bytes of the message, printable.
         letters: String,
     },
     /// The command is known and what follows it is wrong (FRM-07, FRM-18).
-    #[error("{letters}: {expected} expected, {found} found at byte {at}")]
+    #[error("{letters}: expected {expected}, found {found} at byte {at}")]
     Malformed {
         /// The letters of the command.
         letters: &'static str,

@@ -128,12 +128,12 @@ mod tests {
         let error = Command::parse(b"RS,ABC").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("RS: PRG, STP, CYC, SIG, SEL or ERR expected, \"ABC\" found at byte 3".to_string())
+            Err("RS: expected PRG, STP, CYC, SIG, SEL or ERR, found \"ABC\" at byte 3".to_string())
         );
         let error = Command::parse(b"RSPRG").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("RS: a comma after the letters expected, \"PRG\" found at byte 2".to_string())
+            Err("RS: expected a comma after the letters, found \"PRG\" at byte 2".to_string())
         );
     }
 }

@@ -191,7 +191,7 @@ fn other_letters_are_unknown() {
     let error = Command::parse(b"QQ,1").map_err(|error| error.to_string());
     assert_eq!(
         error,
-        Err("command letters of Table 5.1 or of an extension expected, \"QQ\" found".to_string())
+        Err("expected command letters of Table 5.1 or of an extension, found \"QQ\"".to_string())
     );
 }
 
@@ -261,7 +261,7 @@ fn check(message: &[u8]) {
 fn errors_show_little_and_printable() {
     let long = [b"SL,".as_slice(), &[b'9'; 5000]].concat();
     let shown = Command::parse(&long).map_err(|error| error.to_string());
-    assert!(shown.is_err_and(|text| text.len() < MAX_DATA && text.ends_with("...\" found at byte 3")));
+    assert!(shown.is_err_and(|text| text.len() < MAX_DATA && text.ends_with("...\" at byte 3")));
     assert_eq!(excerpt(b"\x02\xff\r"), "\\x02\\xff\\r");
 }
 

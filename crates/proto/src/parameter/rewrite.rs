@@ -12,7 +12,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RewriteError {
     /// The file has bytes that are not ASCII.
-    #[error("a parameter file of ASCII text expected")]
+    #[error("expected a parameter file of ASCII text, found other bytes")]
     NotText,
     /// The file has no such section.
     #[error("there is no section [{0}]")]
@@ -26,7 +26,7 @@ pub enum RewriteError {
         key: String,
     },
     /// The new value would end its line, or begin a comment, a section or another value.
-    #[error("a value of one line of ASCII without `{{`, `[`, `=` and a quote within expected, `{0}` found")]
+    #[error("expected a value of one line of ASCII without `{{`, `[`, `=` and a quote within, found `{0}`")]
     Value(String),
 }
 

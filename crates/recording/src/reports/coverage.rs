@@ -109,7 +109,7 @@ impl CoverageReport {
             .map_err(|error| wrong(format!("expected a coverage report of ts3100, found: {error}")))?;
         if report.version != VERSION {
             return Err(wrong(format!(
-                "version {VERSION} expected, {} found",
+                "expected version {VERSION}, found {}",
                 report.version
             )));
         }
@@ -222,7 +222,7 @@ mod tests {
             ("[1]", "expected a coverage report"),
             (
                 "{\"version\":2,\"reached\":0,\"reachable\":0,\"percent\":0,\"cells\":[]}",
-                "version 1 expected, 2 found",
+                "expected version 1, found 2",
             ),
         ] {
             std::fs::write(&path, text).unwrap();

@@ -174,39 +174,39 @@ pub struct Recording {
 #[derive(Debug, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say it")]
 pub enum LineError {
-    #[error("{expected} expected, {found:?} found")]
+    #[error("expected {expected}, found {found:?}")]
     Expected { expected: &'static str, found: String },
     #[error("no such line: {0}")]
     NoSuchLine(String),
-    #[error("`origin:` expected in the header, not found")]
+    #[error("the header has no `origin:`")]
     NoOrigin,
-    #[error("`file NAME` expected before a line of a file")]
+    #[error("expected `file NAME` before a line of a file")]
     NoFile,
-    #[error("a file of at most {0} bytes expected, more found")]
+    #[error("expected a file of at most {0} bytes, found more")]
     FileSize(u64),
-    #[error("bytes expected: a recording has no line for what did not come")]
+    #[error("expected bytes, found nothing: a recording has no line for what did not come")]
     Nothing,
-    #[error("us, ms or s expected behind @+, {0:?} found")]
+    #[error("expected us, ms or s after @+, found {0:?}")]
     DurationUnit(String),
-    #[error("a number expected behind @+, {0:?} found")]
+    #[error("expected a number after @+, found {0:?}")]
     DurationNumber(String),
-    #[error("a hundred years at most expected, {0} found")]
+    #[error("expected a pause of at most a hundred years, found {0}")]
     LongPause(String),
     #[error("{0} is no byte")]
     NotByte(String),
-    #[error("1 to {MAX_PEERS} expected behind #, found {0}")]
+    #[error("expected 1 to {MAX_PEERS} after #, found {0}")]
     PeerNumber(String),
-    #[error("a port expected, for example IP0, found {0}")]
+    #[error("expected a port, for example IP0, found {0}")]
     PeerPort(String),
-    #[error("a port expected, for example HOST, {0:?} found")]
+    #[error("expected a port, for example HOST, found {0:?}")]
     Port(String),
     #[error("{0:?} is nothing of the edge")]
     NoLink(String),
-    #[error("the object of the start expected, not found")]
+    #[error("the recording has no object of the start")]
     NoStart,
-    #[error("format {0:?} and version {1} expected")]
+    #[error("expected format {0:?} and version {1}, found another")]
     Format(&'static str, u64),
-    #[error("a time of {1} or later expected, {0} found")]
+    #[error("expected a time of {1} or later, found {0}")]
     TimeGoesBack(Time, Time),
     #[error(transparent)]
     Bytes(#[from] EscapeError),

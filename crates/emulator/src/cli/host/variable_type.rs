@@ -5,6 +5,7 @@
 
 use std::str::FromStr;
 use ts3100_proto::command::VariableKind;
+use ts3100_proto::words::did_you_mean;
 
 /// Words of the types that have a code of their own; elements of arrays of them have a further one.
 const TYPE_NAMES: [(&str, VariableKind); 5] = [
@@ -44,10 +45,14 @@ impl VariableType {
     }
 }
 
-/// A word that is no type.
+/// A word that is no type; with what was probably meant.
 #[derive(Debug, thiserror::Error)]
-#[error("expected a type code from -1 to 9, or {}", TYPE_NAMES.map(|(known, _)| known).join(", "))]
-pub(super) struct VariableTypeError;
+#[error(
+    "expected a type code from -1 to 9, or {}{}",
+    TYPE_NAMES.map(|(known, _)| known).join(", "),
+    did_you_mean(.0, TYPE_NAMES.map(|(known, _)| known))
+)]
+pub(super) struct VariableTypeError(String);
 
 impl FromStr for VariableType {
     type Err = VariableTypeError;
@@ -60,7 +65,8 @@ impl FromStr for VariableType {
             return Ok(VariableType::Name(*kind));
         }
         let code = word.parse().ok().and_then(VariableKind::from_code);
-        code.map(VariableType::Code).ok_or(VariableTypeError)
+        code.map(VariableType::Code)
+            .ok_or_else(|| VariableTypeError(word.to_string()))
     }
 }
 
@@ -84,5 +90,7 @@ mod tests {
             let error = wrong.parse::<VariableType>().unwrap_err().to_string();
             assert!(error.contains("from -1 to 9, or integer, real"), "{error}");
         }
+        let error = "coordinat".parse::<VariableType>().unwrap_err().to_string();
+        assert!(error.ends_with("; did you mean `coordinate`?"), "{error}");
     }
 }
