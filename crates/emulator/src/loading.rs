@@ -88,22 +88,19 @@ pub enum StartError {
 
 /// Why the control interface does not listen, and what to do about it.
 fn control_reason(address: SocketAddr, reason: &io::Error) -> String {
-    match reason.kind() {
-        io::ErrorKind::AddrInUse => {
-            let free = SocketAddr::new(address.ip(), 0);
-            format!(
-                "the port is in use.\nUse `--control {free}` (a free port) or `--control off`, \
-                 or end the program that has the port"
-            )
-        }
-        io::ErrorKind::AddrNotAvailable => {
-            format!("{} is no address of this machine", address.ip())
-        }
-        io::ErrorKind::PermissionDenied => {
-            let free = SocketAddr::new(address.ip(), 0);
-            format!("permission denied.\nUse `--control {free}` (a free port) or a port from 1024 on")
-        }
-        _ => reason.to_string(),
+    let kind = reason.kind();
+    let free = SocketAddr::new(address.ip(), 0);
+    if kind == io::ErrorKind::AddrInUse {
+        format!(
+            "the port is in use.\nUse `--control {free}` (a free port) or `--control off`, \
+             or end the program that has the port"
+        )
+    } else if kind == io::ErrorKind::AddrNotAvailable {
+        format!("{} is no address of this machine", address.ip())
+    } else if kind == io::ErrorKind::PermissionDenied {
+        format!("permission denied.\nUse `--control {free}` (a free port) or a port from 1024 on")
+    } else {
+        reason.to_string()
     }
 }
 
