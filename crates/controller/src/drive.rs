@@ -40,7 +40,7 @@ pub enum DriveError {
         fault: FileError,
     },
     /// The file is larger than the directory can show (RAM-03).
-    #[error("file {name}: at most {MAX_FILE} bytes expected, {size} found")]
+    #[error("file {name} has {size} bytes; at most {MAX_FILE} are possible")]
     TooLarge {
         /// The file.
         name: String,

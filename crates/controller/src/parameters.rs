@@ -23,7 +23,7 @@ pub(crate) const USER_PAR: &str = "USER.PAR";
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ParameterError {
     /// Not a parameter file.
-    #[error("expected USER.PAR or ETHERNET.PAR, found {0}")]
+    #[error("there is no parameter file {0}, only USER.PAR and ETHERNET.PAR")]
     File(String),
     /// The value cannot be put into the file.
     #[error(transparent)]

@@ -10,7 +10,7 @@ pub const MAX_PC_FILE: u64 = 2 * limits::MAX_FILE as u64;
 
 /// The name of a PC file cannot be a name of the drive.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: no name on the RAM drive: {reason}", path.display())]
+#[error("cannot put {} on the RAM drive under its name: {reason}", path.display())]
 pub struct NameError {
     /// The file on the PC.
     path: PathBuf,
@@ -75,7 +75,7 @@ mod tests {
         assert_eq!(drive_name(Path::new("user.par")).unwrap(), "USER.PAR");
         let error = drive_name(Path::new("x/2pick.scol")).unwrap_err().to_string();
         assert!(
-            error.starts_with("x/2pick.scol: no name on the RAM drive: "),
+            error.starts_with("cannot put x/2pick.scol on the RAM drive under its name: "),
             "{error}"
         );
         assert_eq!(

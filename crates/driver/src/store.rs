@@ -44,7 +44,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// The write ended before it was done.
-    #[error("the write was not finished: {0}")]
+    #[error("cannot finish the write: {0}")]
     Unfinished(tokio::task::JoinError),
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
@@ -56,7 +56,7 @@ pub enum StoreError {
         path: PathBuf,
     },
     /// A file that cannot be stored on the RAM drive.
-    #[error("{} cannot be a file of the RAM drive: {reason}", path.display())]
+    #[error("cannot use {} as a file of the RAM drive: {reason}", path.display())]
     NotADriveFile {
         /// The file.
         path: PathBuf,

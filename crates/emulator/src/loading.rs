@@ -96,7 +96,7 @@ fn control_reason(address: SocketAddr, reason: &io::Error) -> String {
              or end the program that has the port"
         )
     } else if kind == io::ErrorKind::AddrNotAvailable {
-        format!("{} is no address of this machine", address.ip())
+        format!("{} is not an address of this computer", address.ip())
     } else if kind == io::ErrorKind::PermissionDenied {
         format!("permission denied.\nUse `--control {free}` (a free port) or a port from 1024 on")
     } else {

@@ -32,7 +32,7 @@ pub enum FileError {
     #[error("FL, expected at the start of the file's first text")]
     NoPrefix,
     /// The file is larger than the free space.
-    #[error("at most {limit} bytes expected, more found")]
+    #[error("the file is longer than {limit} bytes")]
     TooLarge {
         /// Bytes that were free.
         limit: usize,
@@ -41,7 +41,7 @@ pub enum FileError {
     #[error("the end of the text expected after EOF, more found")]
     DataAfterEnd,
     /// A byte that the rule does not allow.
-    #[error("line {line}, character {column}: printable ASCII expected, {found:02X} found")]
+    #[error("line {line}, character {column}: expected printable ASCII, found the byte {found:02X}")]
     Character {
         /// Line, from 1.
         line: u32,
@@ -51,7 +51,7 @@ pub enum FileError {
         found: u8,
     },
     /// A line has too many characters.
-    #[error("line {line}: at most {MAX_LINE} characters expected, more found")]
+    #[error("line {line} is longer than {MAX_LINE} characters")]
     LongLine {
         /// Line, from 1.
         line: u32,

@@ -47,7 +47,7 @@ pub enum NameError {
     #[error("expected an extension after the dot, found nothing")]
     NoExtension,
     /// The subscripts in parentheses are not whole numbers with commas between them.
-    #[error("expected subscripts as (1,2), at most {MAX_SUBSCRIPTS}, found {found:?}")]
+    #[error("expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}")]
     Subscripts {
         /// The text from the parenthesis on.
         found: String,

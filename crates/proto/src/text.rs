@@ -96,13 +96,13 @@ pub struct Text {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
-    #[error("expected at most {MAX_DATA} data bytes, found {length}")]
+    #[error("the message has {length} bytes of data; at most {MAX_DATA} are allowed")]
     OverLong {
         /// Data bytes received, those that were not kept included.
         length: usize,
     },
     /// The checksum is wrong (FRM-15).
-    #[error("expected checksum {expected:02X}, found {found:02X}")]
+    #[error("wrong checksum: expected {expected:02X}, found {found:02X}")]
     BadSum {
         /// The sum computed from the received bytes.
         expected: u8,

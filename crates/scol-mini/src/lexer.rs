@@ -133,7 +133,10 @@ pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lex
 fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
     let text = line.span.text(source);
     if text.len() > longest {
-        let message = format!("expected at most {longest} characters, found {}", text.len());
+        let message = format!(
+            "the line has {} characters, at most {longest} are possible",
+            text.len()
+        );
         return Problem::fail("E0005", line.span, message);
     }
     for (at, c) in text.char_indices() {

@@ -119,7 +119,7 @@ fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
         (&["--load", &broken, "--select", "BROKEN"], "BROKEN:2:"),
         (&["--select", "ABSENT"], "cannot select ABSENT"),
         (&["--load", &tab], "cannot store TAB on the RAM drive: "),
-        (&["--load", &name], "2name.scol: no name on the RAM drive"),
+        (&["--load", &name], "2name.scol on the RAM drive under its name"),
         (&["--load", missing.to_str().unwrap()], "cannot read"),
         (
             &["--config", &config],

@@ -48,7 +48,7 @@ fn what_cannot_be_restored_is_no_start() {
     for (words, expected) in [
         (
             vec!["--restore", &broken],
-            "broken.json: no snapshot: invalid type",
+            "broken.json: this is not a snapshot: invalid type",
         ),
         (
             vec!["--restore", "nowhere.json"],

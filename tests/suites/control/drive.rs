@@ -117,7 +117,7 @@ fn a_state_whose_files_are_not_kept_is_told_and_made_up_for() {
     robot.put("/files/A", r#"{"text": "A\n"}"#);
     directory.take_away();
     let words = robot.refused(507, "POST", "/snapshots/before/restore", "");
-    assert!(words.contains("not all kept"), "{words}");
+    assert!(words.contains("not all of its files are stored"), "{words}");
     robot.refused(404, "GET", "/files/A", "");
     assert_eq!(unkept(&robot), r#"["A"]"#);
     directory.put_back();

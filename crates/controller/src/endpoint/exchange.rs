@@ -244,16 +244,17 @@ impl Endpoints {
         self.begin(port, "");
         let reason = match error {
             TextError::OverLong { length } => {
-                let message = format!("expected at most 253 data bytes, found {length} (5.2)");
+                let message =
+                    format!("the message has {length} bytes of data; at most 253 are allowed (5.2)");
                 robot.report(&rules::TEXT_OVER_LONG, port, data, message);
                 "over-long text".to_string()
             }
             TextError::BadSum { expected, found } => {
-                let reason = format!("expected checksum {expected:02X}, found {found:02X}");
+                let reason = format!("wrong checksum: expected {expected:02X}, found {found:02X}");
                 robot.report(&rules::BAD_CHECKSUM, port, data, reason.as_str());
                 reason
             }
-            TextError::NoEtx { .. } => "no ETX after the announced length".to_string(),
+            TextError::NoEtx { .. } => "there is no ETX where the length says".to_string(),
         };
         self.refuse_text(robot, port, "text", &reason);
     }

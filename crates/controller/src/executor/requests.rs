@@ -91,7 +91,7 @@ impl Robot {
         }
         if let Some(mass) = self.overload(motion) {
             let heaviest = self.arm.model().max_payload;
-            let reason = format!("a load of at most {heaviest} kg expected, {mass} kg found");
+            let reason = format!("the load is {mass} kg; the arm carries at most {heaviest} kg");
             return task.trouble(alarm::OVERLOAD, reason);
         }
         let lead = match motion.conditions.accuracy {
@@ -196,7 +196,7 @@ impl Robot {
 
     fn tell_cut(&mut self, port: Option<Port>, line: u32, data: &[u8], cut: usize) {
         if cut > 0 {
-            let message = format!("line {line}: PRINT: {cut} bytes after the first {MAX_PRINT} were cut off");
+            let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
             self.report(&rules::PRINT_CUT, port, data, message);
         }
     }
@@ -252,12 +252,12 @@ impl Robot {
                     return Step::Blocked;
                 }
                 Datum::OutOfRange(token) => {
-                    let reason = format!("INPUT: a number in the range of a real expected, {token:?} found");
+                    let reason = format!("INPUT: expected a number in the range of a real, found {token:?}");
                     return self.cancel_input(task, values, alarm::OVERFLOW, &reason);
                 }
                 Datum::Malformed(token) => {
                     self.not_a_number(channel, &token);
-                    let reason = format!("INPUT: a number expected, {token:?} found");
+                    let reason = format!("INPUT: expected a number, found {token:?}");
                     return self.cancel_input(task, values, alarm::INVALID_CHANNEL, &reason);
                 }
             }
@@ -304,5 +304,5 @@ impl Robot {
 
 /// Why an output is not switched.
 pub(crate) fn no_output(found: u16) -> String {
-    format!("output 1-64, 101-164 or 201-208 expected, {found} found")
+    format!("there is no output {found}; outputs are 1-64, 101-164 and 201-208")
 }

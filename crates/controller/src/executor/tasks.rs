@@ -30,7 +30,7 @@ impl Executor {
         // The main program always counts, and this task has been taken out of the others.
         let others = self.tasks.len() + usize::from(task.id() != MAIN_TASK);
         if others + 1 >= MAX_TASKS {
-            let reason = format!("at most {MAX_TASKS} tasks expected, one more found");
+            let reason = format!("there are {MAX_TASKS} tasks already, the most");
             return task.give_up(alarm::TOO_MANY_TASKS, reason);
         }
         let id = self.next_task;

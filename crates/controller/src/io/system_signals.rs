@@ -70,7 +70,7 @@ impl Robot {
     pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
         let was = self.signals.input(line);
         if !self.signals.drive_input(line, on) {
-            let message = format!("cannot set input {line}: the inputs are 1-64, 101-164 and 201-264");
+            let message = format!("there is no input {line}; inputs are 1-64, 101-164 and 201-264");
             self.report(&rules::NO_SUCH_LINE, None, &[], message);
             return;
         }

@@ -76,7 +76,7 @@ impl Robot {
     pub(super) fn op_write_lines(&mut self, writes: &[LineWrite]) -> Outcome {
         if let Some(write) = writes.iter().find(|write| !Signals::is_user_output(write.line)) {
             return Outcome::Ng(format!(
-                "cannot set line {}: the user outputs are 1-64, 101-164 and 201-208",
+                "there is no output {}; outputs are 1-64, 101-164 and 201-208",
                 write.line
             ));
         }

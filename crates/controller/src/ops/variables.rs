@@ -22,21 +22,21 @@ use ts3100_proto::status::mr::encode_values;
 pub(crate) enum VariableError {
     #[error("no file is selected")]
     NoFile,
-    #[error("no variable is called {0}")]
+    #[error("there is no variable {0}")]
     Unknown(String),
-    #[error("the type of {0} is not known")]
+    #[error("the type of {0} is unknown")]
     UnknownKind(String),
-    #[error("{name} is {}, {} was asked for", found.description(), asked.description())]
+    #[error("{name} is {}, not {}", found.description(), asked.description())]
     Kind {
         name: String,
         found: ValueKind,
         asked: ValueKind,
     },
-    #[error("type {code} and the subscripts of {name} do not fit")]
+    #[error("type {code} does not match the subscripts of {name}")]
     Subscripts { code: i32, name: String },
     #[error("expected {expected}, found `{found}`")]
     Value { expected: &'static str, found: String },
-    #[error("the file was downloaded anew; select it first")]
+    #[error("the file has been downloaded again; select it first")]
     Stale,
     #[error("the file does not compile with that value")]
     Compile,

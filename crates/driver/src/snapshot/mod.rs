@@ -20,7 +20,7 @@ pub const MAX_NAME: usize = 64;
 #[derive(Debug, thiserror::Error)]
 pub enum ParseError {
     /// Not JSON, or not the JSON of a snapshot; the message names line and column.
-    #[error("no snapshot: {0}")]
+    #[error("this is not a snapshot: {0}")]
     Json(serde_json::Error),
     /// Another version, or a state that cannot occur.
     #[error(transparent)]
@@ -131,7 +131,7 @@ pub enum NamedError {
         found: String,
     },
     /// [`MAX_NAMED`] snapshots exist already.
-    #[error("snapshots: at most {MAX_NAMED} expected, one more found; drop one first")]
+    #[error("cannot take another snapshot: there are {MAX_NAMED}, the most; delete one first")]
     Full,
 }
 
@@ -198,7 +198,7 @@ impl SnapshotStore {
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotRequestError {
     /// The snapshot is restored, but the backing directory lacks some of its files.
-    #[error("the snapshot is restored, but its files are not all kept: {0}")]
+    #[error("the snapshot is restored, but not all of its files are stored: {0}")]
     Drive(String),
     /// The name is invalid, unknown, or one too many.
     #[error(transparent)]
@@ -213,7 +213,7 @@ pub enum SnapshotRequestError {
     #[error("the snapshot is restored, but no port is open: {0}")]
     Channels(String),
     /// The queue is full, or the emulator has ended.
-    #[error("the emulator takes no more orders: too many are waiting, or it has ended")]
+    #[error("the emulator accepts no more requests: too many are waiting, or it has ended")]
     Busy,
 }
 

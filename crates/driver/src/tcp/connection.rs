@@ -175,7 +175,7 @@ impl Connection {
                     ready!(self.stream.poll_read_ready(context))?;
                     self.stream.try_read(buffer)
                 }
-                None => self.read_now(buffer),
+                None => (&*SockRef::from(&self.stream)).read(buffer),
             };
             match read {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
@@ -183,24 +183,23 @@ impl Connection {
                         return Poll::Pending;
                     }
                 }
-                read => {
-                    let bytes = |count| buffer.get(..count).unwrap_or_default().to_vec();
-                    return Poll::Ready(read.map(bytes));
+                Ok(count) => {
+                    if count < buffer.len() {
+                        self.note_emptied();
+                    }
+                    return Poll::Ready(Ok(buffer.get(..count).unwrap_or_default().to_vec()));
                 }
+                Err(error) => return Poll::Ready(Err(error)),
             }
         }
     }
 
-    /// Reads whatever the runtime knows of the socket. What it knows is outdated afterwards: it has to hear of further
-    /// bytes before it reports them, so that it reports them no earlier than a connection that came before them.
-    fn read_now(&self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = (&*SockRef::from(&self.stream)).read(buffer)?;
-        if count < buffer.len() {
-            let emptied: io::Result<()> = Err(io::ErrorKind::WouldBlock.into());
-            // The result is the error that says so.
-            let _ = self.stream.try_io(Interest::READABLE, || emptied);
-        }
-        Ok(count)
+    /// Tells the runtime that nothing is left to read. It asks the system before it reports further bytes, and learns
+    /// then of connections that came before them; and nobody reads once more only to hear that there is nothing.
+    fn note_emptied(&self) {
+        let emptied: io::Result<()> = Err(io::ErrorKind::WouldBlock.into());
+        // The result is the error that says so.
+        let _ = self.stream.try_io(Interest::READABLE, || emptied);
     }
 
     /// Whether the system knows that the peer has closed, though its last bytes may still be unread.

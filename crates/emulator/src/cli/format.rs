@@ -38,7 +38,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
     let mut worst = FormatOutcome::Done;
     for path in &args.files {
         let outcome = format_file(path, args.check).unwrap_or_else(|error| {
-            print_error(format_args!("{}: {error}", path.display()));
+            print_error(format_args!("cannot format {}: {error}", path.display()));
             FormatOutcome::Failed
         });
         worst = worst.max(outcome);

@@ -45,7 +45,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
-    #[error("expected command letters of Table 5.1 or of an extension, found \"{letters}\"")]
+    #[error("unknown command \"{letters}\"")]
     Unknown {
         /// The first two bytes of the message, printable.
         letters: String,

@@ -26,7 +26,7 @@ pub enum RewriteError {
         key: String,
     },
     /// The new value would end its line, or begin a comment, a section or another value.
-    #[error("expected a value of one line of ASCII without `{{`, `[`, `=` and a quote within, found `{0}`")]
+    #[error("expected one line of ASCII without `{{`, `[`, `=` and quotes, found `{0}`")]
     Value(String),
 }
 

@@ -176,35 +176,35 @@ pub struct Recording {
 pub enum LineError {
     #[error("expected {expected}, found {found:?}")]
     Expected { expected: &'static str, found: String },
-    #[error("no such line: {0}")]
+    #[error("unknown line `{0}`")]
     NoSuchLine(String),
     #[error("the header has no `origin:`")]
     NoOrigin,
     #[error("expected `file NAME` before a line of a file")]
     NoFile,
-    #[error("expected a file of at most {0} bytes, found more")]
+    #[error("the file is longer than {0} bytes")]
     FileSize(u64),
-    #[error("expected bytes, found nothing: a recording has no line for what did not come")]
+    #[error("expected bytes: a recording has no line for what did not come")]
     Nothing,
     #[error("expected us, ms or s after @+, found {0:?}")]
     DurationUnit(String),
     #[error("expected a number after @+, found {0:?}")]
     DurationNumber(String),
-    #[error("expected a pause of at most a hundred years, found {0}")]
+    #[error("expected at most a hundred years, found {0}")]
     LongPause(String),
-    #[error("{0} is no byte")]
+    #[error("{0} is not a byte")]
     NotByte(String),
     #[error("expected 1 to {MAX_PEERS} after #, found {0}")]
     PeerNumber(String),
-    #[error("expected a port, for example IP0, found {0}")]
+    #[error("expected a port such as IP0, found {0}")]
     PeerPort(String),
-    #[error("expected a port, for example HOST, found {0:?}")]
+    #[error("expected a port such as HOST, found {0:?}")]
     Port(String),
-    #[error("{0:?} is nothing of the edge")]
+    #[error("unknown event {0:?}")]
     NoLink(String),
-    #[error("the recording has no object of the start")]
+    #[error("the first line is not the object of the start")]
     NoStart,
-    #[error("expected format {0:?} and version {1}, found another")]
+    #[error("expected format {0:?} and version {1}")]
     Format(&'static str, u64),
     #[error("expected a time of {1} or later, found {0}")]
     TimeGoesBack(Time, Time),

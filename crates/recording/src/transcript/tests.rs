@@ -326,7 +326,7 @@ fn a_snapshot_that_cannot_be_restored_is_named_with_its_line() {
     std::fs::write(&path, as_text(&sample_header(), &moved())).unwrap();
     let error = Recording::read(&path).unwrap_err().to_string();
     assert!(
-        error.contains("a.txt:") && error.contains("no snapshot"),
+        error.contains("a.txt:") && error.contains("this is not a snapshot"),
         "{error}"
     );
 }

@@ -78,7 +78,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         let file = CheckedFile::check(path, &options, &points);
         worst = worst.max(outcome(&file, args.deny_warnings));
         if let Err(error) = &file.result {
-            print_error(format_args!("{}: {error}", file.name));
+            print_error(format_args!("cannot read {}: {error}", file.name));
         }
         if args.format != CheckFormat::Text {
             files.push(file);

@@ -89,7 +89,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     served.args.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
     let checked = CheckedFile::check(&args.file, &config.language(), &config.points);
-    let (source, remarks) = checked.result.with_context(|| checked.name.clone())?;
+    let (source, remarks) = checked
+        .result
+        .with_context(|| format!("cannot read {}", checked.name))?;
     let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
     if !errors.is_empty() {
         for remark in errors {
