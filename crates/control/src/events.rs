@@ -62,7 +62,8 @@ async fn get_events(
     let permit = Arc::clone(&handle.streams).try_acquire_owned().map_err(|_| {
         let expected = format!("at most {} streams of events", MAX_STREAMS);
         let status = StatusCode::SERVICE_UNAVAILABLE;
-        Problem::expected_found(status, "events", expected, "as many already")
+        let told = format!("cannot open another stream of events: {MAX_STREAMS} are open, the most");
+        Problem::expected_found(status, "events", expected, "as many already").told(told)
     })?;
     if query.count == Some(0) {
         return Err(Problem::unreadable("count", "1 or more", "0"));

@@ -280,10 +280,14 @@ impl ArmRequest {
         let read = match (self.kind, self.spec) {
             (Some(kind), None) => Fault::from_pairs(&kind, &pairs),
             (None, Some(spec)) if pairs.is_empty() => spec.parse(),
-            (None, None) => return Err(Problem::invalid("body", "`kind` or `spec`", "neither")),
+            (None, None) => {
+                let told = "the fault has neither `kind` nor `spec`";
+                return Err(Problem::invalid("body", "`kind` or `spec`", "neither").told(told));
+            }
             (..) => {
                 let expected = "`spec` alone, or `kind` and what goes with it";
-                return Err(Problem::invalid("body", expected, "`spec` and others"));
+                let told = "`spec` describes the whole fault: remove the other keys";
+                return Err(Problem::invalid("body", expected, "`spec` and others").told(told));
             }
         };
         read.map_err(Problem::from)

@@ -103,7 +103,8 @@ impl DriverHandle {
             let limit = wall.as_secs_f64();
             let expected = format!("an end of the wait within {limit} s of the wall clock");
             let status = StatusCode::REQUEST_TIMEOUT;
-            Err(Problem::expected_found(status, "wall", expected, "none"))
+            let told = format!("the wait has not ended within {limit} s of wall-clock time");
+            Err(Problem::expected_found(status, "wall", expected, "none").told(told))
         })
     }
 }

@@ -76,9 +76,23 @@ impl Problem {
         Problem::expected_found(StatusCode::BAD_REQUEST, place, expected, found)
     }
 
+    /// The same problem, told in other words than those of its parts.
+    #[must_use]
+    pub fn told(self, error: impl Display) -> Problem {
+        let error = printable(error);
+        Problem { error, ..self }
+    }
+
     /// There is no such thing.
     pub fn not_found(place: &str, expected: impl Display, found: impl Display) -> Problem {
-        Problem::expected_found(StatusCode::NOT_FOUND, place, expected, found)
+        let problem = Problem::expected_found(StatusCode::NOT_FOUND, place, expected, found);
+        let (expected, found) = (problem.expected.as_deref(), problem.found.as_deref());
+        let error = format!(
+            "unknown {place} `{}`: expected {}",
+            found.unwrap_or_default(),
+            expected.unwrap_or_default()
+        );
+        problem.told(error)
     }
 
     /// The emulator is ending.

@@ -124,5 +124,9 @@ async fn no_such_path(uri: Uri) -> Problem {
 
 async fn no_such_method(method: Method, uri: Uri) -> Problem {
     let expected = format!("a method that /openapi.json lists for {}", uri.path());
-    Problem::expected_found(StatusCode::METHOD_NOT_ALLOWED, "method", expected, method)
+    let told = format!(
+        "{} does not accept {method}; /openapi.json lists its methods",
+        uri.path()
+    );
+    Problem::expected_found(StatusCode::METHOD_NOT_ALLOWED, "method", expected, method).told(told)
 }

@@ -243,7 +243,10 @@ impl Endpoints {
         }
         let since = self.session(port).history.note_poll(message, robot.now);
         if let Some(since) = since.filter(|since| *since < MIN_POLL_INTERVAL) {
-            let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
+            let text = format!(
+                "{letters} again after {} ms; wait at least 100 ms",
+                since.as_millis()
+            );
             robot.report(&rules::POLL_FAST, port, message, text);
         }
     }
