@@ -158,7 +158,7 @@ fn a_fault_is_armed_in_the_words_of_the_command_line() {
         r#"{"condition":{"idle":[]},"within":1}"#,
     );
     let words = robot.refused(422, "POST", "/faults", "{}");
-    assert!(words.contains("`kind` or `spec`"), "{words}");
+    assert!(words.contains("neither `kind` nor `spec`"), "{words}");
 }
 
 #[test]
