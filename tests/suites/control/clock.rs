@@ -84,7 +84,10 @@ fn a_wait_does_not_move_time() {
         "/wait",
         r#"{"condition":{"output":{"line":4,"on":true}},"within":1,"wall":0.1}"#,
     );
-    assert!(words.contains("has not ended within 0.1 s of wall-clock time"), "{words}");
+    assert!(
+        words.contains("has not ended within 0.1 s of wall-clock time"),
+        "{words}"
+    );
     assert_eq!(robot.get("/clock")["now"], 0.0);
     std::thread::scope(|scope| {
         let waits = scope.spawn(|| {
