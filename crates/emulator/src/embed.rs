@@ -2,22 +2,43 @@
 //! when its handle is dropped.
 //!
 //! The builder fills the same [`Settings`] as the command line, and the thread it starts runs the same driver
-//! as `serve`.
+//! as `serve`. The methods of [`Emulator`] are the commands of `ts3100 ctl`; they are in `control`.
 //!
-//! ```no_run
-//! use ts3100_emulator::embed::Emulator;
-//! use ts3100_controller::port::Port;
+//! ```
+//! use std::time::Duration;
+//! use ts3100_emulator::embed::{Emulator, Port, TimeMode};
 //!
-//! let robot = Emulator::builder().file("PICK", "PROGRAM PICK\nEND\n").select("PICK").servo_on(true).start()?;
-//! let host = std::net::TcpStream::connect(robot.address(Port::Ip0).ok_or("IP0 is closed")?)?;
+//! const PICK: &str = "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n";
+//!
+//! let robot = Emulator::builder()
+//!     .file("PICK", PICK)
+//!     .select("PICK")
+//!     .servo_on(true)
+//!     .time(TimeMode::Stepped)
+//!     .start()?;
+//! let ip0 = robot.address(Port::Ip0).ok_or("IP0 is closed")?;
+//! let host = std::net::TcpStream::connect(ip0)?; // your host program
+//!
+//! robot.start_program()?;
+//! robot.set_input(1, true)?;
+//! assert!(robot.advance_until("output 5 on", Duration::from_secs(10))?);
+//! assert!(robot.now()? >= Duration::from_secs(2));
+//!
+//! robot.press_emergency_stop()?;
+//! let refused = robot.set_servo(true).unwrap_err();
+//! assert_eq!(refused.to_string(), "cannot turn the servo on: the emergency stop is pressed");
 //! # drop(host);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
+mod control;
+
+pub use crate::config::{LinkOptions, OptionError, Ports};
+use crate::config::{Settings, set_option};
 use crate::launch::Launched;
 pub use crate::loading::StartError;
-use crate::watch::{WaitError, Watch, channel};
+pub use crate::watch::WaitError;
+use crate::watch::{Watch, channel};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -25,21 +46,25 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
-use ts3100_control::ControlSettings;
-use ts3100_controller::Controller;
-use ts3100_controller::action::{Action, ActionError};
-use ts3100_controller::faults::{Fault, FaultAction, FaultError, FaultReport};
-use ts3100_controller::findings::Findings;
-use ts3100_controller::input::PanelAction;
-use ts3100_controller::options::{Config, Dialect};
-use ts3100_controller::output::Output;
-use ts3100_controller::port::Port;
-use ts3100_driver::clock::TimeMode;
-use ts3100_driver::driver::request::{Request, View};
-use ts3100_driver::serial::SerialEndpoint;
+pub use ts3100_control::ControlSettings;
+pub use ts3100_controller::action::{Action, ActionError, IoKind};
+pub use ts3100_controller::faults::{FaultError, FaultReport};
+pub use ts3100_controller::findings::Findings;
+pub use ts3100_controller::input::PanelAction;
+pub use ts3100_controller::options::{Config, Dialect};
+pub use ts3100_controller::output::{Event, Output};
+pub use ts3100_controller::port::Port;
+pub use ts3100_controller::queries::VariableView;
+pub use ts3100_controller::{ConditionParseError, ControlRight, Controller, KeySwitch};
+pub use ts3100_driver::clock::TimeMode;
+use ts3100_driver::driver::request::Request;
+pub use ts3100_driver::serial::SerialEndpoint;
 use ts3100_driver::snapshot;
-use ts3100_driver::snapshot::{SnapshotRequestError, SnapshotTask};
-use ts3100_recording::reports::{CoverageReport, RunRecord};
+pub use ts3100_driver::snapshot::SnapshotRequestError;
+use ts3100_driver::snapshot::SnapshotTask;
+pub use ts3100_proto::command::Number;
+pub use ts3100_proto::status::ExecutionStatus;
+pub use ts3100_recording::reports::{CoverageReport, RunRecord};
 use ts3100_recording::transcript::FormatError;
 
 /// Configures an emulator; see [`Emulator::builder`].
@@ -269,23 +294,27 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`ts3100_driver::driver::REQUEST_QUEUE`] actions waiting, or the emulator has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
-pub struct PanelError;
+/// Longest wall-clock time for which a method waits.
+pub const MAX_WAIT: Duration = Duration::from_secs(30);
 
-/// Why a fault was not armed or disarmed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ArmError {
-    /// The specification is not valid.
-    #[error(transparent)]
-    Fault(#[from] FaultError),
-    /// The controller refuses the action.
+/// Why something could not be done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The robot refuses it: `cannot turn the servo on: the emergency stop is pressed`.
     #[error(transparent)]
     Refused(#[from] ActionError),
-    /// The queue is full, or the emulator has ended.
+    /// The specification of a fault is wrong.
     #[error(transparent)]
-    Panel(#[from] PanelError),
+    Fault(#[from] FaultError),
+    /// The condition cannot be read.
+    #[error(transparent)]
+    Condition(#[from] ConditionParseError),
+    /// The wait has not ended in this wall-clock time.
+    #[error("the wait has not ended within {0:?} of wall-clock time")]
+    Late(Duration),
+    /// The queue is full ([`ts3100_driver::driver::REQUEST_QUEUE`]), or the emulator has ended.
+    #[error("the emulator accepts no more requests: too many are waiting, or it has ended")]
+    Ended,
 }
 
 /// What is known of an emulator when its ports are open.
@@ -347,68 +376,24 @@ impl Emulator {
         self.started.serial.get(&port)
     }
 
-    /// Does something at the panel. When this returns, the action and all its immediate effects are done. Bytes that a
-    /// host sent before may still be on their way.
-    ///
-    /// # Errors
-    /// [`PanelError`].
-    pub fn panel(&self, panel: PanelAction) -> Result<(), PanelError> {
-        self.request(|reply| Request::Panel(panel, Box::new(move |(), _: &View<'_>| reply(()))))
-    }
-
     /// Sends a request and blocks until its reply. This is also possible in a runtime.
     fn request<T: Send + 'static>(
         &self,
         request: impl FnOnce(Box<dyn FnOnce(T) + Send>) -> Request,
-    ) -> Result<T, PanelError> {
+    ) -> Result<T, Error> {
         let (done, is_done) = std::sync::mpsc::channel();
         let reply = Box::new(move |value| {
             // Fails only when nobody waits for the result.
             let _ = done.send(value);
         });
         let sent = self.started.requests.try_send(request(reply));
-        sent.map_err(|_| PanelError)?;
-        is_done.recv().map_err(|_| PanelError)
-    }
-
-    /// Arms a fault; `spec` has the form of `--fault`.
-    ///
-    /// # Errors
-    /// What is wrong with the specification, or [`PanelError`].
-    pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
-        let fault = Box::new(spec.parse::<Fault>()?);
-        self.send_action(Action::Fault(FaultAction::Arm(fault)))
-    }
-
-    /// Disarms a fault by its number.
-    ///
-    /// # Errors
-    /// No fault has this number, or [`PanelError`].
-    pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
-        self.send_action(Action::Fault(FaultAction::Disarm(id)))
-    }
-
-    /// The faults with their counters.
-    ///
-    /// # Errors
-    /// [`PanelError`].
-    pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
-        self.request(|reply| {
-            Request::Query(Box::new(move |(), view| {
-                reply(view.controller.faults().reports().cloned().collect());
-            }))
-        })
-    }
-
-    fn send_action(&self, action: Action) -> Result<(), ArmError> {
-        let result: Result<(), ActionError> =
-            self.request(|reply| Request::Action(action, Box::new(move |result, _| reply(result))))?;
-        result.map_err(ArmError::from)
+        sent.map_err(|_| Error::Ended)?;
+        is_done.recv().map_err(|_| Error::Ended)
     }
 
     fn request_snapshot(&self, task: SnapshotTask) -> Result<(), SnapshotRequestError> {
         self.request(|reply| Request::Snapshot(task, Box::new(move |result, _| reply(result))))
-            .map_err(|PanelError| SnapshotRequestError::Busy)?
+            .map_err(|_| SnapshotRequestError::Busy)?
     }
 
     /// Keeps the present state in memory under a name.
@@ -436,7 +421,7 @@ impl Emulator {
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller: Controller = self
             .request(|reply| Request::Query(Box::new(move |(), view| reply(view.controller.clone()))))
-            .map_err(|PanelError| SnapshotRequestError::Busy)?;
+            .map_err(|_| SnapshotRequestError::Busy)?;
         Ok(snapshot::write(path, &controller)?)
     }
 

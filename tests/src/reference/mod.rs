@@ -26,6 +26,11 @@ pub struct Region {
 /// Every region of the book.
 pub const REGIONS: &[Region] = &[
     Region {
+        page: "how-to/rust.md",
+        name: "rust-example",
+        text: rust_example,
+    },
+    Region {
         page: "reference/protocol/commands.md",
         name: "commands",
         text: protocol::commands,
@@ -86,6 +91,13 @@ const END: &str = "<!-- end -->";
 
 fn mark(name: &str) -> String {
     format!("<!-- generated: {name} -->\n")
+}
+
+/// The example of the Rust page, which the suites compile and run.
+fn rust_example() -> String {
+    let source = include_str!("../../suites/embedded/rust_page.rs");
+    let example = source.split_once("\n\n").map_or(source, |(_, example)| example);
+    format!("```rust\n{}\n```", example.trim_end())
 }
 
 /// A generated file: the path below `docs`, and the function that returns the text.

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_emulator::embed::{ArmError, Emulator};
+use ts3100_emulator::embed::{Emulator, Error};
 use ts3100_tests::bench::{self, Bench};
 use ts3100_tests::host::{Host, LONG, dial};
 use ts3100_tests::testing::eventually;
@@ -99,7 +99,7 @@ fn a_host_that_waits_behind_a_half_open_connection_it_has_closed_is_served_next(
 fn faults_are_armed_reported_and_disarmed_while_it_runs() {
     let robot = Emulator::builder().fault_seed(3).start().unwrap();
     let mut host = served(&robot);
-    assert!(matches!(robot.arm("no-replay"), Err(ArmError::Fault(_))));
+    assert!(matches!(robot.arm("no-replay"), Err(Error::Fault(_))));
     robot.arm("ng:command=SO").unwrap();
     robot.arm("ng:command=CA").unwrap();
     host.exchange(SO, b"\x02NG\r\x03");

@@ -1,0 +1,423 @@
+//! What a test does to a running robot and reads from it: the commands of `ts3100 ctl` as methods, without HTTP.
+//!
+//! Each method blocks until its effect is there, also in an async runtime. Durations are virtual time.
+
+use super::{Emulator, Error, MAX_WAIT};
+use std::future::Future;
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+use ts3100_controller::action::{Action, ActionError, IoKind};
+use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
+use ts3100_controller::input::PanelAction;
+use ts3100_controller::port::Port;
+use ts3100_controller::queries::VariableView;
+use ts3100_controller::{Condition, ControlRight, Controller, KeySwitch};
+use ts3100_driver::clock::TimeMode;
+use ts3100_driver::driver::request::{LinkAction, Request, View};
+use ts3100_driver::driver::wait::Wait;
+use ts3100_proto::command::Number;
+use ts3100_proto::name::VariableName;
+use ts3100_proto::status::ExecutionStatus;
+
+/// The state of the robot.
+impl Emulator {
+    /// Reads whatever you like of the controller, at one moment.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn read<T: Send + 'static>(
+        &self,
+        look: impl FnOnce(&Controller) -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        self.view(move |view| look(view.controller))
+    }
+
+    fn view<T: Send + 'static>(
+        &self,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        self.request(|reply| Request::Query(Box::new(move |(), view| reply(look(view)))))
+    }
+
+    /// The execution status, as SU and SF show it.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn status(&self) -> Result<ExecutionStatus, Error> {
+        self.read(Controller::status)
+    }
+
+    /// Whether an input line is on.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn input(&self, line: u16) -> Result<bool, Error> {
+        self.read(move |controller| controller.signals().input(line))
+    }
+
+    /// Whether an output line is on.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn output(&self, line: u16) -> Result<bool, Error> {
+        self.read(move |controller| controller.signals().output(line))
+    }
+
+    /// The numbers of the active alarms, such as `2-046`.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn alarms(&self) -> Result<Vec<String>, Error> {
+        self.read(|controller| {
+            let active = controller.alarms().active().iter();
+            active.map(|alarm| alarm.code.number()).collect()
+        })
+    }
+
+    /// What PRINT has shown on the teach pendant.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn pendant(&self) -> Result<String, Error> {
+        self.read(|controller| controller.pendant().to_owned())
+    }
+
+    /// A variable of GLOBAL or DATA of the selected file, or an element such as `A(1,2)`; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn variable(&self, name: &str) -> Result<Option<VariableView>, Error> {
+        let Ok(name) = VariableName::parse(name) else {
+            return Ok(None);
+        };
+        self.read(move |controller| controller.variable(&name.name, &name.subscripts))
+    }
+
+    /// The names of the files on the RAM drive.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn files(&self) -> Result<Vec<String>, Error> {
+        self.read(|controller| controller.files().map(|(name, _)| name.to_owned()).collect())
+    }
+
+    /// The content of a file on the RAM drive, without EOF; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn file(&self, name: &str) -> Result<Option<Vec<u8>>, Error> {
+        let name = name.to_ascii_uppercase();
+        self.read(move |controller| controller.drive().get(&name).map(<[u8]>::to_vec))
+    }
+
+    /// The faults with their counters.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn faults(&self) -> Result<Vec<FaultReport>, Error> {
+        self.read(|controller| controller.faults().reports().cloned().collect())
+    }
+}
+
+/// Actions on the robot.
+impl Emulator {
+    /// Performs an action. The methods below have a name for each.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] with the reason, or [`Error::Ended`].
+    pub fn act(&self, action: Action) -> Result<(), Error> {
+        self.change(|reply| Request::Action(action, Box::new(move |result, _| reply(result))))
+    }
+
+    fn change(
+        &self,
+        request: impl FnOnce(Box<dyn FnOnce(Result<(), ActionError>) + Send>) -> Request,
+    ) -> Result<(), Error> {
+        let result: Result<(), ActionError> = self.request(request)?;
+        result.map_err(Error::from)
+    }
+
+    fn at_link(&self, action: LinkAction) -> Result<(), Error> {
+        self.change(|reply| Request::LinkAction(action, Box::new(move |result, _| reply(result))))
+    }
+
+    /// Does something at the operator panel as a person does, who gets no answer: what the state does not allow has no
+    /// effect.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn panel(&self, panel: PanelAction) -> Result<(), Error> {
+        self.request(|reply| Request::Panel(panel, Box::new(move |(), _: &View<'_>| reply(()))))
+    }
+
+    /// Sets variables as MW does; as many numbers as the type has. With `restore` also in the file.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn set_variable(&self, name: &str, values: &[Number], restore: bool) -> Result<(), Error> {
+        self.act(Action::SetVariable {
+            name: name.to_owned(),
+            values: values.to_vec(),
+            restore,
+        })
+    }
+
+    /// Sets a position to the present one of the arm. With `restore` also in the file.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn teach(&self, name: &str, restore: bool) -> Result<(), Error> {
+        let name = name.to_owned();
+        self.act(Action::Teach { name, restore })
+    }
+
+    /// Puts a file on the RAM drive.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn put_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Error> {
+        self.act(Action::PutFile {
+            name: name.to_ascii_uppercase(),
+            content: content.as_ref().to_vec(),
+        })
+    }
+
+    /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn raise_alarm(&self, number: &str, detail: &str) -> Result<(), Error> {
+        let (number, detail) = (number.to_owned(), detail.to_owned());
+        self.act(Action::RaiseAlarm { number, detail })
+    }
+
+    /// Turns a line on or off for a time and then back; an output pulse is always on.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn pulse(&self, side: IoKind, line: u16, on: bool, length: Duration) -> Result<(), Error> {
+        self.act(Action::Pulse {
+            side,
+            line,
+            on,
+            length,
+        })
+    }
+
+    /// Forces a line to a state, whatever drives it.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn force(&self, side: IoKind, line: u16, on: bool) -> Result<(), Error> {
+        self.act(Action::Force { side, line, on })
+    }
+
+    /// Releases a forced line.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn release(&self, side: IoKind, line: u16) -> Result<(), Error> {
+        self.act(Action::Release { side, line })
+    }
+
+    /// Arms a fault; `spec` has the form of `--fault`.
+    ///
+    /// # Errors
+    /// [`Error::Fault`] for a wrong specification, or as [`Emulator::act`].
+    pub fn arm(&self, spec: &str) -> Result<(), Error> {
+        let fault = Box::new(spec.parse::<Fault>()?);
+        self.act(Action::Fault(FaultAction::Arm(fault)))
+    }
+
+    /// Disarms a fault by its number.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn disarm(&self, id: u32) -> Result<(), Error> {
+        self.act(Action::Fault(FaultAction::Disarm(id)))
+    }
+
+    /// Removes all faults.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn clear_faults(&self) -> Result<(), Error> {
+        self.act(Action::Fault(FaultAction::Clear))
+    }
+
+    /// Handles bytes as if the peer of a port had sent them.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn inject(&self, port: Port, bytes: &[u8]) -> Result<(), Error> {
+        let bytes = bytes.to_vec();
+        self.at_link(LinkAction::Inject { port, bytes })
+    }
+
+    /// Closes the connection of a port.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn drop_peer(&self, port: Port) -> Result<(), Error> {
+        self.at_link(LinkAction::Drop { port })
+    }
+
+    /// Returns to the state at the start, time included; connections are closed.
+    ///
+    /// # Errors
+    /// As [`Emulator::act`].
+    pub fn reset(&self) -> Result<(), Error> {
+        self.at_link(LinkAction::Reset)
+    }
+}
+
+/// Methods that do one thing at the panel or to the controller.
+macro_rules! actions {
+    ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $action:expr;)*) => {
+        /// Switches, buttons, lines and files, in the words of `ts3100 ctl`.
+        impl Emulator {
+            $(
+                $(#[$doc])*
+                ///
+                /// # Errors
+                /// As [`Emulator::act`].
+                pub fn $name(&self $(, $argument: $type)*) -> Result<(), Error> {
+                    self.act($action)
+                }
+            )*
+        }
+    };
+}
+
+actions! {
+    /// Presses the emergency stop.
+    press_emergency_stop() => Action::Panel(PanelAction::EmergencyStop(true));
+    /// Releases the emergency stop.
+    release_emergency_stop() => Action::Panel(PanelAction::EmergencyStop(false));
+    /// Opens the safety switch.
+    open_safety_switch() => Action::Panel(PanelAction::SafetySwitch(true));
+    /// Closes the safety switch.
+    close_safety_switch() => Action::Panel(PanelAction::SafetySwitch(false));
+    /// Turns the key switch.
+    turn_key_switch(position: KeySwitch) => Action::Panel(PanelAction::Key(position));
+    /// Sets who commands the robot in EXT.
+    set_control_right(holder: ControlRight) => Action::Panel(PanelAction::ControlRight(holder));
+    /// Turns servo power on or off.
+    set_servo(on: bool) => Action::Panel(PanelAction::Servo(on));
+    /// Turns feed hold on or off.
+    set_feed_hold(on: bool) => Action::FeedHold(on);
+    /// Turns machine lock on or off.
+    set_machine_lock(on: bool) => Action::Panel(PanelAction::MachineLock(on));
+    /// Makes the battery of the RAM drive low, or good again.
+    set_battery_low(low: bool) => Action::Panel(PanelAction::Battery(low));
+    /// Starts the selected program.
+    start_program() => Action::Panel(PanelAction::Start);
+    /// Stops the program.
+    stop_program() => Action::Panel(PanelAction::Stop);
+    /// Types on the teach pendant; `\r` is the Enter key.
+    type_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
+    /// Presses ALARM RESET.
+    reset_alarms() => Action::Panel(PanelAction::AlarmReset);
+    /// Drives an input line.
+    set_input(line: u16, on: bool) => Action::Panel(PanelAction::InputLine { line, on });
+    /// Sets a user output, as IW does.
+    set_output(line: u16, on: bool) => Action::SetOutput { line, on };
+    /// Erases a file, as ER does.
+    erase_file(name: &str) => Action::EraseFile { name: name.to_ascii_uppercase() };
+    /// Selects a file, as SL does.
+    select(name: &str) => Action::Select { name: name.to_ascii_uppercase() };
+    /// Turns the power off; every connection is closed.
+    power_off() => Action::PowerOff;
+    /// Turns the power on.
+    power_on() => Action::PowerOn;
+    /// Turns the power off and on again.
+    power_cycle() => Action::Panel(PanelAction::PowerCycle);
+}
+
+/// Time.
+impl Emulator {
+    /// Virtual time since the start.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn now(&self) -> Result<Duration, Error> {
+        self.read(|controller| Duration::from_micros(controller.now().as_micros()))
+    }
+
+    /// Sets how time passes.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn set_time(&self, mode: TimeMode) -> Result<(), Error> {
+        self.at_link(LinkAction::TimeMode(mode))
+    }
+
+    /// Advances time; everything that is due meanwhile happens at its own time. Works in every time mode.
+    ///
+    /// # Errors
+    /// [`Error::Late`] after [`MAX_WAIT`], or [`Error::Ended`].
+    pub fn advance(&self, by: Duration) -> Result<(), Error> {
+        self.wait(Wait::new(None, by, true)).map(drop)
+    }
+
+    /// Advances time until a condition is met, such as `"output 5 on"` or `"printed IP1 DONE"`, for at most `within`.
+    /// Returns whether it was met. A state that already holds ends it at once.
+    ///
+    /// # Errors
+    /// [`Error::Condition`] for a condition that cannot be read, or as [`Emulator::advance`].
+    pub fn advance_until(&self, condition: &str, within: Duration) -> Result<bool, Error> {
+        let condition: Condition = condition.parse()?;
+        self.wait(Wait::new(Some(condition), within, true))
+    }
+
+    /// Waits for a condition while time passes by itself, for at most `within`. Returns whether it was met.
+    ///
+    /// # Errors
+    /// As [`Emulator::advance_until`]; in stepped time [`Error::Late`] if nobody advances it.
+    pub fn wait_until(&self, condition: &str, within: Duration) -> Result<bool, Error> {
+        let condition: Condition = condition.parse()?;
+        self.wait(Wait::new(Some(condition), within, false))
+    }
+
+    fn wait(&self, wait: Wait) -> Result<bool, Error> {
+        let (done, is_done) = oneshot::channel();
+        let sent = self.started.requests.try_send(Request::Wait(wait, done));
+        sent.map_err(|_| Error::Ended)?;
+        match block_on(is_done, MAX_WAIT) {
+            Some(Ok(ended)) => Ok(ended.reached),
+            Some(Err(_)) => Err(Error::Ended),
+            None => Err(Error::Late(MAX_WAIT)),
+        }
+    }
+}
+
+/// Wakes a thread.
+struct Unpark(Thread);
+
+impl Wake for Unpark {
+    fn wake(self: Arc<Unpark>) {
+        self.0.unpark();
+    }
+}
+
+/// Blocks this thread until the future is ready; `None` after `limit`. Unlike a runtime's own it works within one.
+fn block_on<T>(future: impl Future<Output = T>, limit: Duration) -> Option<T> {
+    let mut future = pin!(future);
+    let waker = Waker::from(Arc::new(Unpark(thread::current())));
+    let mut context = Context::from_waker(&waker);
+    let until = Instant::now() + limit;
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut context) {
+            return Some(value);
+        }
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return None;
+        }
+        thread::park_timeout(left);
+    }
+}

@@ -1,0 +1,56 @@
+//! The example of `docs/how-to/rust.md`, which is generated from this file. It uses `ts3100_emulator` alone, as a test
+//! of a user does.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+use ts3100_emulator::embed::{Emulator, Port, TimeMode};
+
+/// Waits for input 1, works for two seconds, and turns output 5 on.
+const PICK: &str = "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n";
+
+/// Your host program: here it starts the selected program and returns the answer.
+fn start_robot(address: std::net::SocketAddr) -> std::io::Result<Vec<u8>> {
+    let mut host = TcpStream::connect(address)?;
+    host.write_all(b"\x02RN\r\x03")?;
+    let mut answer = [0; 64];
+    let length = host.read(&mut answer)?;
+    Ok(answer[..length].to_vec())
+}
+
+#[test]
+fn the_robot_places_a_part() -> Result<(), Box<dyn std::error::Error>> {
+    let robot = Emulator::builder()
+        .file("PICK", PICK)
+        .select("PICK")
+        .servo_on(true)
+        .time(TimeMode::Stepped)
+        .start()?;
+    let address = robot.address(Port::Ip0).ok_or("IP0 is closed")?;
+
+    assert_eq!(start_robot(address)?, b"\x02OK\r\x03");
+    robot.set_input(1, true)?;
+    assert!(robot.advance_until("output 5 on", Duration::from_secs(10))?);
+    assert!(robot.now()? >= Duration::from_secs(2));
+    assert!(robot.findings().is_empty(), "{:?}", robot.findings());
+    Ok(())
+}
+
+#[test]
+fn the_emergency_stop_refuses_a_start() -> Result<(), Box<dyn std::error::Error>> {
+    let robot = Emulator::builder()
+        .file("PICK", PICK)
+        .select("PICK")
+        .servo_on(true)
+        .start()?;
+    let address = robot.address(Port::Ip0).ok_or("IP0 is closed")?;
+
+    robot.press_emergency_stop()?;
+    assert_eq!(start_robot(address)?, b"\x02NG\r\x03");
+    let refused = robot.set_servo(true).unwrap_err();
+    assert_eq!(
+        refused.to_string(),
+        "cannot turn the servo on: the emergency stop is pressed"
+    );
+    Ok(())
+}
