@@ -1,4 +1,4 @@
-//! Findings: what a host did that the manual advises against, or that the controller forgave (decision D1).
+//! Findings: protocol mistakes of hosts.
 //!
 //! A finding never changes an answer. The rules are one table, [`RULES`]; `checks` compares what a host does with them.
 //! Each violation is an [`Event::Finding`]. [`Findings`] counts them and keeps the first of each rule. Reports in the
