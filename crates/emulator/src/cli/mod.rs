@@ -27,7 +27,7 @@ use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;
 use clap::error::ErrorKind;
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{Args as _, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use clap_complete::Shell;
 use help::Extent;
 use std::ffi::OsString;
@@ -81,10 +81,25 @@ pub fn main() -> ExitCode {
     {
         return guard::run();
     }
-    let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(error));
-    let code = run(cli.command);
+    let command = parse_serve().unwrap_or_else(|| {
+        let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(error));
+        cli.command
+    });
+    let code = run(command);
     log::flush();
     code
+}
+
+/// The command line of `serve`, read by the definition of its own flags: that of all subcommands takes longer to build
+/// than a robot to start. `None` for every other command line, and for one that is wrong or asks for help.
+fn parse_serve() -> Option<Command> {
+    let mut words = std::env::args_os().skip(1);
+    words.next().filter(|word| word == "serve")?;
+    let flags = ServeArgs::augment_args(clap::Command::new("serve")).no_binary_name(true);
+    let matches = flags.try_get_matches_from(words).ok()?;
+    ServeArgs::from_arg_matches(&matches)
+        .ok()
+        .map(|args| Command::Serve(Box::new(args)))
 }
 
 fn run(command: Command) -> ExitCode {

@@ -10,6 +10,7 @@ use super::exported;
 use super::model::ModelChoice;
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, FromArgMatches};
+use std::cell::LazyCell;
 use std::collections::BTreeMap;
 use std::error::Error as _;
 use std::ffi::OsString;
@@ -44,7 +45,7 @@ pub fn read(flags: ServeArgs, environment: &Environment) -> Result<(ServeArgs, V
 fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>), ConfigError> {
     let mut merged = ServeArgs::default();
     let mut unknown = Vec::new();
-    let known = known_keys();
+    let known = LazyCell::new(known_keys);
     for (name, value) in environment {
         let Some(name) = name.to_str().filter(|name| name.starts_with(PREFIX)) else {
             continue;

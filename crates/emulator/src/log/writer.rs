@@ -12,8 +12,8 @@ use serde_json::json;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::time::{Duration, Instant};
 use tracing::callsite::Identifier;
 use tracing::{Level, Metadata};
@@ -24,11 +24,11 @@ use ts3100_control::printable::{escape_line, escape_lines, printable};
 const QUEUE_LENGTH: usize = 4_096;
 /// Longest wait in [`flush`] for lines that are not written yet.
 const FLUSH_TIMEOUT: Duration = Duration::from_millis(250);
-/// Pause between two attempts to put the flush mark into a full queue.
-const FLUSH_RETRY: Duration = Duration::from_millis(1);
 
-/// The queue of the process: tracing has one global subscriber, too.
-static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
+/// The queue of the process: tracing has one global subscriber, too. It is made for the first line.
+static QUEUED: OnceLock<Sender<Entry>> = OnceLock::new();
+/// Lines in the queue.
+static WAITING: AtomicUsize = AtomicUsize::new(0);
 /// The form of the log, once it is started.
 static FORMAT: OnceLock<LogFormat> = OnceLock::new();
 /// Lines lost since the last notice about lost lines.
@@ -50,16 +50,9 @@ pub(super) struct LogWriter {
 }
 
 impl LogWriter {
-    /// Starts the thread that writes; the second and later calls change nothing.
+    /// Sets the form of the log; the second and later calls change nothing.
     pub(super) fn start(format: LogFormat) -> LogWriter {
         FORMAT.get_or_init(|| format);
-        QUEUED.get_or_init(|| {
-            let (sender, receiver) = sync_channel(QUEUE_LENGTH);
-            let named = std::thread::Builder::new().name("ts3100-log".to_owned());
-            // Without a thread the receiver is gone, and all lines count as dropped.
-            let _ = named.spawn(move || write_all(&receiver, format));
-            sender
-        });
         LogWriter {
             format,
             callsite: None,
@@ -111,9 +104,22 @@ impl Write for LogWriter {
     }
 }
 
+/// The queue, with the thread that writes what is in it.
+fn queue() -> &'static Sender<Entry> {
+    QUEUED.get_or_init(|| {
+        let (sender, receiver) = channel();
+        let format = FORMAT.get().copied().unwrap_or_default();
+        let named = std::thread::Builder::new().name("ts3100-log".to_owned());
+        // Without a thread the receiver is gone, and all lines count as dropped.
+        let _ = named.spawn(move || write_all(&receiver, format));
+        sender
+    })
+}
+
 fn enqueue(line: Vec<u8>, kind: Option<LineKey>) {
-    let queue = QUEUED.get();
-    if queue.is_none_or(|queue| queue.try_send(Entry::Line(line, kind)).is_err()) {
+    let is_full = WAITING.fetch_add(1, Ordering::Relaxed) >= QUEUE_LENGTH;
+    if is_full || queue().send(Entry::Line(line, kind)).is_err() {
+        WAITING.fetch_sub(1, Ordering::Relaxed);
         DROPPED.fetch_add(1, Ordering::Relaxed);
     }
 }
@@ -129,6 +135,9 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
             None => entries.recv().map_err(RecvTimeoutError::from),
             Some(timeout) => entries.recv_timeout(timeout),
         };
+        if let Ok(Entry::Line(..)) = entry {
+            WAITING.fetch_sub(1, Ordering::Relaxed);
+        }
         let (line, done) = match entry {
             Ok(Entry::Line(line, None)) => (Some(line), None),
             Ok(Entry::Line(line, Some(kind))) => (folds.admit(Instant::now(), kind, line), None),
@@ -203,21 +212,11 @@ pub(super) fn shows_bytes() -> bool {
 /// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`].
 pub(crate) fn flush() {
     let Some(queue) = QUEUED.get() else { return };
-    let until = Instant::now() + FLUSH_TIMEOUT;
     let (done, written) = sync_channel(1);
-    let mut mark = Entry::Flush(done);
-    loop {
-        match queue.try_send(mark) {
-            Ok(()) => break,
-            Err(TrySendError::Full(back)) if Instant::now() < until => {
-                mark = back;
-                std::thread::sleep(FLUSH_RETRY);
-            }
-            Err(_) => return,
-        }
+    if queue.send(Entry::Flush(done)).is_ok() {
+        // Fails when they could not be written in time.
+        let _ = written.recv_timeout(FLUSH_TIMEOUT);
     }
-    // Fails when they could not be written in time.
-    let _ = written.recv_timeout(until.saturating_duration_since(Instant::now()));
 }
 
 /// Prints a message to stderr, after the log lines before it, with the prefix `error: `.
