@@ -309,6 +309,12 @@ pub enum Error {
     /// The condition cannot be read.
     #[error(transparent)]
     Condition(#[from] ConditionParseError),
+    /// No line has this number.
+    #[error("unknown line `{0}`: expected 1-64, 101-164 or 201-264")]
+    Line(u16),
+    /// A reset or a snapshot replaced the state before the time had passed.
+    #[error("cannot advance time to the end: a reset or a snapshot replaced the state")]
+    CutShort,
     /// The wait has not ended in this wall-clock time.
     #[error("the wait has not ended within {0:?} of wall-clock time")]
     Late(Duration),

@@ -4,6 +4,7 @@ use std::time::Duration;
 use ts3100_emulator::embed::{
     ControlRight, Emulator, Error, ExecutionStatus, IoKind, KeySwitch, Number, Port, TimeMode,
 };
+use ts3100_tests::bench::{Bench, builder};
 
 const SECOND: Duration = Duration::from_secs(1);
 const COUNT: &str = "GLOBAL\nN = 0\nEND\nPROGRAM COUNT\nINPUT N\nPRINT \"GOT\", CR\nDELAY 2\nDOUT(5)\nWAIT DIN(2)\nEND\n\
@@ -122,4 +123,49 @@ fn lines_variables_and_files_are_read_and_changed() {
     robot.disarm(9).unwrap();
     robot.clear_faults().unwrap();
     assert!(robot.faults().unwrap().is_empty());
+}
+
+/// A task of tokio has a budget, after which what it polls is never ready before it gives way. A method cannot give way.
+#[test]
+fn waits_of_one_async_task_are_not_limited_in_number() {
+    let robot = stepped();
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(async {
+        for _ in 0..300 {
+            robot.advance(Duration::from_millis(1)).unwrap();
+        }
+    });
+    assert_eq!(robot.now().unwrap(), Duration::from_millis(300));
+}
+
+#[test]
+fn an_advance_that_a_reset_cuts_short_is_an_error() {
+    let program = "PROGRAM LOOP\nAGAIN:\nDELAY 0.001\nGOTO AGAIN\nEND\n";
+    let robot = Emulator::builder().file("LOOP", program).select("LOOP");
+    let robot = robot.servo_on(true).time(TimeMode::Stepped).start().unwrap();
+    robot.start_program().unwrap();
+    std::thread::scope(|scope| {
+        let advance = scope.spawn(|| robot.advance(Duration::from_secs(2_000_000)));
+        let moves = (0..100_000).any(|_| !robot.now().unwrap().is_zero());
+        assert!(moves, "time stands");
+        robot.reset().unwrap();
+        let ended = advance.join().unwrap();
+        assert!(matches!(ended, Err(Error::CutShort)), "{ended:?}");
+    });
+    robot.advance(SECOND).unwrap();
+    assert_eq!(robot.now().unwrap(), SECOND);
+}
+
+#[test]
+fn a_line_that_the_controller_does_not_have_is_refused_as_by_the_control_interface() {
+    let bench = Bench::start(builder());
+    let robot = &bench.emulator;
+    for (path, read) in [
+        ("/inputs/300", robot.input(300)),
+        ("/outputs/300", robot.output(300)),
+    ] {
+        let expected = bench.refused(404, "GET", path, "");
+        assert_eq!(read.unwrap_err().to_string(), expected);
+    }
+    assert!(!robot.output(264).unwrap());
 }

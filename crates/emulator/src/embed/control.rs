@@ -15,13 +15,21 @@ use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::VariableView;
+use ts3100_controller::signals::Signals;
 use ts3100_controller::{Condition, ControlRight, Controller, KeySwitch};
 use ts3100_driver::clock::TimeMode;
-use ts3100_driver::driver::request::{LinkAction, Request, View};
+use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ExecutionStatus;
+
+fn require_line(line: u16) -> Result<(), Error> {
+    if Signals::exists(line) {
+        return Ok(());
+    }
+    Err(Error::Line(line))
+}
 
 /// The state of the robot.
 impl Emulator {
@@ -54,16 +62,18 @@ impl Emulator {
     /// Whether an input line is on.
     ///
     /// # Errors
-    /// [`Error::Ended`].
+    /// [`Error::Line`] for a number that no line has, or [`Error::Ended`].
     pub fn input(&self, line: u16) -> Result<bool, Error> {
+        require_line(line)?;
         self.read(move |controller| controller.signals().input(line))
     }
 
     /// Whether an output line is on.
     ///
     /// # Errors
-    /// [`Error::Ended`].
+    /// [`Error::Line`] for a number that no line has, or [`Error::Ended`].
     pub fn output(&self, line: u16) -> Result<bool, Error> {
+        require_line(line)?;
         self.read(move |controller| controller.signals().output(line))
     }
 
@@ -359,9 +369,14 @@ impl Emulator {
     /// Advances time; everything that is due meanwhile happens at its own time. Works in every time mode.
     ///
     /// # Errors
-    /// [`Error::Late`] after [`MAX_WAIT`], or [`Error::Ended`].
+    /// [`Error::CutShort`] if the state is replaced meanwhile, [`Error::Late`] after [`MAX_WAIT`], or [`Error::Ended`].
     pub fn advance(&self, by: Duration) -> Result<(), Error> {
-        self.wait(Wait::new(None, by, true)).map(drop)
+        let ended = self.wait(Wait::new(None, by, true))?;
+        // Nothing was waited for but the time itself.
+        if ended.passed < by {
+            return Err(Error::CutShort);
+        }
+        Ok(())
     }
 
     /// Advances time until a condition is met, such as `"output 5 on"` or `"printed IP1 DONE"`, for at most `within`.
@@ -371,7 +386,7 @@ impl Emulator {
     /// [`Error::Condition`] for a condition that cannot be read, or as [`Emulator::advance`].
     pub fn advance_until(&self, condition: &str, within: Duration) -> Result<bool, Error> {
         let condition: Condition = condition.parse()?;
-        self.wait(Wait::new(Some(condition), within, true))
+        Ok(self.wait(Wait::new(Some(condition), within, true))?.reached)
     }
 
     /// Waits for a condition while time passes by itself, for at most `within`. Returns whether it was met.
@@ -380,15 +395,15 @@ impl Emulator {
     /// As [`Emulator::advance_until`]; in stepped time [`Error::Late`] if nobody advances it.
     pub fn wait_until(&self, condition: &str, within: Duration) -> Result<bool, Error> {
         let condition: Condition = condition.parse()?;
-        self.wait(Wait::new(Some(condition), within, false))
+        Ok(self.wait(Wait::new(Some(condition), within, false))?.reached)
     }
 
-    fn wait(&self, wait: Wait) -> Result<bool, Error> {
+    fn wait(&self, wait: Wait) -> Result<WaitResult, Error> {
         let (done, is_done) = oneshot::channel();
         let sent = self.started.requests.try_send(Request::Wait(wait, done));
         sent.map_err(|_| Error::Ended)?;
         match block_on(is_done, MAX_WAIT) {
-            Some(Ok(ended)) => Ok(ended.reached),
+            Some(Ok(ended)) => Ok(ended),
             Some(Err(_)) => Err(Error::Ended),
             None => Err(Error::Late(MAX_WAIT)),
         }
@@ -406,7 +421,8 @@ impl Wake for Unpark {
 
 /// Blocks this thread until the future is ready; `None` after `limit`. Unlike a runtime's own it works within one.
 fn block_on<T>(future: impl Future<Output = T>, limit: Duration) -> Option<T> {
-    let mut future = pin!(future);
+    // Without the budget of an async task that calls: it would be spent for good, because the task does not give way.
+    let mut future = pin!(tokio::task::unconstrained(future));
     let waker = Waker::from(Arc::new(Unpark(thread::current())));
     let mut context = Context::from_waker(&waker);
     let until = Instant::now() + limit;
