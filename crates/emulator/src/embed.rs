@@ -47,11 +47,12 @@ use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
 pub use ts3100_control::ControlSettings;
-pub use ts3100_controller::action::{Action, ActionError, IoKind};
+pub use ts3100_controller::action::{Action, ActionError, ActionErrorKind, IoKind};
 pub use ts3100_controller::faults::{FaultError, FaultReport};
-pub use ts3100_controller::findings::Findings;
+pub use ts3100_controller::findings::{Findings, Rule, rules};
 pub use ts3100_controller::input::PanelAction;
-pub use ts3100_controller::options::{Config, Dialect};
+pub use ts3100_controller::model::ArmModel;
+pub use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
 pub use ts3100_controller::output::{Event, Output};
 pub use ts3100_controller::port::Port;
 pub use ts3100_controller::queries::VariableView;
@@ -65,7 +66,7 @@ use ts3100_driver::snapshot::SnapshotTask;
 pub use ts3100_proto::command::Number;
 pub use ts3100_proto::status::ExecutionStatus;
 pub use ts3100_recording::reports::{CoverageReport, RunRecord};
-use ts3100_recording::transcript::FormatError;
+pub use ts3100_recording::transcript::FormatError;
 
 /// Configures an emulator; see [`Emulator::builder`].
 #[derive(Debug, Clone)]
@@ -418,6 +419,23 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.request_snapshot(SnapshotTask::Restore(name.to_owned()))
+    }
+
+    /// Deletes the snapshot of that name.
+    ///
+    /// # Errors
+    /// [`SnapshotRequestError`].
+    pub fn delete_snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
+        self.request_snapshot(SnapshotTask::Remove(name.to_owned()))
+    }
+
+    /// The names of the snapshots in alphabetical order.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn snapshots(&self) -> Result<Vec<String>, Error> {
+        let listed = self.view(|view| view.snapshots.list())?;
+        Ok(listed.into_iter().map(|(name, _)| name).collect())
     }
 
     /// Writes the present state into a file.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 use ts3100_emulator::embed::{
-    ControlRight, Emulator, Error, ExecutionStatus, IoKind, KeySwitch, Number, Port, TimeMode,
+    ControlRight, Emulator, Error, ExecutionStatus, IoKind, KeySwitch, Number, Port, TimeMode, rules,
 };
 use ts3100_tests::bench::{Bench, builder};
 
@@ -168,4 +168,20 @@ fn a_line_that_the_controller_does_not_have_is_refused_as_by_the_control_interfa
         assert_eq!(read.unwrap_err().to_string(), expected);
     }
     assert!(!robot.output(264).unwrap());
+}
+
+#[test]
+fn what_ctl_shows_has_a_method() {
+    let robot = stepped();
+    assert_eq!(robot.time_mode().unwrap(), TimeMode::Stepped);
+    robot.press_feed_hold().unwrap();
+    assert!(robot.read(|controller| controller.state().feed_hold).unwrap());
+    robot.press_feed_hold().unwrap();
+    assert!(!robot.read(|controller| controller.state().feed_hold).unwrap());
+    robot.snapshot("a").unwrap();
+    robot.snapshot("b").unwrap();
+    robot.delete_snapshot("a").unwrap();
+    assert_eq!(robot.snapshots().unwrap(), ["b"]);
+    assert!(robot.restore("a").is_err());
+    assert_eq!(robot.findings().count(&rules::LOWER_CASE), 0);
 }

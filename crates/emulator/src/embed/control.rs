@@ -44,7 +44,7 @@ impl Emulator {
         self.view(move |view| look(view.controller))
     }
 
-    fn view<T: Send + 'static>(
+    pub(super) fn view<T: Send + 'static>(
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Error> {
@@ -320,6 +320,8 @@ actions! {
     set_servo(on: bool) => Action::Panel(PanelAction::Servo(on));
     /// Turns feed hold on or off.
     set_feed_hold(on: bool) => Action::FeedHold(on);
+    /// Presses the feed hold button, which turns feed hold on, or off if it is on.
+    press_feed_hold() => Action::Panel(PanelAction::FeedHold);
     /// Turns machine lock on or off.
     set_machine_lock(on: bool) => Action::Panel(PanelAction::MachineLock(on));
     /// Makes the battery of the RAM drive low, or good again.
@@ -356,6 +358,14 @@ impl Emulator {
     /// [`Error::Ended`].
     pub fn now(&self) -> Result<Duration, Error> {
         self.read(|controller| Duration::from_micros(controller.now().as_micros()))
+    }
+
+    /// How time passes.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn time_mode(&self) -> Result<TimeMode, Error> {
+        self.view(|view| view.clock.mode())
     }
 
     /// Sets how time passes.
