@@ -35,9 +35,6 @@ fn main() -> ExitCode {
                 };
                 return requests::echo(length).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
-            "--requests" => {
-                return requests::print(rounds).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
-            }
             "--rounds" => match count().filter(|count| *count > 0) {
                 Some(count) => rounds = count,
                 None => return failed("--rounds: expected a number from 1 up"),
@@ -84,7 +81,8 @@ fn run(check: bool, rounds: usize) -> Result<bool, String> {
     }
     println!();
     whole::print(rounds)?;
-    let slow = control::print(rounds)?;
+    let mut slow = control::print(rounds)?;
+    slow.extend(requests::print(rounds)?);
     for line in &slow {
         println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
     }

@@ -213,7 +213,7 @@ impl ConditionBody {
         match self {
             ConditionBody::Text(words) => words
                 .parse::<Condition>()
-                .map_err(|error| Problem::new(StatusCode::UNPROCESSABLE_ENTITY, error).at("condition")),
+                .map_err(|error| Problem::new(StatusCode::CONFLICT, error).at("condition")),
             ConditionBody::Object(object) => object.into_condition(),
         }
     }

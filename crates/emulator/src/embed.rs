@@ -39,6 +39,7 @@ use crate::launch::Launched;
 pub use crate::loading::StartError;
 pub use crate::watch::WaitError;
 use crate::watch::{Watch, channel};
+pub use scol_mini::ValueKind;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -54,6 +55,7 @@ pub use ts3100_controller::input::PanelAction;
 pub use ts3100_controller::model::ArmModel;
 pub use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
 pub use ts3100_controller::output::{Event, Output};
+pub use ts3100_controller::panel::PanelState;
 pub use ts3100_controller::port::Port;
 pub use ts3100_controller::queries::VariableView;
 pub use ts3100_controller::{ConditionParseError, ControlRight, Controller, KeySwitch};
@@ -79,6 +81,20 @@ impl Builder {
     #[must_use]
     pub fn controller(mut self, controller: Config) -> Builder {
         self.settings.controller = controller;
+        self
+    }
+
+    /// The arm (default: ts3100-tv800).
+    #[must_use]
+    pub fn model(mut self, model: ArmModel) -> Builder {
+        self.settings.controller.model = model;
+        self
+    }
+
+    /// Position of the key switch at the start (default: EXT).
+    #[must_use]
+    pub fn key_switch(mut self, position: KeySwitch) -> Builder {
+        self.settings.controller.key = position;
         self
     }
 

@@ -131,8 +131,8 @@ fn what_cannot_be_waited_for_is_refused() {
         (422, r#"{"condition":{"printed":{"text":""}},"within":1}"#),
         (422, r#"{"condition":{"moon":{}},"within":1}"#),
         (422, r#"{"condition":["idle"],"within":1}"#),
-        (422, r#"{"condition":"moon","within":1}"#),
-        (422, r#"{"condition":"output 0 on","within":1}"#),
+        (409, r#"{"condition":"moon","within":1}"#),
+        (409, r#"{"condition":"output 0 on","within":1}"#),
         (422, r#"{"condition":{"idle":{}}}"#),
         (422, r#"{"condition":{"idle":{}},"within":-1}"#),
         (422, r#"{"condition":{"idle":{}},"within":1,"wall":1000}"#),
@@ -171,7 +171,7 @@ fn a_condition_is_text_as_in_scenarios() {
     assert!(until("status running", 0.0));
     assert!(until("output 4 on", 10_000.0));
     assert!(until("printed IP1 ONE", 100.0));
-    let error = robot.refused(422, "POST", "/wait", r#"{"condition":"comand RN","within":1}"#);
+    let error = robot.refused(409, "POST", "/wait", r#"{"condition":"comand RN","within":1}"#);
     assert_eq!(error, "unknown condition `comand RN`; did you mean `command`?");
 }
 
