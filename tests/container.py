@@ -12,101 +12,19 @@ the base image is made of Debian's busybox-static."""
 import argparse
 import json
 import os
-import platform
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
 import urllib.error
 import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from engine import IMAGE, build, docker, run, static_binary, succeeds  # noqa: E402
 from wire import Failed, Host, Line, equal, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-IMAGE, NAME, VOLUME = "ts3100-test", "ts3100-test-robot", "ts3100-test-drive"
+NAME, VOLUME = "ts3100-test-robot", "ts3100-test-drive"
 TOKEN = "only-for-this-test"
-DAEMON_TIMEOUT = 60
-PULL_TIMEOUT = 30
 HEALTHY_TIMEOUT = 30
 STOP_LIMIT = 5.0
-ROOT_COMMAND = [] if os.geteuid() == 0 else ["sudo"]
-
-
-def run(*command, **more):
-    """Output of a command that has to succeed."""
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
-    if done.returncode:
-        raise Failed("%s\n     exit code %d\n%s" % (" ".join(command), done.returncode, done.stdout))
-    return done.stdout.strip()
-
-
-def succeeds(*command, timeout=None):
-    """Whether a command does."""
-    try:
-        return subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              timeout=timeout, check=False).returncode == 0
-    except (subprocess.TimeoutExpired, FileNotFoundError):
-        return False
-
-
-def install(package):
-    """A package of the system."""
-    print("installing %s" % package, flush=True)
-    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    run(*ROOT_COMMAND, "apt-get", "update", "-q")
-    run(*ROOT_COMMAND, "apt-get", "install", "-y", "-q", "--no-install-recommends", package, env=environment)
-
-
-def start_docker():
-    """A container engine that answers. Returns the daemon if it was started here."""
-    if succeeds("docker", "info"):
-        return None
-    if not shutil.which("dockerd"):
-        install("docker.io")
-    print("starting dockerd", flush=True)
-    with open(os.path.join(tempfile.gettempdir(), "ts3100-dockerd.log"), "w", encoding="utf-8") as log:
-        daemon = subprocess.Popen([*ROOT_COMMAND, "dockerd"], stdout=log, stderr=log, start_new_session=True)
-    end = time.monotonic() + DAEMON_TIMEOUT
-    while not succeeds("docker", "info"):
-        if time.monotonic() > end or daemon.poll() is not None:
-            raise Failed("dockerd does not answer; its log is %s" % log.name)
-        time.sleep(0.5)
-    return daemon
-
-
-def base_image():
-    """busybox:1, from a registry or of the system's static one."""
-    if succeeds("docker", "image", "inspect", "busybox:1") or succeeds("docker", "pull", "-q", "busybox:1",
-                                                                       timeout=PULL_TIMEOUT):
-        return
-    print("no registry in reach: busybox:1 is made of busybox-static", flush=True)
-    if not (shutil.which("busybox") and "statically" in run("sh", "-c", "file -L $(command -v busybox) || echo statically")):
-        install("busybox-static")
-    with tempfile.TemporaryDirectory() as folder:
-        for place in ("bin", "etc", "tmp"):
-            os.mkdir(os.path.join(folder, place))
-        shutil.copy(shutil.which("busybox"), os.path.join(folder, "bin", "busybox"))
-        for applet in ("sh", "mkdir", "chown"):
-            os.symlink("busybox", os.path.join(folder, "bin", applet))
-        run("sh", "-c", "tar -cf - -C '%s' . | docker import - busybox:1" % folder)
-
-
-def static_binary():
-    """A binary without shared libraries, of the sources as they are."""
-    target = "%s-unknown-linux-musl" % platform.machine()
-    run("rustup", "target", "add", target, cwd=ROOT)
-    run("cargo", "build", "--locked", "--release", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
-    folder = os.environ.get("CARGO_TARGET_DIR") or os.path.join(ROOT, "target")
-    return os.path.join(folder, target, "release", "ts3100")
-
-
-def build(binary):
-    """The image, by the command of docs/how-to/docker.md."""
-    base_image()
-    run("sh", "-c", "tar -cf - -C '%s/packaging' Dockerfile -C '%s' ts3100 | docker build -q -t %s -"
-        % (ROOT, os.path.dirname(os.path.abspath(binary)), IMAGE))
 
 
 class Container:
@@ -188,26 +106,27 @@ def job():
     robot.stop()
 
 
+def clean():
+    """Nothing of ours is left, of this run or of one that was killed."""
+    succeeds("docker", "rm", "-f", NAME)
+    succeeds("docker", "volume", "rm", VOLUME)
+
+
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
     arguments = arguments.parse_args()
-    daemon = None
     try:
-        daemon = start_docker()
-        build(arguments.binary or static_binary())
-        succeeds("docker", "rm", "-f", NAME)
-        succeeds("docker", "volume", "rm", VOLUME)
-        job()
+        with docker():
+            build(arguments.binary or static_binary())
+            clean()
+            try:
+                job()
+            finally:
+                clean()
     except (Failed, OSError) as failed:
         print("FAILED %s" % failed, file=sys.stderr)
         return 1
-    finally:
-        succeeds("docker", "rm", "-f", NAME)
-        succeeds("docker", "volume", "rm", VOLUME)
-        if daemon:
-            run(*ROOT_COMMAND, "kill", str(daemon.pid))
-            daemon.wait(timeout=DAEMON_TIMEOUT)
     print("the container serves, is looked after, and ends in order")
     return 0
 

@@ -1,0 +1,105 @@
+"""The container engine, as the tests of this folder share it: installed and started where it is missing, and the image of
+`packaging/Dockerfile` built of a static binary. `container.py` and `swarm.py` go on from here."""
+
+import contextlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+import time
+
+from wire import Failed
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+IMAGE = "ts3100-test"
+DAEMON_TIMEOUT = 60
+PULL_TIMEOUT = 30
+ROOT_COMMAND = [] if os.geteuid() == 0 else ["sudo"]
+
+
+def run(*command, **more):
+    """Output of a command that has to succeed."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
+    if done.returncode:
+        raise Failed("%s\n     exit code %d\n%s" % (" ".join(command), done.returncode, done.stdout))
+    return done.stdout.strip()
+
+
+def succeeds(*command, timeout=None):
+    """Whether a command does."""
+    try:
+        return subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                              timeout=timeout, check=False).returncode == 0
+    except (subprocess.TimeoutExpired, FileNotFoundError):
+        return False
+
+
+def install(package):
+    """A package of the system."""
+    print("installing %s" % package, flush=True)
+    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    run(*ROOT_COMMAND, "apt-get", "update", "-q")
+    run(*ROOT_COMMAND, "apt-get", "install", "-y", "-q", "--no-install-recommends", package, env=environment)
+
+
+@contextlib.contextmanager
+def docker():
+    """A container engine that answers. If it was started here it ends with the block."""
+    daemon = start_docker()
+    try:
+        yield
+    finally:
+        if daemon:
+            run(*ROOT_COMMAND, "kill", str(daemon.pid))
+            daemon.wait(timeout=DAEMON_TIMEOUT)
+
+
+def start_docker():
+    """The daemon, if none answered before."""
+    if succeeds("docker", "info"):
+        return None
+    if not shutil.which("dockerd"):
+        install("docker.io")
+    print("starting dockerd", flush=True)
+    with open(os.path.join(tempfile.gettempdir(), "ts3100-dockerd.log"), "w", encoding="utf-8") as log:
+        daemon = subprocess.Popen([*ROOT_COMMAND, "dockerd"], stdout=log, stderr=log, start_new_session=True)
+    end = time.monotonic() + DAEMON_TIMEOUT
+    while not succeeds("docker", "info"):
+        if time.monotonic() > end or daemon.poll() is not None:
+            raise Failed("dockerd does not answer; its log is %s" % log.name)
+        time.sleep(0.5)
+    return daemon
+
+
+def base_image():
+    """busybox:1, from a registry or of the system's static one."""
+    if succeeds("docker", "image", "inspect", "busybox:1") or succeeds("docker", "pull", "-q", "busybox:1",
+                                                                       timeout=PULL_TIMEOUT):
+        return
+    print("no registry in reach: busybox:1 is made of busybox-static", flush=True)
+    if not (shutil.which("busybox") and "statically" in run("sh", "-c", "file -L $(command -v busybox) || echo statically")):
+        install("busybox-static")
+    with tempfile.TemporaryDirectory() as folder:
+        for place in ("bin", "etc", "tmp"):
+            os.mkdir(os.path.join(folder, place))
+        shutil.copy(shutil.which("busybox"), os.path.join(folder, "bin", "busybox"))
+        for applet in ("sh", "mkdir", "chown"):
+            os.symlink("busybox", os.path.join(folder, "bin", applet))
+        run("sh", "-c", "tar -cf - -C '%s' . | docker import - busybox:1" % folder)
+
+
+def static_binary():
+    """A binary without shared libraries, of the sources as they are."""
+    target = "%s-unknown-linux-musl" % platform.machine()
+    run("rustup", "target", "add", target, cwd=ROOT)
+    run("cargo", "build", "--locked", "--release", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
+    folder = os.environ.get("CARGO_TARGET_DIR") or os.path.join(ROOT, "target")
+    return os.path.join(folder, target, "release", "ts3100")
+
+
+def build(binary):
+    """The image, by the command of docs/how-to/docker.md."""
+    base_image()
+    run("sh", "-c", "tar -cf - -C '%s/packaging' Dockerfile -C '%s' ts3100 | docker build -q -t %s -"
+        % (ROOT, os.path.dirname(os.path.abspath(binary)), IMAGE))
