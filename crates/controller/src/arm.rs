@@ -7,7 +7,7 @@
 mod trajectory;
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise, plan};
+use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
@@ -17,11 +17,13 @@ use scol_mini::{Conditions, Configuration, Frame, Path, Position};
 
 mod append;
 mod jog;
+mod memo;
 mod retry;
 mod settings;
 mod wear;
 
 pub use jog::{Jog, JogFrame};
+use memo::Memo;
 use settings::{MotionSettings, load_part};
 pub use wear::Wear;
 
@@ -97,6 +99,8 @@ pub struct Arm {
     /// What the axes have done so far.
     #[cfg_attr(feature = "serde", serde(default))]
     wear: Wear,
+    #[cfg_attr(feature = "serde", serde(skip))]
+    memo: Memo,
 }
 
 /// The posture of the arm at one moment, in joints and in coordinates.
@@ -167,6 +171,7 @@ impl Arm {
             position_work: None,
             jogging: None,
             wear: Wear::default(),
+            memo: Memo::default(),
         }
     }
 
@@ -176,6 +181,7 @@ impl Arm {
         Arm {
             model,
             jogging,
+            memo: Memo::default(),
             ..self
         }
     }
@@ -304,7 +310,7 @@ impl Arm {
 
     /// Plans a motion from a posture at rest.
     fn plan_motion(
-        &self,
+        &mut self,
         motion: &scol_mini::Motion,
         start: Time,
         from: &Joints,
@@ -329,9 +335,11 @@ impl Arm {
             torque: torque(&motion.conditions),
             load_part,
         };
-        let tool = transform(&frames.tool);
+        let (tool, limits) = (transform(&frames.tool), settings.limits(pace));
         Ok(ActiveMotion {
-            motion: plan(&self.model, from, &target, &tool, &settings.limits(pace))?,
+            motion: self
+                .memo
+                .plan(&self.model, from, &target, &tool, &limits, load_part)?,
             start,
             settings,
             locked,

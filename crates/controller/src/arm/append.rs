@@ -25,7 +25,11 @@ impl Arm {
         let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
             return Ok(false);
         };
-        let mut planned = self.plan_motion(motion, active.start, &active.motion.end(), pace, false)?;
+        let (start, end) = (active.start, active.motion.end());
+        let mut planned = self.plan_motion(motion, start, &end, pace, false)?;
+        let Some(active) = &self.active else {
+            return Ok(false);
+        };
         let tool = transform(&motion.conditions.tool);
         let at = now.since(active.start);
         let Some(blended) = active.motion.blend(&self.model, at, &planned.motion, pass, &tool) else {

@@ -46,7 +46,7 @@ impl Arm {
     #[must_use]
     pub fn wear(&self, now: Time) -> Wear {
         let mut wear = self.wear.clone();
-        wear.add(&self.effort_until(now), now);
+        wear.add(&self.effort_between(self.wear.until, now), now);
         wear
     }
 
@@ -66,7 +66,15 @@ impl Arm {
 
     /// Counts what the motion under way has done until then. Call it before the motion changes.
     pub(super) fn add_wear_until(&mut self, until: Time) {
-        let effort = self.effort_until(until);
+        let from = self.wear.until;
+        let (memo, model) = (&mut self.memo, &self.model);
+        let effort = match self.active.as_ref().filter(|active| !active.locked) {
+            Some(active) => {
+                let (from, to) = (from.since(active.start), until.since(active.start));
+                memo.effort(model, &active.motion, active.settings.load_part, from, to)
+            }
+            None => Effort::default(),
+        };
         self.wear.add(&effort, until);
     }
 
@@ -83,10 +91,6 @@ impl Arm {
         };
         let until = self.wear.until;
         self.wear.add(&effort, until);
-    }
-
-    fn effort_until(&self, until: Time) -> Effort {
-        self.effort_between(self.wear.until, until)
     }
 
     fn effort_between(&self, from: Time, until: Time) -> Effort {
