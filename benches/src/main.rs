@@ -5,6 +5,7 @@
 mod contender;
 mod control;
 mod requests;
+mod shift;
 mod table;
 mod whole;
 
@@ -18,12 +19,13 @@ const LOOPS: [&str; 5] = ["count", "reals", "arrays", "calls", "jumps"];
 const ROUNDS: usize = 9;
 
 fn main() -> ExitCode {
-    let (mut check, mut rounds) = (false, ROUNDS);
+    let (mut check, mut rounds, mut only_shift) = (false, ROUNDS, false);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut count = || arguments.next().and_then(|count| count.parse().ok());
         match argument.as_str() {
             "--check" => check = true,
+            "--shift" => only_shift = true,
             // cargo bench passes it.
             "--bench" => {}
             control::BARE => {
@@ -39,10 +41,10 @@ fn main() -> ExitCode {
                 Some(count) => rounds = count,
                 None => return failed("--rounds: expected a number from 1 up"),
             },
-            other => return failed(&format!("expected --check or --rounds N, found {other}")),
+            other => return failed(&format!("expected --check, --shift or --rounds N, found {other}")),
         }
     }
-    match run(check, rounds) {
+    match run(check, rounds, only_shift) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(message) => failed(&message),
@@ -54,10 +56,15 @@ fn failed(message: &str) -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// Everything; `false` when a check was missed.
-fn run(check: bool, rounds: usize) -> Result<bool, String> {
+/// Everything, or only the shift; `false` when a check was missed.
+fn run(check: bool, rounds: usize, only_shift: bool) -> Result<bool, String> {
     if cfg!(debug_assertions) {
         return Err("measure with --release".into());
+    }
+    if only_shift {
+        let slow = shift::print(rounds)?;
+        tell(check, &slow);
+        return Ok(!check || slow.is_empty());
     }
     let mut contenders = Vec::new();
     for contender in Contender::ALL {
@@ -76,15 +83,18 @@ fn run(check: bool, rounds: usize) -> Result<bool, String> {
         .collect::<Result<Vec<Row>, String>>()?;
     table::print(&rows, &contenders);
     let missed = table::missed(&rows);
-    for line in &missed {
-        println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
-    }
+    tell(check, &missed);
     println!();
     whole::print(rounds)?;
     let mut slow = control::print(rounds)?;
     slow.extend(requests::print(rounds)?);
-    for line in &slow {
+    slow.extend(shift::print(rounds)?);
+    tell(check, &slow);
+    Ok(!check || missed.is_empty() && slow.is_empty())
+}
+
+fn tell(check: bool, missed: &[String]) {
+    for line in missed {
         println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
     }
-    Ok(!check || missed.is_empty() && slow.is_empty())
 }

@@ -5,7 +5,7 @@ use crate::table::median;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::path::PathBuf;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -22,13 +22,13 @@ const ETX: u8 = 3;
 
 /// What a host sends.
 #[derive(Clone, Copy)]
-struct Exchange {
-    name: &'static str,
-    request: &'static [u8],
+pub struct Exchange {
+    pub name: &'static str,
+    pub request: &'static [u8],
     /// Sent after the reply; nothing answers it.
-    confirm: Option<&'static [u8]>,
+    pub confirm: Option<&'static [u8]>,
     /// Exchanges of the echo server that count as one of these.
-    echoes: f64,
+    pub echoes: f64,
 }
 
 const SU: Exchange = Exchange {
@@ -89,7 +89,7 @@ async fn answer(stream: &tokio::net::TcpStream, length: usize) -> std::io::Resul
 }
 
 /// A server and a connection to it.
-struct Server {
+pub struct Server {
     child: Child,
     /// Its first line.
     ready: String,
@@ -105,8 +105,8 @@ impl Drop for Server {
 }
 
 impl Server {
-    fn start(
-        program: &PathBuf,
+    pub fn start(
+        program: &Path,
         words: &[&str],
         key: &str,
         connections: usize,
@@ -136,7 +136,7 @@ impl Server {
     }
 
     /// Processor time of all its threads.
-    fn processor(&self) -> Result<Duration, Box<dyn std::error::Error>> {
+    pub fn processor(&self) -> Result<Duration, Box<dyn std::error::Error>> {
         let mut nanoseconds = 0;
         for task in fs::read_dir(format!("/proc/{}/task", self.child.id()))? {
             let statistics = fs::read_to_string(task?.path().join("schedstat"))?;
@@ -156,7 +156,7 @@ impl Server {
         Ok(line.trim().trim_end_matches(" kB").parse()?)
     }
 
-    fn exchange(&mut self, exchange: Exchange) -> Result<usize, Box<dyn std::error::Error>> {
+    pub fn exchange(&mut self, exchange: Exchange) -> Result<usize, Box<dyn std::error::Error>> {
         let stream = self.streams.first_mut().ok_or("no connection")?;
         let mut buffer = [0; 4_096];
         stream.write_all(exchange.request)?;
@@ -176,6 +176,23 @@ impl Server {
             std::thread::yield_now();
         }
         Ok(length)
+    }
+
+    pub fn send(&mut self, text: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+        let stream = self.streams.first_mut().ok_or("no connection")?;
+        Ok(stream.write_all(text)?)
+    }
+
+    /// Reads exactly this.
+    pub fn wait_for(&mut self, text: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
+        let stream = self.streams.first_mut().ok_or("no connection")?;
+        let mut found = vec![0; text.len()];
+        stream.read_exact(&mut found)?;
+        if found == text {
+            Ok(())
+        } else {
+            Err(format!("expected {text:?}, found {found:?}").into())
+        }
     }
 
     fn lap(&mut self, exchange: Exchange) -> Result<Lap, Box<dyn std::error::Error>> {
@@ -316,7 +333,7 @@ fn measure(rounds: usize) -> Result<Vec<String>, Box<dyn std::error::Error>> {
 /// The robot and the echo server in turn.
 fn compare(
     robot: &mut Server,
-    own: &PathBuf,
+    own: &Path,
     exchange: Exchange,
     rounds: usize,
 ) -> Result<(Figures, Figures), Box<dyn std::error::Error>> {
