@@ -10,7 +10,7 @@ use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use axum::extract::{ConnectInfo, State};
+use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
@@ -54,7 +54,7 @@ pub fn add(table: RouteTable) -> RouteTable {
     responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
         body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
-    State(handle): Handle,
+    Handle(handle): Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
     Query(query): Query<EventsQuery>,

@@ -5,6 +5,7 @@
 
 use super::listener::ConnectionInfo;
 use super::problem::Problem;
+use super::robots;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::header::{
     AUTHORIZATION, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, TRANSFER_ENCODING,
@@ -54,7 +55,9 @@ impl Guard {
         let headers = request.headers();
         let authority = self.check_host(headers, request.uri(), reached_at)?;
         check_origin(headers, &authority)?;
-        if !OPEN_PATHS.contains(&request.uri().path()) {
+        let path = request.uri().path();
+        let own = robots::own_path(path).map_or(path, |(_, own)| own);
+        if !OPEN_PATHS.contains(&own) {
             self.check_token(headers)?;
         }
         check_content_type(request.method(), headers)

@@ -5,8 +5,8 @@
 use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
-use axum::extract::State;
 use axum::http::StatusCode;
+use std::ops::Deref;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
@@ -18,8 +18,17 @@ use ts3100_driver::driver::wait::Wait;
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
 
-/// What a call uses, as a parameter of its handler.
-pub type Handle = State<DriverHandle>;
+/// What a call uses, as a parameter of its handler: its robot, which [`super::robots`] has found.
+pub struct Handle(pub DriverHandle);
+
+impl Deref for Handle {
+    type Target = DriverHandle;
+
+    fn deref(&self) -> &DriverHandle {
+        &self.0
+    }
+}
+
 /// What most calls answer: a document, or why they had no effect.
 pub type Answer<T> = Result<Json<T>, Problem>;
 

@@ -14,7 +14,7 @@ use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Notice, Side, Subscriber};
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
 
-/// Most events kept; the oldest are dropped first.
+/// Most events kept of a robot; the oldest are dropped first.
 pub const KEPT_EVENTS: usize = 4_096;
 /// Most findings kept; the oldest are dropped first.
 pub const KEPT_FINDINGS: usize = 1_024;
@@ -58,9 +58,11 @@ struct JournalState {
     metrics: Metrics,
 }
 
-/// The journal of one emulator.
+/// The journal of one robot.
 pub struct Journal {
     state: Mutex<JournalState>,
+    /// Most events that are kept.
+    kept: usize,
     changed: watch::Sender<u64>,
     transcript: Arc<TranscriptBuffer>,
 }
@@ -78,18 +80,19 @@ pub struct EventBatch {
 
 impl Default for Journal {
     fn default() -> Journal {
-        Journal::with_transcript(Arc::default())
+        Journal::new(KEPT_EVENTS, Arc::default())
     }
 }
 
 impl Journal {
-    /// A journal that also serves this transcript, which the driver writes.
+    /// A journal of so many events that also serves this transcript, which the driver writes.
     #[must_use]
-    pub fn with_transcript(kept: Arc<TranscriptBuffer>) -> Journal {
+    pub fn new(kept: usize, transcript: Arc<TranscriptBuffer>) -> Journal {
         Journal {
             state: Mutex::default(),
+            kept,
             changed: watch::Sender::new(0),
-            transcript: kept,
+            transcript,
         }
     }
 
@@ -115,9 +118,9 @@ impl Journal {
         let seq = state.count;
         let entry = Entry { seq, at, what };
         if let What::Output(Output::Event(Event::Finding { .. })) = &entry.what {
-            push_bounded(&mut state.findings, KEPT_FINDINGS, entry.clone());
+            push_bounded(&mut state.findings, self.kept.min(KEPT_FINDINGS), entry.clone());
         }
-        push_bounded(&mut state.events, KEPT_EVENTS, entry);
+        push_bounded(&mut state.events, self.kept, entry);
         // A reader that comes later begins with what is kept by then.
         if self.changed.receiver_count() > 0 {
             self.changed.send_replace(seq);

@@ -32,6 +32,7 @@ mod pendant;
 mod power;
 pub mod printable;
 mod problem;
+pub mod robots;
 mod route_table;
 mod service;
 mod settings;
@@ -39,6 +40,7 @@ mod snapshots;
 mod state;
 mod transcript;
 mod variables;
+pub mod wires;
 
 pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
@@ -49,22 +51,22 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, H
 use axum::response::IntoResponse;
 use axum::routing::get;
 use guard::Guard;
-use handle::DriverHandle;
-use journal::Journal;
+pub use handle::DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
+use robots::{Dispatch, Robots, Scope};
 use route_table::RouteTable;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::net::TcpListener;
-use tokio::sync::mpsc;
 use tracing::error;
-use ts3100_driver::driver::request::Request;
 
 /// The environment variable that says where `ts3100 ctl` finds the interface.
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
 /// The page for people.
 const PAGE: &str = include_str!("../assets/control.html");
+/// The page for people, where there are several robots.
+const ROBOTS_PAGE: &str = include_str!("../assets/robots.html");
 /// The explorer of the calls.
 const EXPLORER: &str = include_str!("../assets/docs.html");
 /// What a page may do: connect to where it comes from.
@@ -74,6 +76,8 @@ const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'un
 /// Every call there is.
 fn route_table() -> RouteTable {
     let resources = [
+        robots::add,
+        wires::add,
         state::add,
         panel::add,
         pendant::add,
@@ -133,12 +137,12 @@ impl Server {
     }
 
     /// Answers in tasks of the present runtime until that ends.
-    pub fn serve(self, driver: mpsc::Sender<Request>, journal: Arc<Journal>) {
+    pub fn serve(self, robots: Arc<dyn Robots>) {
         tokio::spawn(async move {
             // The table of calls and its document take longer to build than everything else of a start: a robot whose
             // interface nobody asks is up without them.
             let listener = BoundedListener::after_first_connection(self.listener).await;
-            let router = router(DriverHandle::new(driver, journal), self.guard);
+            let router = router(robots, self.guard);
             let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
@@ -147,24 +151,33 @@ impl Server {
     }
 }
 
-fn router(handle: DriverHandle, guard: Guard) -> Router {
-    let (router, document) = route_table().into_parts(guard.token.is_some());
+fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
+    let (calls, document) = route_table().into_parts(guard.token.is_some());
     // It consists of texts and numbers only, which can always be written.
     let document: Arc<str> = document.to_json().unwrap_or_default().into();
     let open_api = move || {
         let document = document.to_string();
         async move { ([(CONTENT_TYPE, "application/json")], document) }
     };
-    router
+    let calls = calls
         .route("/openapi.json", get(open_api))
-        .route("/", get(async || page(PAGE)))
-        .route("/docs", get(async || page(EXPLORER)))
+        .route("/", get(front_page))
+        .route("/docs", get(async || page(EXPLORER)));
+    Router::new()
+        .fallback(robots::dispatch)
         .layer(axum::middleware::from_fn_with_state(
             Arc::new(guard),
             guard::check,
         ))
         .layer(axum::middleware::map_response(with_security_headers))
-        .with_state(handle)
+        .with_state(Arc::new(Dispatch { calls, robots }))
+}
+
+async fn front_page(scope: Scope) -> impl IntoResponse {
+    page(match scope {
+        Scope::One(_) => PAGE,
+        Scope::All(_) => ROBOTS_PAGE,
+    })
 }
 
 fn page(content: &'static str) -> impl IntoResponse {

@@ -5,7 +5,7 @@
 
 use crate::printable::escape_line;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
@@ -188,30 +188,60 @@ impl Metrics {
             | Event::Selected(_) => {}
         }
     }
+}
 
-    /// Formats counters and gauges in the text format of Prometheus, version 0.0.4.
-    #[must_use]
-    pub fn to_prometheus(&self, gauges: &[Gauge]) -> String {
-        let mut text = String::new();
-        for (family, series) in DESCRIPTIONS.iter().zip(&self.counters) {
-            write_header(&mut text, family.name, family.help, "counter");
-            for (labels, value) in series {
-                let pairs: Vec<String> = family
-                    .labels
-                    .iter()
-                    .zip(labels)
-                    .map(|(name, value)| format!("{name}=\"{}\"", escape_label(value)))
-                    .collect();
+/// What is known of a robot at one moment.
+#[derive(Debug, Clone)]
+pub struct Sample {
+    /// Its name, if there are several.
+    pub robot: Option<String>,
+    /// Everything that was counted.
+    pub counters: Metrics,
+    /// Everything that goes up and down.
+    pub gauges: Vec<Gauge>,
+}
+
+impl Sample {
+    /// Labels in braces; the name of the robot is the first.
+    fn labels(&self, pairs: impl Iterator<Item = (&'static str, impl AsRef<str>)>) -> String {
+        let robot = self.robot.iter().map(|name| format!("robot=\"{name}\""));
+        let pairs = pairs.map(|(name, value)| format!("{name}=\"{}\"", escape_label(value.as_ref())));
+        let labels: Vec<String> = robot.chain(pairs).collect();
+        match labels.is_empty() {
+            true => String::new(),
+            false => format!("{{{}}}", labels.join(",")),
+        }
+    }
+}
+
+/// Formats counters and gauges in the text format of Prometheus, version 0.0.4.
+#[must_use]
+pub fn to_prometheus(samples: &[Sample]) -> String {
+    let mut text = String::new();
+    for (index, family) in DESCRIPTIONS.iter().enumerate() {
+        write_header(&mut text, family.name, family.help, "counter");
+        for sample in samples {
+            for (labels, value) in sample.counters.counters.get(index).into_iter().flatten() {
+                let labels = sample.labels(family.labels.iter().copied().zip(labels));
                 // Writing to a String cannot fail.
-                let _ = writeln!(text, "{}{{{}}} {value}", family.name, pairs.join(","));
+                let _ = writeln!(text, "{}{labels} {value}", family.name);
             }
         }
-        for gauge in gauges {
-            write_header(&mut text, gauge.name, gauge.help, "gauge");
-            let _ = writeln!(text, "{} {}", gauge.name, gauge.value);
-        }
-        text
     }
+    let mut written = BTreeSet::new();
+    for gauge in samples.iter().flat_map(|sample| &sample.gauges) {
+        if !written.insert(gauge.name) {
+            continue;
+        }
+        write_header(&mut text, gauge.name, gauge.help, "gauge");
+        for sample in samples {
+            let labels = sample.labels(std::iter::empty::<(_, &str)>());
+            for same in sample.gauges.iter().filter(|same| same.name == gauge.name) {
+                let _ = writeln!(text, "{}{labels} {}", same.name, same.value);
+            }
+        }
+    }
+    text
 }
 
 fn write_header(text: &mut String, name: &str, help: &str, kind: &str) {
@@ -239,7 +269,13 @@ mod tests {
                 reason,
             }));
         }
-        let text = metrics.to_prometheus(&[]);
+        let counters = metrics;
+        let sample = Sample {
+            robot: None,
+            counters,
+            gauges: Vec::new(),
+        };
+        let text = to_prometheus(&[sample]);
         let lines = text
             .lines()
             .filter(|line| line.starts_with("ts3100_refusals_total{"));

@@ -4,7 +4,6 @@
 //! The error responses that all calls share are added here; `document` adds the rest.
 
 use super::document;
-use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
@@ -16,7 +15,7 @@ use utoipa_axum::router::UtoipaMethodRouter;
 
 /// All calls.
 pub struct RouteTable {
-    router: Router<DriverHandle>,
+    router: Router,
     paths: Paths,
     schemas: Vec<(String, RefOr<Schema>)>,
     tags: Vec<Tag>,
@@ -48,7 +47,7 @@ impl RouteTable {
 
     /// Adds what [`utoipa_axum::routes!`] makes of handlers of one path.
     #[must_use]
-    pub fn routes(mut self, (schemas, mut paths, methods): UtoipaMethodRouter<DriverHandle>) -> RouteTable {
+    pub fn routes(mut self, (schemas, mut paths, methods): UtoipaMethodRouter) -> RouteTable {
         self.schemas.extend(schemas);
         for (path, item) in &mut paths.paths {
             self.router = self.router.route(path, methods.clone());
@@ -62,7 +61,7 @@ impl RouteTable {
     }
 
     /// The router, and the document of its calls. The document itself is not one of them yet.
-    pub fn into_parts(self, needs_token: bool) -> (Router<DriverHandle>, OpenApi) {
+    pub fn into_parts(self, needs_token: bool) -> (Router, OpenApi) {
         let document = document::build(self.paths, self.schemas, self.tags, needs_token);
         let router = self
             .router

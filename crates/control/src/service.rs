@@ -4,9 +4,10 @@
 
 use super::body::Json;
 use super::event::{ApiEvent, seconds};
-use super::handle::{Answer, Handle};
-use super::metrics::Gauge;
+use super::handle::{Answer, DriverHandle, Handle};
+use super::metrics::{self, Gauge, Sample};
 use super::problem::Problem;
+use super::robots::{Robots, Scope};
 use super::route_table::RouteTable;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -26,10 +27,15 @@ const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
 pub struct Health {
     /// `ok`: the loop that serves the hosts has answered.
     status: &'static str,
-    /// Whether the power of the controller is on.
-    power: bool,
-    /// Virtual time in seconds.
-    t: f64,
+    /// Whether the power of the controller is on; of a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    power: Option<bool>,
+    /// Virtual time in seconds; of a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t: Option<f64>,
+    /// How many robots run in this process, if there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    robots: Option<usize>,
     /// The directory of the RAM drive (`--drive`), if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     drive: Option<DriveHealth>,
@@ -68,10 +74,12 @@ pub struct Version {
     name: &'static str,
     /// Version of the emulator.
     version: &'static str,
-    /// The controller that it emulates.
-    controller: &'static str,
-    /// The arm model.
-    model: String,
+    /// The controller that it emulates; of a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    controller: Option<&'static str>,
+    /// The arm model; of a single robot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
 }
 
 /// Adds the calls of this file.
@@ -89,36 +97,86 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 /// Check that the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
-async fn get_health(handle: Handle) -> Answer<Health> {
+async fn get_health(scope: Scope) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
-        power: view.controller.state().powered,
-        t: seconds(view.controller.now()),
+        power: Some(view.controller.state().powered),
+        t: Some(seconds(view.controller.now())),
+        robots: None,
         drive: view.backing.map(DriveHealth::new),
     };
-    handle.query(look).await.map(Json)
+    let robots = match scope {
+        Scope::One(handle) => return handle.query(look).await.map(Json),
+        Scope::All(robots) => robots,
+    };
+    let mut health = Health {
+        status: "ok",
+        power: None,
+        t: None,
+        robots: Some(robots.names().len()),
+        drive: None,
+    };
+    for (_, handle) in running(robots.as_ref()) {
+        let drive = handle.query(look).await?.drive;
+        // The first that fails tells enough.
+        if drive.as_ref().is_some_and(|drive| drive.status != "ok") {
+            health.drive = health.drive.or(drive);
+        }
+    }
+    Ok(Json(health))
+}
+
+/// The robots that have started.
+fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, DriverHandle)> {
+    let names = robots.names().into_iter();
+    names.filter_map(|name| robots.running(&name).map(|handle| (name, handle)))
 }
 
 /// Get the version of the emulator
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
-async fn get_version(handle: Handle) -> Answer<Version> {
-    let look = |view: &View<'_>| Version {
+async fn get_version(scope: Scope) -> Answer<Version> {
+    let look = |view: &View<'_>| {
+        let config = view.controller.config();
+        (config.controller.name(), config.model.name.clone())
+    };
+    let (controller, model) = match scope {
+        Scope::One(handle) => handle.query(look).await.map(|(controller, model)| (Some(controller), Some(model)))?,
+        Scope::All(_) => (None, None),
+    };
+    Ok(Json(Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
-        controller: view.controller.config().controller.name(),
-        model: view.controller.config().model.name.clone(),
-    };
-    handle.query(look).await.map(Json)
+        controller,
+        model,
+    }))
 }
 
 /// Get metrics for Prometheus
+///
+/// Of several robots, each value has the label `robot`; those that have not started have none.
 #[utoipa::path(get, path = "/metrics",
     responses((status = 200, description = "Counters and gauges in the text format of Prometheus.", body = String,
     content_type = "text/plain")))]
-async fn get_metrics(handle: Handle) -> Result<impl IntoResponse, Problem> {
+async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
+    let mut samples = Vec::new();
+    match scope {
+        Scope::One(handle) => samples.push(sample(None, &handle).await?),
+        Scope::All(robots) => {
+            for (name, handle) in running(robots.as_ref()) {
+                samples.push(sample(Some(name), &handle).await?);
+            }
+        }
+    }
+    Ok(([(CONTENT_TYPE, PROMETHEUS)], metrics::to_prometheus(&samples)))
+}
+
+async fn sample(robot: Option<String>, handle: &DriverHandle) -> Result<Sample, Problem> {
     let gauges = handle.query(gauges).await?;
-    let text = handle.journal.metrics().to_prometheus(&gauges);
-    Ok(([(CONTENT_TYPE, PROMETHEUS)], text))
+    Ok(Sample {
+        robot,
+        counters: handle.journal.metrics(),
+        gauges,
+    })
 }
 
 fn gauges(view: &View<'_>) -> Vec<Gauge> {

@@ -5,8 +5,9 @@
 
 use super::body::{Json, NoBody, Path, SnapshotText};
 use super::event::seconds;
-use super::handle::{Answer, Handle};
+use super::handle::Answer;
 use super::problem::Problem;
+use super::robots::Scope;
 use super::route_table::RouteTable;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
@@ -19,7 +20,7 @@ use utoipa::ToSchema;
 use utoipa_axum::routes;
 
 /// The named snapshots.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Default, Serialize, ToSchema)]
 #[schema(as = Snapshots)]
 pub struct SnapshotList {
     /// In alphabetical order.
@@ -46,6 +47,11 @@ impl SnapshotList {
             snapshots: view.snapshots.list().into_iter().map(named).collect(),
         }
     }
+
+    fn shared_with(mut self, other: &SnapshotList) -> SnapshotList {
+        self.snapshots.retain(|one| other.snapshots.iter().any(|same| same.name == one.name));
+        self
+    }
 }
 
 /// Adds the calls of this file.
@@ -62,49 +68,66 @@ pub fn add(table: RouteTable) -> RouteTable {
 }
 
 /// List the named snapshots
+///
+/// Of several robots: those that every robot has.
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
-async fn get_snapshots(handle: Handle) -> Answer<SnapshotList> {
-    handle.query(SnapshotList::new).await.map(Json)
+async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
+    let mut common: Option<SnapshotList> = None;
+    for (_, handle) in scope.started()? {
+        let of_robot = handle.query(SnapshotList::new).await?;
+        common = Some(common.map_or_else(|| of_robot.clone(), |common| common.shared_with(&of_robot)));
+    }
+    Ok(Json(common.unwrap_or_default()))
+}
+
+/// Does something about a named snapshot of each robot.
+async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<SnapshotList> {
+    let mut last = None;
+    for (_, handle) in scope.started()? {
+        last = Some(handle.change(Request::Snapshot, task(), SnapshotList::new).await?);
+    }
+    Ok(Json(last.unwrap_or_default()))
 }
 
 /// Save the current state under a name
 ///
-/// Replaces a snapshot with the same name.
+/// Replaces a snapshot with the same name. Of several robots: the state of each.
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    let task = SnapshotTask::Save(name);
-    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
-    change.await.map(Json)
+async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+    change(&scope, || SnapshotTask::Save(name.clone())).await
 }
 
 /// Restore a named snapshot
 ///
 /// Hosts stay connected; the controller treats them as newly connected. Virtual time becomes that of the snapshot.
-/// Pending waits end unreached.
+/// Pending waits end unreached. Of several robots: the state of each.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn restore_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    let task = SnapshotTask::Restore(name);
-    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
-    change.await.map(Json)
+async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+    // All or none: a robot without it would stay as it is.
+    for (_, handle) in scope.started()? {
+        let wanted = name.clone();
+        let found = handle.query(move |view| view.snapshots.get(&wanted).map(drop)).await?;
+        found.map_err(SnapshotRequestError::from)?;
+    }
+    change(&scope, || SnapshotTask::Restore(name.clone())).await
 }
 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn delete_snapshot(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    let task = SnapshotTask::Remove(name);
-    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
-    change.await.map(Json)
+async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+    change(&scope, || SnapshotTask::Remove(name.clone())).await
 }
 
-/// A state as the file of a snapshot has it.
-fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
-    (
-        [(CONTENT_TYPE, "application/json")],
-        snapshot::to_pretty_json(controller),
-    )
+/// States as a file has them: that of one robot, or of each by its name.
+fn snapshot_file(scope: &Scope, states: Vec<(String, Controller)>) -> impl IntoResponse + use<> {
+    let file = match (scope, states.as_slice()) {
+        (Scope::One(_), [(_, controller)]) => snapshot::to_pretty_json(controller),
+        _ => snapshot::cell::to_pretty_json(&states),
+    };
+    ([(CONTENT_TYPE, "application/json")], file)
 }
 
 /// Get a named snapshot as a file
@@ -112,30 +135,47 @@ fn snapshot_file(controller: &Controller) -> impl IntoResponse + use<> {
 /// `serve --restore` accepts it.
 #[utoipa::path(get, path = "/snapshots/{name}", operation_id = "get_named_snapshot", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_named(handle: Handle, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
-    let named = handle.query(move |view| view.snapshots.get(&name)).await?;
-    Ok(snapshot_file(&named.map_err(SnapshotRequestError::from)?))
+async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
+    let mut states = Vec::new();
+    for (robot, handle) in scope.started()? {
+        let wanted = name.clone();
+        let named = handle.query(move |view| view.snapshots.get(&wanted)).await?;
+        states.push((robot, named.map_err(SnapshotRequestError::from)?));
+    }
+    Ok(snapshot_file(&scope, states))
 }
 
 /// Get the current state as a snapshot file
 ///
-/// `serve --restore` accepts it.
+/// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_snapshot(handle: Handle) -> Result<impl IntoResponse, Problem> {
-    Ok(snapshot_file(
-        &handle.query(|view| view.controller.clone()).await?,
-    ))
+async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
+    let mut states = Vec::new();
+    for (robot, handle) in scope.started()? {
+        states.push((robot, handle.query(|view| view.controller.clone()).await?));
+    }
+    Ok(snapshot_file(&scope, states))
 }
 
 /// Restore a snapshot file
 ///
 /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
-async fn load_snapshot(handle: Handle, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
-    let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;
-    let task = SnapshotTask::Replace(Box::new(controller));
-    let change = handle.change(Request::Snapshot, task, SnapshotList::new);
-    change.await.map(Json)
+async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
+    let mut last = None;
+    let robots = scope.started()?;
+    let mut states = match &scope {
+        Scope::One(_) => vec![snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?],
+        Scope::All(_) => {
+            let names: Vec<String> = robots.iter().map(|(name, _)| name.clone()).collect();
+            snapshot::cell::from_json(&text, &names).map_err(SnapshotRequestError::Parse)?
+        }
+    };
+    for ((_, handle), controller) in robots.iter().zip(states.drain(..)) {
+        let task = SnapshotTask::Replace(Box::new(controller));
+        last = Some(handle.change(Request::Snapshot, task, SnapshotList::new).await?);
+    }
+    Ok(Json(last.unwrap_or_default()))
 }
 
 impl From<SnapshotRequestError> for Problem {

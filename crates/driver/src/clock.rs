@@ -113,6 +113,8 @@ pub struct Clock {
     last_check: Instant,
     /// Wall-clock time that was skipped.
     skipped: Duration,
+    /// The moment at which wall-clock time is held.
+    held: Option<Instant>,
 }
 
 impl Clock {
@@ -130,7 +132,25 @@ impl Clock {
             gap: TimeGap::default(),
             last_check: wall,
             skipped: Duration::ZERO,
+            held: None,
         }
+    }
+
+    /// Holds wall-clock time at a moment: robots that act on each other take a step at one time. `None` lets it pass.
+    pub fn hold(&mut self, moment: Option<Instant>) {
+        self.held = moment;
+    }
+
+    fn wall(&self) -> Instant {
+        self.held.unwrap_or_else(Instant::now)
+    }
+
+    /// Takes over from a clock that passes together with this one how time passes, and when a host was last active.
+    pub fn follow(&mut self, other: &Clock) {
+        if self.mode != other.mode {
+            self.set_mode(other.mode);
+        }
+        self.last_activity = self.last_activity.max(other.last_activity);
     }
 
     /// Sets how gaps are treated, in which the process was stopped.
@@ -148,7 +168,7 @@ impl Clock {
     /// Checks for a gap since the last call. Returns the wall-clock time that was skipped. Call it first after
     /// each wake.
     pub fn skip_gap(&mut self) -> Option<Duration> {
-        self.skip_gap_at(Instant::now())
+        self.skip_gap_at(self.wall())
     }
 
     fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
@@ -177,11 +197,17 @@ impl Clock {
     /// [`TimeMode::Auto`] then stands still between two jumps, so that an undisturbed run is reproducible.
     pub fn set_idle(&mut self, idle: bool) {
         if self.idle != idle {
-            let wall = Instant::now();
+            let wall = self.wall();
             self.base = self.at(wall);
             self.origin = wall;
             self.idle = idle;
         }
+    }
+
+    /// Whether nobody depends on wall-clock time.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.idle
     }
 
     /// Current time mode.
@@ -192,7 +218,7 @@ impl Clock {
 
     /// Changes the time mode; virtual time continues without a jump.
     pub fn set_mode(&mut self, mode: TimeMode) {
-        let wall = Instant::now();
+        let wall = self.wall();
         self.base = self.at(wall);
         self.origin = wall;
         self.last_activity = wall;
@@ -203,7 +229,7 @@ impl Clock {
     /// Returns `true` once, when the total lag becomes noticeable (1 s).
     pub fn note_lag(&mut self, reached: Time) -> bool {
         let before = self.lag;
-        let wall = Instant::now();
+        let wall = self.wall();
         self.lag += self.at(wall).since(reached);
         (self.base, self.origin) = (reached, wall);
         before < NOTICEABLE_LAG && self.lag >= NOTICEABLE_LAG
@@ -217,9 +243,9 @@ impl Clock {
 
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
-        let idle = self.idle;
+        let (idle, held) = (self.idle, self.held);
         *self = Clock::start(self.mode).with_gap(self.gap);
-        self.idle = idle;
+        (self.idle, self.held) = (idle, held);
     }
 
     /// Wall-clock time until `moment`; `None` if time stands still.
@@ -235,7 +261,7 @@ impl Clock {
 
     /// Notes that a byte was sent or received; `auto` waits [`AUTO_GRACE`] from now.
     pub fn note_activity(&mut self) {
-        self.last_activity = Instant::now();
+        self.last_activity = self.wall();
     }
 
     /// Whether virtual time runs at least as fast as the host's clock, so that findings about the host's timing
@@ -252,18 +278,18 @@ impl Clock {
     /// Current virtual time.
     #[must_use]
     pub fn now(&self) -> Time {
-        self.at(Instant::now())
+        self.at(self.wall())
     }
 
     /// When to wake for `deadline` if no input arrives before.
     #[must_use]
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        self.wake_at(Instant::now(), deadline, host_is_silent)
+        self.wake_at(self.wall(), deadline, host_is_silent)
     }
 
     /// Moves virtual time forward to `deadline`, after [`Wake::JumpAfter`]; never backward.
     pub fn jump(&mut self, deadline: Time) {
-        let wall = Instant::now();
+        let wall = self.wall();
         if deadline > self.at(wall) {
             self.base = deadline;
             self.origin = wall;
@@ -273,7 +299,7 @@ impl Clock {
     /// Sets virtual time, forward or backward.
     pub fn set(&mut self, now: Time) {
         self.base = now;
-        self.origin = Instant::now();
+        self.origin = self.wall();
     }
 
     fn at(&self, wall: Instant) -> Time {

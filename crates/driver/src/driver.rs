@@ -13,7 +13,7 @@ use crate::clock::{Clock, TimeGap, TimeMode};
 use crate::serial::{SerialEndpoint, SerialError, SerialLines};
 use crate::snapshot::SnapshotStore;
 use crate::store::backing::Backing;
-use crate::tcp::{ChannelError, Channels, LinkOptions, Ports};
+use crate::tcp::{ChannelError, Channels, LinkOptions, Ports, SharedPorts};
 use edge::{Edge, WriteResult};
 use request::{Reply, Request};
 use run_loop::Rotation;
@@ -35,6 +35,7 @@ mod run_loop;
 pub mod self_check;
 mod snapshots;
 pub mod wait;
+pub mod wired;
 
 /// Requests that may be queued for the driver; further senders wait.
 pub const REQUEST_QUEUE: usize = 64;
@@ -68,6 +69,8 @@ pub struct Setup {
     pub listen: IpAddr,
     /// TCP port numbers.
     pub ports: Ports,
+    /// Listening sockets that robots share.
+    pub shared: Option<SharedPorts>,
     /// Options of the links.
     pub links: LinkOptions,
     /// How the serial ports are reached.
@@ -114,7 +117,7 @@ impl Driver {
             initial_controller: setup.controller.clone(),
             cell: Cell::new(setup.controller),
             edge: Edge {
-                channels: Channels::new(setup.listen, setup.ports, setup.links),
+                channels: Channels::new(setup.listen, setup.ports, setup.links).sharing(setup.shared),
                 serial_lines: SerialLines::new(setup.serial, setup.links),
                 clock,
                 backing: setup.backing,
@@ -163,6 +166,11 @@ impl Driver {
     /// Runs until `stop` completes, closes all ports and returns the final controller.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
+        self.finish().await
+    }
+
+    /// Closes all ports and returns the final controller.
+    async fn finish(mut self) -> Controller {
         self.finish_writes().await;
         // Handle what is already due, so that the returned state and the reports agree.
         self.feed(Input::Tick);

@@ -35,7 +35,7 @@ mod control;
 
 pub use crate::config::{LinkOptions, OptionError, Ports};
 use crate::config::{Settings, set_option};
-use crate::launch::Launched;
+use crate::launch::{Launched, Surroundings};
 pub use crate::loading::StartError;
 pub use crate::watch::WaitError;
 use crate::watch::{Watch, channel};
@@ -254,7 +254,7 @@ impl Builder {
             .spawn(move || {
                 let opened = single_threaded().and_then(|runtime| {
                     let entered = runtime.enter();
-                    let mut launched = Launched::open(&settings)?;
+                    let launched = Launched::open(&settings, &Surroundings::NONE)?;
                     let control = launched.open_control(&settings)?;
                     drop(entered);
                     Ok((runtime, launched, control))
@@ -270,7 +270,7 @@ impl Builder {
                             evidence: launched.run_record.clone(),
                         };
                         if started_sender.send(Ok(started)).is_ok() {
-                            runtime.block_on(launched.run(async {
+                            runtime.block_on(launched.driver.run(async {
                                 // An error means that the handle was dropped, which ends the emulator as well.
                                 let _ = stopped.await;
                             }));

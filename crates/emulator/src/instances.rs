@@ -13,6 +13,8 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::thread::{self, JoinHandle};
 use tracing::debug;
+use crate::config::Settings;
+use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::self_check::connectable;
 use ts3100_driver::files;
@@ -28,7 +30,7 @@ pub struct Instance {
     /// URL of the control interface, unless it is off.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub control: Option<String>,
-    /// Address of each TCP port by its name: IP0.
+    /// Address of each TCP port by its name: IP0. Of several robots: those of the first, which tell it from others.
     #[serde(default)]
     pub ports: BTreeMap<String, SocketAddr>,
 }
@@ -53,6 +55,17 @@ impl Instance {
             ports: ports
                 .map(|(port, number)| (port.name().to_owned(), reached(listen, *number)))
                 .collect(),
+        }
+    }
+
+    /// This process, which runs these robots.
+    #[must_use]
+    pub fn of_fleet(robots: &[RobotInfo], control: Option<SocketAddr>) -> Instance {
+        let first = robots.first().map(|robot| robot.ports.clone());
+        let ports = first.unwrap_or_default().into_iter();
+        Instance {
+            ports: ports.map(|(name, address)| (name.to_ascii_uppercase(), address)).collect(),
+            ..Instance::current(Settings::LISTEN, &BTreeMap::new(), control)
         }
     }
 

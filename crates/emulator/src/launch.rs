@@ -5,19 +5,30 @@ use crate::config::Settings;
 use crate::loading::{self, StartError};
 use crate::log::EventLog;
 use crate::ready::OPEN_WARNING;
-use std::future::Future;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::warn;
-use ts3100_control::journal::{Journal, JournalWriter};
-use ts3100_controller::Controller;
+use ts3100_control::journal::{Journal, JournalWriter, KEPT_EVENTS};
+use ts3100_control::robots::{RobotInfo, Robots};
+use ts3100_control::wires::WireInfo;
+use ts3100_control::{ControlSettings, DriverHandle};
+use ts3100_controller::Port;
 use ts3100_driver::driver::request::Request;
+use ts3100_driver::driver::self_check::connectable;
+use ts3100_driver::driver::wired::WireHandle;
 use ts3100_driver::driver::{Driver, Setup};
-use ts3100_recording::faults;
+use ts3100_driver::tcp::SharedPorts;
 use ts3100_recording::reports::RunRecord;
 use ts3100_recording::scenario::Play;
-use ts3100_recording::transcript::{Header, TranscriptBuffer, TranscriptSink, calendar_if_set};
+use ts3100_recording::transcript::{Header, MAX_BUFFERED_RECORDS, TranscriptSink, calendar_if_set};
+
+/// The name of a robot that is alone in its process.
+const ONLY: &str = "robot-1";
+/// Up to so many robots, as much is kept of each as of one alone.
+const UNDIVIDED: usize = 16;
+/// Fewest events and records that are kept of a robot.
+const MIN_KEPT: usize = 64;
 
 /// An emulator whose ports are open.
 pub struct Launched {
@@ -29,8 +40,30 @@ pub struct Launched {
     pub run_record: RunRecord,
     /// The example programs were stored on the RAM drive.
     pub has_examples: bool,
-    /// The last records, for the control interface.
-    transcript: Arc<TranscriptBuffer>,
+    /// What the control interface reads.
+    journal: Option<Arc<Journal>>,
+}
+
+/// What a robot shares with the others of its process.
+#[derive(Clone)]
+pub struct Surroundings {
+    /// Listening sockets.
+    pub shared: Option<SharedPorts>,
+    /// Robots of the process: what is kept in memory for the control interface is divided among many.
+    pub robots: usize,
+}
+
+impl Surroundings {
+    /// Those of a robot that is alone.
+    pub const NONE: Surroundings = Surroundings {
+        shared: None,
+        robots: 1,
+    };
+
+    /// How many of `most` entries are kept of one robot.
+    fn share(&self, most: usize) -> usize {
+        (most * UNDIVIDED / self.robots.max(UNDIVIDED)).max(MIN_KEPT)
+    }
 }
 
 impl Launched {
@@ -38,7 +71,7 @@ impl Launched {
     ///
     /// # Errors
     /// See [`StartError`]; no port stays open.
-    pub fn open(settings: &Settings) -> Result<Launched, StartError> {
+    pub fn open(settings: &Settings, surroundings: &Surroundings) -> Result<Launched, StartError> {
         let powered = loading::power_on(settings)?;
         let header = Header {
             origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
@@ -48,15 +81,19 @@ impl Launched {
             select: settings.select.clone(),
         };
         let restored = powered.restored.then_some(&powered.controller);
-        let buffered = settings.control.is_some();
+        let buffered = settings.control.as_ref().map(|_| surroundings.share(MAX_BUFFERED_RECORDS));
         let transcript = TranscriptSink::create(header, &settings.transcripts, buffered, restored)?;
-        let buffer = transcript.buffer();
+        let journal = settings.control.as_ref().map(|_| {
+            let kept = surroundings.share(KEPT_EVENTS);
+            Arc::new(Journal::new(kept, transcript.buffer()))
+        });
         let run_record = RunRecord::new(&powered.controller, settings.record_lines);
-        let (driver, requests) = Driver::open(Setup {
+        let (mut driver, requests) = Driver::open(Setup {
             controller: powered.controller,
             backing: powered.backing,
             listen: settings.listen,
             ports: settings.ports,
+            shared: surroundings.shared.clone(),
             links: settings.links,
             serial: settings.serial.clone(),
             time: settings.time,
@@ -69,13 +106,23 @@ impl Launched {
                 Box::new(EventLog::default()),
             ],
         })?;
+        if let Some(journal) = &journal {
+            driver.cell().subscribe(Box::new(JournalWriter(Arc::clone(journal))));
+        }
         Ok(Launched {
             driver,
             requests,
             run_record,
             has_examples: powered.has_examples,
-            transcript: buffer,
+            journal,
         })
+    }
+
+    /// The way to this robot for the control interface, if the settings configure one.
+    #[must_use]
+    pub fn handle(&self) -> Option<DriverHandle> {
+        let journal = Arc::clone(self.journal.as_ref()?);
+        Some(DriverHandle::new(self.requests.clone(), journal))
     }
 
     /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while
@@ -83,22 +130,14 @@ impl Launched {
     ///
     /// # Errors
     /// [`StartError::Control`].
-    pub fn open_control(&mut self, settings: &Settings) -> Result<Option<SocketAddr>, StartError> {
-        let Some(control) = &settings.control else {
+    pub fn open_control(&self, settings: &Settings) -> Result<Option<SocketAddr>, StartError> {
+        let (Some(control), Some(handle)) = (&settings.control, self.handle()) else {
             return Ok(None);
         };
-        let server = ts3100_control::Server::bind(control).map_err(|reason| StartError::Control {
-            address: control.address,
-            reason,
-        })?;
-        if control.accepts_everybody() {
-            warn!(event = "control-open", "{OPEN_WARNING}");
-        }
+        let server = bind_control(control)?;
         let address = server.address();
-        let journal = Arc::new(Journal::with_transcript(Arc::clone(&self.transcript)));
-        let writer = JournalWriter(Arc::clone(&journal));
-        self.driver.cell().subscribe(Box::new(writer));
-        server.serve(self.requests.clone(), journal);
+        let info = robot_info(ONLY.to_owned(), settings.listen, &self.driver);
+        server.serve(Arc::new(OnlyRobot { info, handle }));
         Ok(Some(address))
     }
 
@@ -108,11 +147,71 @@ impl Launched {
         play.start(self.driver.cell());
         Some(play)
     }
+}
 
-    /// Runs until `stop` completes, logs the outcome of every fault, and returns the final controller.
-    pub async fn run(self, stop: impl Future<Output = ()>) -> Controller {
-        let controller = self.driver.run(stop).await;
-        faults::log_summary(controller.faults());
-        controller
+/// Binds the socket of the control interface.
+///
+/// # Errors
+/// [`StartError::Control`].
+pub fn bind_control(control: &ControlSettings) -> Result<ts3100_control::Server, StartError> {
+    let server = ts3100_control::Server::bind(control).map_err(|reason| StartError::Control {
+        address: control.address,
+        reason,
+    })?;
+    if control.accepts_everybody() {
+        warn!(event = "control-open", "{OPEN_WARNING}");
+    }
+    Ok(server)
+}
+
+/// The addresses of a robot that has started.
+#[must_use]
+pub fn robot_info(name: String, listen: IpAddr, driver: &Driver) -> RobotInfo {
+    let word = |port: &Port| port.name().to_ascii_lowercase();
+    let ports = driver.ports().iter();
+    let serial = driver.serial_endpoints().into_iter();
+    RobotInfo {
+        name,
+        ports: ports
+            .map(|(port, number)| (word(port), SocketAddr::new(connectable(listen), *number)))
+            .collect(),
+        serial: serial.map(|(port, place)| (word(&port), place.to_string())).collect(),
+        started: true,
+    }
+}
+
+/// The robot of a process that has no other.
+struct OnlyRobot {
+    info: RobotInfo,
+    handle: DriverHandle,
+}
+
+impl Robots for OnlyRobot {
+    fn names(&self) -> Vec<String> {
+        vec![self.info.name.clone()]
+    }
+
+    fn only(&self) -> Option<&str> {
+        Some(&self.info.name)
+    }
+
+    fn info(&self, name: &str) -> Option<RobotInfo> {
+        (name == self.info.name).then(|| self.info.clone())
+    }
+
+    fn start(&self, name: &str) -> Option<Result<DriverHandle, String>> {
+        self.running(name).map(Ok)
+    }
+
+    fn running(&self, name: &str) -> Option<DriverHandle> {
+        (name == self.info.name).then(|| self.handle.clone())
+    }
+
+    fn wires(&self) -> Option<Vec<WireInfo>> {
+        None
+    }
+
+    fn wire_handle(&self) -> Option<&WireHandle> {
+        None
     }
 }

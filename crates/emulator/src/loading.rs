@@ -165,7 +165,11 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         })?;
     }
     if let Some(path) = &settings.restore {
-        let fresh = std::mem::replace(&mut controller, snapshot::read(path)?);
+        let restored = match &settings.restored_as {
+            Some(name) => snapshot::cell::read_one(path, name)?,
+            None => snapshot::read(path)?,
+        };
+        let fresh = std::mem::replace(&mut controller, restored);
         controller.adopt_peers(&fresh);
     }
     let backing = store.map(|(store, found)| attach_backing(store, &found, &controller, settings));

@@ -63,6 +63,8 @@ fn start_at(level: LevelFilter, format: LogFormat) {
             // The fields repeat the message for programs, so the text form omits them.
             let message_only = debug_fn(|writer, field, value| match field.name() {
                 "message" => write!(writer, "{value:?}"),
+                // Of a span: whose line it is.
+                "robot" => write!(writer, "{value:?}"),
                 _ => Ok(()),
             });
             builder.fmt_fields(message_only).try_init()

@@ -11,6 +11,7 @@ use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
 use ts3100_control::ControlSettings;
+use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
 use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_driver::clock::TimeMode;
@@ -20,6 +21,9 @@ use ts3100_driver::serial::SerialEndpoint;
 /// What the banner and the log say about `--control-open`.
 pub const OPEN_WARNING: &str =
     "the control interface accepts every call (--control-open); whoever reaches it controls the robot";
+
+/// Robots that the banner names before the last.
+const BANNER_ROBOTS: usize = 8;
 
 /// Prints the ready line to stdout, with these TCP ports, serial lines, control address and seed of the legal variation.
 ///
@@ -55,6 +59,101 @@ fn line(
         line["vary"] = json!(vary);
     }
     line
+}
+
+/// Prints the ready line of several robots to stdout.
+///
+/// # Errors
+/// Stdout does not take it.
+pub fn print_fleet_line(
+    robots: &[RobotInfo],
+    control: Option<SocketAddr>,
+    vary: Option<u64>,
+) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    writeln!(stdout, "{}", fleet_line(robots, control, vary))?;
+    stdout.flush()
+}
+
+/// The line as JSON: as that of one robot, with the addresses of each by its name. Those may differ.
+fn fleet_line(robots: &[RobotInfo], control: Option<SocketAddr>, vary: Option<u64>) -> Value {
+    let robot = |robot: &RobotInfo| {
+        let address = robot.ports.values().next().map(|address| json!(address.ip()));
+        let ports = robot.ports.iter().map(|(name, address)| (name.clone(), json!(address.port())));
+        let mut value = json!({ "address": address, "ports": ports.collect::<Value>() });
+        if !robot.serial.is_empty() {
+            value["serial"] = json!(robot.serial);
+        }
+        (robot.name.clone(), value)
+    };
+    let mut line = json!({ "event": "ready", "robots": robots.iter().map(robot).collect::<Value>() });
+    if let Some(control) = control {
+        line["control"] = json!(url(control));
+    }
+    if let Some(vary) = vary {
+        line["vary"] = json!(vary);
+    }
+    line
+}
+
+/// The banner of several robots.
+pub struct FleetBanner<'a> {
+    /// The robots.
+    pub robots: &'a [RobotInfo],
+    /// The address of the control interface, if there is one.
+    pub control: Option<SocketAddr>,
+    /// A call needs a token.
+    pub has_token: bool,
+}
+
+impl FleetBanner<'_> {
+    /// The robots and the control interface on one line.
+    #[must_use]
+    pub fn summary(&self) -> String {
+        let control = self.control.map(|address| format!(", control {}", url(address)));
+        format!("{} robots{}", self.robots.len(), control.unwrap_or_default())
+    }
+}
+
+impl Display for FleetBanner<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let count = self.robots.len();
+        writeln!(f, "{count} robots are ready.")?;
+        // The first and the last tell how the addresses go on.
+        let shown = self.robots.iter().take(BANNER_ROBOTS);
+        let last = self.robots.last().filter(|_| count > BANNER_ROBOTS);
+        for robot in shown {
+            write_robot(f, robot)?;
+        }
+        if let Some(last) = last {
+            if count > BANNER_ROBOTS + 1 {
+                writeln!(f, "  ...")?;
+            }
+            write_robot(f, last)?;
+        }
+        let Some(first) = self.robots.first() else {
+            return Ok(());
+        };
+        if let Some(control) = self.control {
+            writeln!(f, "  control {}  all of them: /robots", url(control))?;
+            writeln!(f, "Open {} in a browser.", dialled_url(control))?;
+        }
+        writeln!(f, "Try in a second terminal:")?;
+        if let Some(ip0) = first.ports.get("ip0") {
+            writeln!(f, "  ts3100 host {ip0} su")?;
+        }
+        if let Some(control) = self.control.filter(|_| !self.has_token) {
+            writeln!(f, "  ts3100 ctl --url {} --robot {} state", dialled_url(control), first.name)?;
+        }
+        writeln!(f, "Press Ctrl-C to end it.")
+    }
+}
+
+fn write_robot(f: &mut Formatter<'_>, robot: &RobotInfo) -> fmt::Result {
+    let ports = robot.ports.iter().map(|(name, address)| format!("{} {address}", name.to_ascii_uppercase()));
+    let serial = robot.serial.iter().map(|(name, place)| format!("{} {place}", name.to_ascii_uppercase()));
+    let places: Vec<String> = ports.chain(serial).collect();
+    writeln!(f, "  {:<10} {}", robot.name, places.join("  "))
 }
 
 /// An object with a key for each port.

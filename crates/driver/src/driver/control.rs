@@ -212,6 +212,16 @@ impl Driver {
 
     /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
+        self.next_wake_if(self.cell.controller.host_is_silent())
+    }
+
+    /// Whether a wait moves time.
+    pub(super) fn is_advancing(&self) -> bool {
+        self.edge.waits.iter().any(|pending| pending.wait.advance)
+    }
+
+    /// As [`Driver::next_wake`], if every host is silent or not.
+    pub(super) fn next_wake_if(&self, host_is_silent: bool) -> (Wake, Option<Time>) {
         if self.edge.write.is_some() {
             return (Wake::Never, None);
         }
@@ -221,10 +231,7 @@ impl Driver {
             let next = deadline.map_or(limit, |deadline| deadline.min(limit));
             return (Wake::JumpAfter(Duration::ZERO), Some(next));
         }
-        let wake = self
-            .edge
-            .clock
-            .wake(deadline, self.cell.controller.host_is_silent());
+        let wake = self.edge.clock.wake(deadline, host_is_silent);
         let limit = self.edge.waits.iter().map(|pending| pending.limit).min();
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
         let left = limit.and_then(|limit| self.edge.clock.wall_time_until(limit));

@@ -24,7 +24,7 @@ const MAX_DRAINED_PORTIONS: u32 = 64;
 /// Time after which no second portion of the same port is handled before a request.
 const DRAIN_TIME: Duration = Duration::from_micros(100);
 /// Longest time the driver works without yielding to other tasks.
-const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
+pub(super) const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 
 /// One unit of work.
 pub(super) enum Work {
@@ -53,7 +53,7 @@ pub(super) struct Rotation {
 
 /// Work before which the ports are drained: what hosts have sent is handled first. A test that sends a command and then
 /// moves the clock expects this order, although the two arrive on different connections.
-struct Held {
+pub(super) struct Held {
     work: Work,
     begun: Instant,
     served: BTreeSet<Port>,
@@ -61,7 +61,7 @@ struct Held {
 }
 
 impl Held {
-    fn new(work: Work) -> Held {
+    pub(super) fn new(work: Work) -> Held {
         Held {
             work,
             begun: Instant::now(),
@@ -81,6 +81,18 @@ impl Held {
             self.portions_left - 1
         };
         (!matches!(self.work, Work::Jump(_))).then_some(self)
+    }
+}
+
+impl Rotation {
+    /// Keeps work until the ports are drained.
+    pub(super) fn hold(&mut self, held: Held) {
+        self.held = Some(held);
+    }
+
+    /// Time does not jump: somebody else had work.
+    pub(super) fn forget_jump(&mut self) {
+        self.held.take_if(|held| matches!(held.work, Work::Jump(_)));
     }
 }
 
@@ -111,25 +123,12 @@ impl Driver {
                 () = sleep(wake) => Work::Tick,
                 () = clock_check(beats) => Work::ClockCheck,
             };
-            if let Some(missed) = self.edge.clock.skip_gap() {
-                warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
-            }
+            self.skip_gap();
             match (work, wake, deadline) {
-                (Work::Request(request), ..) => self.serve_request(request).await,
-                (Work::Inputs(inputs), ..) => {
-                    self.edge.clock.note_activity();
-                    inputs.into_iter().for_each(|input| self.feed(input));
-                }
-                (Work::Stored(written), ..) => self.stored(written),
                 (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {
                     self.rotation.held = Some(Held::new(Work::Jump(deadline)));
                 }
-                (Work::Jump(deadline), ..) => {
-                    self.edge.clock.jump(deadline);
-                    self.feed(Input::Tick);
-                }
-                (Work::Tick, ..) => self.feed(Input::Tick),
-                (Work::ClockCheck, ..) => {}
+                (work, ..) => self.perform(work).await,
             }
             if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
                 yield_now().await;
@@ -138,8 +137,32 @@ impl Driver {
         }
     }
 
+    pub(super) fn skip_gap(&mut self) {
+        if let Some(missed) = self.edge.clock.skip_gap() {
+            warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
+        }
+    }
+
+    /// Does one unit of work.
+    pub(super) async fn perform(&mut self, work: Work) {
+        match work {
+            Work::Request(request) => self.serve_request(request).await,
+            Work::Inputs(inputs) => {
+                self.edge.clock.note_activity();
+                inputs.into_iter().for_each(|input| self.feed(input));
+            }
+            Work::Stored(written) => self.stored(written),
+            Work::Jump(deadline) => {
+                self.edge.clock.jump(deadline);
+                self.feed(Input::Tick);
+            }
+            Work::Tick => self.feed(Input::Tick),
+            Work::ClockCheck => {}
+        }
+    }
+
     /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
-    fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
+    pub(super) fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         let rotation = &mut self.rotation;
         if std::mem::take(&mut rotation.idle) {
             rotation.last_yield = Instant::now();
@@ -204,14 +227,14 @@ fn received_texts(input: &Input) -> Option<usize> {
     }
 }
 
-async fn clock_check(beats: Option<Duration>) {
+pub(super) async fn clock_check(beats: Option<Duration>) {
     match beats {
         None => std::future::pending().await,
         Some(pause) => tokio::time::sleep(pause).await,
     }
 }
 
-async fn sleep(wake: Wake) {
+pub(super) async fn sleep(wake: Wake) {
     match wake {
         Wake::Never => std::future::pending().await,
         // Something is due already, but other tasks get one turn.

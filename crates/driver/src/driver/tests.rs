@@ -60,6 +60,7 @@ fn open_with(change: impl FnOnce(&mut Setup)) -> (Driver, mpsc::Sender<Request>)
     let mut config = Config::new(Dialect::Field);
     config.options.serial_pacing = false;
     let mut setup = Setup {
+        shared: None,
         controller: Controller::new(config, Vec::new()).unwrap(),
         backing: None,
         listen: [127, 0, 0, 1].into(),

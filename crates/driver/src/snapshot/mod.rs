@@ -3,6 +3,8 @@
 //! The content of a snapshot is defined and validated by `ts3100-controller`. Replacing the running controller is done by
 //! the driver (`driver::snapshots`); callers reach it by a [`SnapshotTask`].
 
+pub mod cell;
+
 use crate::files;
 use std::collections::BTreeMap;
 use std::io;
@@ -25,6 +27,12 @@ pub enum ParseError {
     /// Another version, or a state that cannot occur.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
+    /// The file of a cell lacks a robot.
+    #[error("the file has no robot `{0}`")]
+    NoRobot(String),
+    /// The file of a cell has a robot that the cell does not have.
+    #[error("the cell has no robot `{0}`")]
+    OtherRobot(String),
 }
 
 impl From<serde_json::Error> for ParseError {

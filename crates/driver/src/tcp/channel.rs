@@ -4,6 +4,7 @@
 
 use super::connection::{self, Connection, WRITE_QUEUE};
 use super::listen::Acceptor;
+use super::shared::Claim;
 use super::{CLOSE_GRACE, NewConnection, SecondConnection};
 use crate::portion::log_bytes;
 use std::collections::VecDeque;
@@ -31,6 +32,7 @@ struct Waiting {
 /// Where the connections of a channel come from.
 enum Source {
     Accepted(Acceptor),
+    Claimed(Claim),
     Dialled(JoinHandle<()>, mpsc::Receiver<NewConnection>),
 }
 
@@ -61,6 +63,11 @@ impl Channel {
     /// A channel to which peers connect.
     pub(crate) fn accepting(port: Port, second: SecondConnection, listener: TcpListener) -> Channel {
         Channel::new(port, second, Source::Accepted(Acceptor::new(listener)))
+    }
+
+    /// A channel at a shared port.
+    pub(super) fn claiming(port: Port, second: SecondConnection, claim: Claim) -> Channel {
+        Channel::new(port, second, Source::Claimed(claim))
     }
 
     /// A channel whose connections this task dials.
@@ -107,6 +114,7 @@ impl Channel {
         let context = context.unwrap_or(&mut unheard);
         let incoming = match &mut self.source {
             Source::Accepted(acceptor) => acceptor.poll(self.port, context).map(Some),
+            Source::Claimed(claim) => claim.poll(context),
             Source::Dialled(_, dialled) => dialled.poll_recv(context),
         };
         if let Poll::Ready(Some(incoming)) = incoming {
@@ -135,7 +143,8 @@ impl Channel {
                     Poll::Pending => None,
                 }
             }
-            (Source::Accepted(_) | Source::Dialled(..), _) => None,
+            (Source::Claimed(claim), context) if self.connection.is_none() => claim.arrived(context.is_none()),
+            (Source::Accepted(_) | Source::Claimed(_) | Source::Dialled(..), _) => None,
         };
         arrived.map_or_else(Vec::new, |incoming| self.on_connected(incoming))
     }

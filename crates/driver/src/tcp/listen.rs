@@ -8,7 +8,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use socket2::SockRef;
 use std::future::Future;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
@@ -19,6 +19,8 @@ use ts3100_controller::port::Port;
 
 /// Backlog of the listening sockets.
 const BACKLOG: u32 = 16;
+/// Backlog of a socket that many robots share.
+const SHARED_BACKLOG: u32 = 4_096;
 /// Pause after a failed accept (for example no file descriptors left), so that it does not flood the log.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
@@ -179,6 +181,24 @@ impl ChannelError {
 pub fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), ChannelError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
     opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
+}
+
+/// Opens a listening socket for every address of the machine, or for every loopback address if `first` is one.
+pub(super) fn listen_at_all(channel: Port, first: IpAddr, number: u16) -> Result<TcpListener, ChannelError> {
+    let every = match first {
+        IpAddr::V4(_) => IpAddr::V4(Ipv4Addr::UNSPECIFIED),
+        IpAddr::V6(_) => IpAddr::V6(Ipv6Addr::UNSPECIFIED),
+    };
+    let address = SocketAddr::new(every, number);
+    let opened = || -> io::Result<TcpListener> {
+        let socket = bound(address, BindPurpose::Listen)?;
+        #[cfg(target_os = "linux")]
+        if first.is_loopback() {
+            SockRef::from(&socket).bind_device(Some(b"lo"))?;
+        }
+        socket.listen(SHARED_BACKLOG)
+    };
+    opened().map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
 /// The listening socket of a channel.

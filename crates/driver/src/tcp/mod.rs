@@ -10,14 +10,17 @@ mod connection;
 mod dial;
 mod listen;
 mod options;
+mod shared;
 
 pub(crate) use channel::Channel;
 pub(crate) use connection::READ_BUFFER;
 pub use listen::ChannelError;
 pub use listen::{bind, open};
 pub use options::{LinkOptions, Ports, SecondConnection};
+pub use shared::SharedPorts;
 
 use listen::ReservedPort;
+use shared::Claim;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::task::Context;
@@ -41,6 +44,7 @@ type NewConnection = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 pub struct Channels {
     listen: IpAddr,
     ports: Ports,
+    shared: Option<SharedPorts>,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
@@ -55,10 +59,17 @@ impl Channels {
         Channels {
             listen,
             ports,
+            shared: None,
             options,
             channels: BTreeMap::new(),
             reserved: BTreeMap::new(),
         }
+    }
+
+    /// Takes connections from these sockets, where they have the port of a channel.
+    #[must_use]
+    pub fn sharing(self, shared: Option<SharedPorts>) -> Channels {
+        Channels { shared, ..self }
     }
 
     /// Opens every channel as planned: all listening sockets are bound before the first one accepts.
@@ -67,17 +78,20 @@ impl Channels {
     /// # Errors
     /// The first port that cannot be bound; then none is open.
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
-        let mut bound = Vec::new();
-        for (port, channel) in planned(plan, OpenMode::Server) {
-            bound.push((port, self.bind(port, channel.own_port)?));
-        }
         let second = self.options.second;
+        let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
-        for (port, (listener, actual)) in bound {
-            self.channels
-                .insert(port, Channel::accepting(port, second, listener));
-            ports.insert(port, actual);
+        for (port, channel) in planned(plan, OpenMode::Server) {
+            if let Some((claim, number)) = self.claim(channel.own_port) {
+                opened.push((port, Channel::claiming(port, second, claim)));
+                ports.insert(port, number);
+                continue;
+            }
+            let (listener, number) = self.bind(port, channel.own_port)?;
+            opened.push((port, Channel::accepting(port, second, listener)));
+            ports.insert(port, number);
         }
+        self.channels.extend(opened);
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
             info!(port = port.name(), "{port} dials {peer}");
@@ -109,6 +123,15 @@ impl Channels {
         let channels = self.channels.values_mut();
         let arrived = channels.flat_map(|channel| channel.accept_arrived(context.as_deref_mut()));
         arrived.collect()
+    }
+
+    /// The claim of a channel on a shared port, with the number of the port.
+    fn claim(&self, own: u16) -> Option<(Claim, u16)> {
+        let (Some(shared), Ports::Offset(offset)) = (&self.shared, self.ports) else {
+            return None;
+        };
+        let number = own.checked_add(offset)?;
+        Some((shared.claim(SocketAddr::new(self.listen, number))?, number))
     }
 
     /// Binds the listening socket of a channel; returns it with its port number.

@@ -4,15 +4,17 @@
 //! addresses in its environment, signals are forwarded to it, and its exit code is combined with the result of the
 //! reports. [`super::guard`] ends the command when exec itself is killed.
 
+use super::ending::Ending;
 use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
 use super::junit_stub;
-use super::serve::{check_outputs, fail, serve_until};
+use super::serve::{fail, serve_until};
 use crate::config::args::PortSource;
+use crate::config::fleet::FleetConfig;
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::Launched;
+use crate::launch::{Launched, Surroundings};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
@@ -87,6 +89,11 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         args.ports = Some(PortSource::Auto);
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
+    if FleetConfig::from_args(&args)?.is_some() {
+        anyhow::bail!(
+            "exec runs one robot; start several by `ts3100 serve --ready-json` and read their ports from its line"
+        );
+    }
     let settings = Settings::from_args(&args)?;
     if let Some(Seed::Drawn(seed)) = args.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
@@ -94,10 +101,10 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             "legal variation with seed {seed}; repeat it with --vary {seed}"
         ));
     }
-    check_outputs(&args, &settings)?;
+    Ending::check(&args, &settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
-        let mut launched = Launched::open(&settings)?;
+        let mut launched = Launched::open(&settings, &Surroundings::NONE)?;
         launched.driver.self_check(settings.listen).await?;
         let control = launched.open_control(&settings)?;
         let ports = launched.driver.ports();

@@ -4,26 +4,26 @@
 //! The order matters: report files are created before the ports open, so that a path that cannot be written is an
 //! error at the start. The loop that serves hosts is [`ts3100_driver::driver`]; the ready line is [`crate::ready`].
 
-use super::exit::{SCENARIO_FAILED, UNUSABLE};
+use super::ending::Ending;
+use super::exit::UNUSABLE;
+use super::fleet::Fleet;
 use super::junit_stub;
 use crate::config::args::LogFormat;
+use crate::config::fleet::FleetConfig;
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::Launched;
+use crate::launch::{Launched, Surroundings, bind_control};
 use crate::log;
 use crate::ready;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use tracing::{error, info, warn};
+use std::sync::Arc;
+use tracing::{info, warn};
 use ts3100_control::printable::printable;
-use ts3100_driver::files;
-use ts3100_driver::snapshot;
-use ts3100_recording::faults;
-use ts3100_recording::reports::ReportOutcome;
-use ts3100_recording::scenario::ScenarioOutcome;
+use ts3100_control::robots::{RobotInfo, Robots};
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
@@ -54,6 +54,9 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     for warning in unknown {
         warn!("{warning}");
     }
+    if let Some(config) = FleetConfig::from_args(&args)? {
+        return single_threaded()?.block_on(serve_fleet(&args, config));
+    }
     let settings = Settings::from_args(&args)?;
     if let Some(seed) = settings.controller.vary {
         info!(
@@ -61,55 +64,72 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             seed, "legal variation with seed {seed}; repeat it with --vary {seed}"
         );
     }
-    check_outputs(&args, &settings)?;
-    let runtime = single_threaded()?;
-    runtime.block_on(async {
-        // Before the ready line: a signal that follows it must not find the default action.
-        let stop = stop_signal().context("cannot listen for signals")?;
-        let mut launched = Launched::open(&settings)?;
-        let control = launched.open_control(&settings)?;
-        let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
-        let _announced = Instance::current(settings.listen, ports, control).announce();
-        if args.ready_json.unwrap_or(false) {
-            let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
-            printed.context("cannot write to stdout")?;
-        } else {
-            let banner = ready::Banner {
-                settings: &settings,
-                ports,
-                serial: &serial,
-                control,
-                has_examples: launched.has_examples,
-            };
-            match args.log_format.unwrap_or_default() {
-                LogFormat::Text => eprint!("{banner}"),
-                LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
-            }
+    Ending::check(&args, &settings)?;
+    single_threaded()?.block_on(serve_one(&args, &settings))
+}
+
+/// Serves one robot until a signal.
+async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> {
+    // Before the ready line: a signal that follows it must not find the default action.
+    let stop = stop_signal().context("cannot listen for signals")?;
+    let launched = Launched::open(settings, &Surroundings::NONE)?;
+    let control = launched.open_control(settings)?;
+    let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
+    let _announced = Instance::current(settings.listen, ports, control).announce();
+    if args.ready_json.unwrap_or(false) {
+        let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
+        printed.context("cannot write to stdout")?;
+    } else {
+        let banner = ready::Banner {
+            settings,
+            ports,
+            serial: &serial,
+            control,
+            has_examples: launched.has_examples,
+        };
+        match args.log_format.unwrap_or_default() {
+            LogFormat::Text => eprint!("{banner}"),
+            LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
         }
-        let code = serve_until(stop, launched, &args, &settings).await?;
-        info!("ended");
-        Ok(code)
-    })
-}
-
-/// Makes the files of the reports, so that one that cannot be written is known before the run; and asks whether the
-/// snapshot could be.
-pub(super) fn check_outputs(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
-    settings.reports.prepare()?;
-    faults::prepare(&settings.report)?;
-    write_junit(args, &junit_stub::document(junit_stub::NOT_FINISHED))?;
-    if let Some(path) = &args.snapshot_on_exit {
-        snapshot::check_target(path)?;
     }
-    Ok(())
+    let code = serve_until(stop, launched, args, settings).await?;
+    info!("ended");
+    Ok(code)
 }
 
-/// Writes the JUnit report, where one was asked for.
-fn write_junit(args: &ServeArgs, document: &str) -> anyhow::Result<()> {
-    args.junit.as_ref().map_or(Ok(()), |path| {
-        let written = files::replace(path, document.as_bytes());
-        written.with_context(|| format!("cannot write {}", path.display()))
-    })
+/// Serves several robots until a signal.
+async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8> {
+    let stop = stop_signal().context("cannot listen for signals")?;
+    let control = config.control()?;
+    let fleet = Fleet::open(config)?;
+    let address = match &control {
+        Some(settings) => {
+            let server = bind_control(settings)?;
+            let address = server.address();
+            server.serve(Arc::clone(&fleet) as Arc<dyn Robots>);
+            Some(address)
+        }
+        None => None,
+    };
+    let robots: Vec<RobotInfo> = fleet.infos().collect();
+    let _announced = Instance::of_fleet(&robots, address).announce();
+    if args.ready_json.unwrap_or(false) {
+        ready::print_fleet_line(&robots, address, fleet.vary()).context("cannot write to stdout")?;
+    } else {
+        let banner = ready::FleetBanner {
+            robots: &robots,
+            control: address,
+            has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
+        };
+        match args.log_format.unwrap_or_default() {
+            LogFormat::Text => eprint!("{banner}"),
+            LogFormat::Json => info!(event = "ready", "ready: {}", banner.summary()),
+        }
+    }
+    stop.await;
+    let code = fleet.end().await?;
+    info!("ended");
+    Ok(code)
 }
 
 /// Serves until `stop` completes, then writes all that was asked for; the exit code that follows from it. `exec` does
@@ -120,60 +140,8 @@ pub(super) async fn serve_until(
     args: &ServeArgs,
     settings: &Settings,
 ) -> anyhow::Result<u8> {
-    let play = launched.start_scenario(settings);
-    let record = launched.run_record.clone();
-    let controller = launched.run(stop).await;
-    if let Some(path) = &args.snapshot_on_exit {
-        snapshot::write(path, &controller)?;
-    }
-    let reports = &settings.reports;
-    let ending = reports.write_all(&record, &controller, &settings.load)?;
-    faults::write(&settings.report, controller.faults(), &record.fault_log())?;
-    log_failures(&ending);
-    let failed = match play {
-        Some(play) => report_scenario(&play.outcome(controller.now()), args)?,
-        None => false,
-    };
-    Ok(match ending.exit_code() {
-        0 if failed => SCENARIO_FAILED,
-        code => code,
-    })
-}
-
-/// The results of a scenario; whether it has failed.
-fn report_scenario(outcome: &ScenarioOutcome, args: &ServeArgs) -> anyhow::Result<bool> {
-    write_junit(args, &outcome.junit())?;
-    for failure in outcome.failures() {
-        error!(event = "scenario-failed", "scenario: {failure}");
-    }
-    Ok(outcome.has_failed())
-}
-
-/// Why the exit code is not 0.
-fn log_failures(ending: &ReportOutcome) {
-    for (rule, count) in &ending.denied {
-        let (id, title) = (rule.id, rule.title);
-        let times = if *count == 1 {
-            "once".to_owned()
-        } else {
-            format!("{count} times")
-        };
-        error!(
-            event = "denied",
-            rule = id,
-            count,
-            "denied finding {id}, {times}: {title}"
-        );
-    }
-    for id in &ending.never_fired {
-        error!(event = "denied", id, "denied: fault {id} never fired");
-    }
-    if let Some((reached, least)) = ending.below_coverage {
-        error!(
-            event = "below-coverage",
-            reached, least, "the coverage is {reached:.1} %, below the {least} % of --min-coverage"
-        );
-    }
+    let ending = Ending::begin(&mut launched, args, settings);
+    ending.finish(&launched.driver.run(stop).await)
 }
 
 /// `--set help`.

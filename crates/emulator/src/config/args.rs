@@ -14,6 +14,7 @@ use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::OsStr;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
+use super::fleet::MAX_ROBOTS;
 use std::str::FromStr;
 use ts3100_control::ControlChoice;
 use ts3100_controller::options::{ControllerType, Dialect};
@@ -42,6 +43,9 @@ pub struct ServeArgs {
     /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
     #[arg(long, help_heading = "Network", value_name = "WORD", value_parser = PortSourceParser)]
     pub ports: Option<PortSource>,
+    /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
+    #[arg(long, help_heading = "Network", value_name = "N")]
+    pub port_step: Option<u16>,
     /// Print one line of JSON on stdout when every port accepts connections
     #[arg(long, help_heading = "Network", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
         value_parser = switch())]
@@ -86,6 +90,10 @@ pub struct ServeArgs {
     /// Serve COM1 as raw TCP at ADDRESS:PORT or at this port
     #[arg(long, help_heading = "Serial", value_name = "ADDR")]
     pub serial_com1_tcp: Option<ListenAt>,
+    /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
+    /// `{robot}` in a path is the name
+    #[arg(long, help_heading = "Robot", value_name = "N", value_parser = robot_count)]
+    pub robots: Option<u32>,
     /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or the .toml file of a model of your own [default:
     /// ts3100-tv800]
     #[arg(long, help_heading = "Robot", value_name = "MODEL")]
@@ -174,6 +182,32 @@ pub struct ServeArgs {
     /// Format of the log on stderr [default: text]
     #[arg(long, help_heading = "Logging", value_name = "FORMAT")]
     pub log_format: Option<LogFormat>,
+    /// The tables `[[robot]]` of the file.
+    #[arg(skip)]
+    pub robot_tables: Vec<RobotTable>,
+    /// The tables `[[wire]]` of the file.
+    #[arg(skip)]
+    pub wires: Vec<WireTable>,
+}
+
+/// A table `[[robot]]`: its name, and what it says of that robot.
+#[derive(Debug, Clone, Default)]
+pub struct RobotTable {
+    /// Its name.
+    pub name: String,
+    /// What is not that of all robots.
+    pub args: ServeArgs,
+}
+
+/// A table `[[wire]]`: its ends as written, and where it stands.
+#[derive(Debug, Clone, Default)]
+pub struct WireTable {
+    /// File and number of the table.
+    pub origin: String,
+    /// Where its level comes from.
+    pub from: String,
+    /// What shows it.
+    pub to: String,
 }
 
 impl ServeArgs {
@@ -194,6 +228,10 @@ impl ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
             ports: self.ports.or(below.ports),
+            port_step: self.port_step.or(below.port_step),
+            robots: self.robots.or(below.robots),
+            robot_tables: first_non_empty(self.robot_tables, below.robot_tables),
+            wires: first_non_empty(self.wires, below.wires),
             control: self.control.or(below.control),
             control_token: self.control_token.or(below.control_token),
             control_token_file: self.control_token_file.or(below.control_token_file),
@@ -239,6 +277,12 @@ impl ServeArgs {
             reports: self.reports.with_fallback(below.reports),
         }
     }
+}
+
+/// Reads the value of `--robots`.
+fn robot_count(word: &str) -> Result<u32, UnexpectedWord> {
+    let count = word.parse().ok().filter(|count| (1..=MAX_ROBOTS).contains(count));
+    count.ok_or_else(|| UnexpectedWord::new(format!("a whole number from 1 to {MAX_ROBOTS}"), word))
 }
 
 /// Reads the value of `--port-offset`.

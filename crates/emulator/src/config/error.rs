@@ -75,6 +75,9 @@ pub enum ConfigError {
     /// `--junit` without a scenario.
     #[error("cannot write --junit: it reports the results of a scenario; add --scenario FILE")]
     JunitAlone,
+    /// The robots of a fleet do not go together.
+    #[error("{0}")]
+    Fleet(String),
     /// Key position INTERNAL on a controller that does not have it (GEN-05).
     #[error(
         "the {0} has no key position INTERNAL (GEN-05): choose --key-switch teaching or --key-switch ext"

@@ -1,4 +1,4 @@
-//! The environment variables that `exec` sets for its command. They describe a running emulator and set nothing: a
+//! The environment variables that `exec` sets for its command, and those of `ctl`. They describe a running emulator and set nothing: a
 //! `serve` or `exec` inside the command neither reads them nor warns about them.
 
 use ts3100_control::URL_VARIABLE;
@@ -8,6 +8,9 @@ use ts3100_controller::port::Port;
 pub const HOST: &str = "TS3100_HOST";
 /// URL of the control interface, which `ctl` reads.
 pub const CONTROL_URL: &str = URL_VARIABLE;
+
+/// The robot that `ctl` calls, where several run in one process; not set by `exec`.
+pub const ROBOT: &str = "TS3100_ROBOT";
 
 /// Address and port of an Ethernet channel, `ADDRESS:PORT`.
 #[must_use]
@@ -33,6 +36,7 @@ pub fn is_exported(name: &str) -> bool {
     let is_channel = |port| name == channel(port) || name == channel_port(port);
     name == HOST
         || name == CONTROL_URL
+        || name == ROBOT
         || Port::ETHERNET.into_iter().any(is_channel)
         || Port::SERIAL.into_iter().any(|port| name == serial_line(port))
 }

@@ -5,8 +5,10 @@
 //! relative to the file.
 
 use super::ServeArgs;
+use super::args::{RobotTable, WireTable};
 use super::error::{ConfigError, read_text};
 use super::exported;
+use super::fleet;
 use super::model::ModelChoice;
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, FromArgMatches};
@@ -94,14 +96,68 @@ fn place(path: &Path, text: &str, key: &str) -> String {
 
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let text = read_text(path)?;
-    let table: Table = text
+    let mut table: Table = text
         .parse()
         .map_err(|error: toml::de::Error| ConfigError::invalid(path.display(), error))?;
-    let mut merged = ServeArgs::default();
     let mut known = known_keys();
     known.retain(|key| key != "config" && key != "set");
-    for (key, value) in &table {
-        let origin = place(path, &text, key);
+    let robots = fleet_tables(path, &mut table, "robot")?;
+    let wires = fleet_tables(path, &mut table, "wire")?;
+    let mut merged = read_keys(path, &table, &known, &["robot", "wire"], |key| place(path, &text, key))?;
+    known.retain(|key| !fleet::OF_PROCESS.contains(&key.as_str()));
+    for (origin, mut table) in robots {
+        let name = text_of(&origin, &mut table, "name")?;
+        let args = read_keys(path, &table, &known, &["name"], |_| format!("{origin} ({name})"))?;
+        merged.robot_tables.push(RobotTable { name, args });
+    }
+    for (origin, mut table) in wires {
+        let (from, to) = (text_of(&origin, &mut table, "from")?, text_of(&origin, &mut table, "to")?);
+        if let Some(key) = table.keys().next() {
+            let hint = did_you_mean(key, ["from", "to"]);
+            return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
+        }
+        merged.wires.push(WireTable { origin, from, to });
+    }
+    Ok(merged)
+}
+
+/// The tables `[[key]]` of a file, each with its place.
+fn fleet_tables(path: &Path, table: &mut Table, key: &str) -> Result<Vec<(String, Table)>, ConfigError> {
+    let wrong = || {
+        let reason = format!("{key}: expected tables [[{key}]]");
+        ConfigError::invalid(path.display(), reason)
+    };
+    let Some(value) = table.remove(key) else {
+        return Ok(Vec::new());
+    };
+    let Value::Array(values) = value else {
+        return Err(wrong());
+    };
+    let tables = (1..).zip(values).map(|(number, value)| match value {
+        Value::Table(table) => Ok((format!("{}, [[{key}]] {number}", path.display()), table)),
+        _ => Err(wrong()),
+    });
+    tables.collect()
+}
+
+/// A text that a table must have.
+fn text_of(origin: &str, table: &mut Table, key: &str) -> Result<String, ConfigError> {
+    let value = table.remove(key);
+    let value = value.ok_or_else(|| ConfigError::invalid(origin, format!("the key `{key}` is missing")))?;
+    scalar(origin, key, &value)
+}
+
+/// Reads the keys of a table of the file.
+fn read_keys(
+    path: &Path,
+    table: &Table,
+    known: &[String],
+    others: &[&str],
+    origin_of: impl Fn(&str) -> String,
+) -> Result<ServeArgs, ConfigError> {
+    let mut merged = ServeArgs::default();
+    for (key, value) in table {
+        let origin = origin_of(key);
         if key == "options" {
             let table = value.as_table().ok_or_else(|| {
                 let reason = format!("options: expected a table, found {}", value.type_str());
@@ -111,9 +167,13 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
             continue;
         }
         let flag = key.replace('_', "-");
+        if fleet::OF_PROCESS.contains(&flag.as_str()) && !known.contains(&flag) {
+            let reason = format!("`{key}` is for the whole process: put it above the first [[robot]]");
+            return Err(ConfigError::invalid(origin, reason));
+        }
         if !known.contains(&flag) {
             let keys = known.iter().map(String::as_str).chain(["options"]);
-            let hint = did_you_mean(&flag, keys);
+            let hint = did_you_mean(&flag, keys.chain(others.iter().copied()));
             return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
         }
         let values = value

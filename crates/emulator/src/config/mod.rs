@@ -8,6 +8,7 @@ pub mod args;
 mod device;
 mod error;
 pub mod exported;
+pub mod fleet;
 mod layers;
 pub mod model;
 mod options;
@@ -73,6 +74,8 @@ pub struct Settings {
     pub report: Vec<PathBuf>,
     /// Snapshot to start from instead of a fresh power-on.
     pub restore: Option<PathBuf>,
+    /// The name of this robot, if the snapshot is that of a cell.
+    pub restored_as: Option<String>,
     /// Scenario: actions during the run, and what the hosts are expected to do.
     pub scenario: Option<Scenario>,
     /// The control interface, if there is one.
@@ -110,6 +113,7 @@ impl Settings {
             faults: Vec::new(),
             report: Vec::new(),
             restore: None,
+            restored_as: None,
             scenario: None,
             control: None,
             transcripts: Vec::new(),

@@ -72,6 +72,8 @@ impl BufferedRecord {
 #[derive(Debug, Default)]
 struct BufferState {
     header: Header,
+    /// Most records; the bytes are limited in the same proportion.
+    most: usize,
     records: VecDeque<BufferedRecord>,
     bytes: usize,
     discarded: u64,
@@ -82,11 +84,12 @@ struct BufferState {
 pub struct TranscriptBuffer(Mutex<BufferState>);
 
 impl TranscriptBuffer {
-    /// An empty buffer.
+    /// An empty buffer for at most so many records, up to [`MAX_BUFFERED_RECORDS`].
     #[must_use]
-    pub fn new(header: Header) -> TranscriptBuffer {
+    pub fn new(header: Header, most: usize) -> TranscriptBuffer {
         TranscriptBuffer(Mutex::new(BufferState {
             header,
+            most: most.min(MAX_BUFFERED_RECORDS),
             ..BufferState::default()
         }))
     }
@@ -110,7 +113,8 @@ impl TranscriptBuffer {
         let buffer = &mut *self.state();
         buffer.bytes += record.size();
         buffer.records.push_back(record);
-        while buffer.records.len() > MAX_BUFFERED_RECORDS || buffer.bytes > MAX_BUFFERED_BYTES {
+        let most_bytes = buffer.most * (MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS);
+        while buffer.records.len() > buffer.most || buffer.bytes > most_bytes {
             let Some(oldest) = buffer.records.pop_front() else {
                 return;
             };
@@ -128,6 +132,7 @@ impl TranscriptBuffer {
         };
         *pages = BufferState {
             header,
+            most: pages.most,
             ..BufferState::default()
         };
     }
@@ -177,7 +182,7 @@ mod tests {
 
     #[test]
     fn it_is_bounded_in_records_and_bytes_and_says_what_is_gone() {
-        let buffer = TranscriptBuffer::default();
+        let buffer = TranscriptBuffer::new(Header::default(), MAX_BUFFERED_RECORDS);
         for at in 0..MAX_BUFFERED_RECORDS as u64 + 2 {
             buffer.push(record(at, 1));
         }

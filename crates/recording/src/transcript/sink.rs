@@ -121,7 +121,7 @@ pub struct TranscriptSink {
 }
 
 impl TranscriptSink {
-    /// Creates the transcripts of a run, and with `buffered` the one in memory. A controller that the header alone does
+    /// Creates the transcripts of a run, and the one in memory, of `buffered` records. A controller that the header alone does
     /// not reproduce, because it was restored, is in them whole.
     ///
     /// # Errors
@@ -129,12 +129,12 @@ impl TranscriptSink {
     pub fn create(
         header: Header,
         files: &[TranscriptFile],
-        buffered: bool,
+        buffered: Option<usize>,
         restored: Option<&Controller>,
     ) -> Result<TranscriptSink, RecorderError> {
         let mut sink = TranscriptSink {
             recorder: Recorder::create(files, &header, Duration::ZERO)?,
-            buffer: buffered.then(|| Arc::new(TranscriptBuffer::new(header))),
+            buffer: buffered.map(|most| Arc::new(TranscriptBuffer::new(header, most))),
             observer: Observer::default(),
             restored: restored.is_some(),
         };

@@ -3,6 +3,7 @@
 //! Each command becomes one HTTP call in [`super::call`].
 
 use crate::config::args::word;
+use crate::config::exported;
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,6 +20,9 @@ pub struct CtlArgs {
     /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
     #[arg(long, value_name = "URL", global = true)]
     pub url: Option<String>,
+    /// Call this robot, where several run in one process [env: TS3100_ROBOT]
+    #[arg(long, value_name = "NAME", global = true)]
+    pub robot: Option<String>,
     /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
@@ -32,11 +36,29 @@ pub struct CtlArgs {
     pub command: Command,
 }
 
+impl CtlArgs {
+    /// The robot that is called, where there are several.
+    pub fn robot(&self) -> Option<String> {
+        let variable = std::env::var(exported::ROBOT).ok().filter(|name| !name.is_empty());
+        self.robot.clone().or(variable)
+    }
+}
+
 /// What is asked for.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Show the whole state of the robot
     State,
+    /// List the robots of the process
+    Robots,
+    /// List the wires between the robots, or set an outside line
+    Wire {
+        /// Name of an outside line
+        #[arg(requires = "state")]
+        outside: Option<String>,
+        #[arg(value_parser = word::<bool>())]
+        state: Option<bool>,
+    },
     /// Show or turn the key switch
     KeySwitch {
         #[arg(value_parser = word::<KeySwitch>())]

@@ -85,10 +85,23 @@ fn button(path: &str, action: Option<&String>) -> Call {
     action.map_or_else(|| get(path), |action| post(format!("{path}/{action}"), json!({})))
 }
 
+/// Calls about all robots of a process, whichever is named.
+const OF_ALL: [&str; 2] = ["/robots", "/wires"];
+
 impl Call {
+    /// The same call of the robot of this name.
+    pub fn of_robot(mut self, robot: Option<String>) -> Call {
+        if let Some(name) = robot
+            && !OF_ALL.iter().any(|path| self.path.starts_with(path))
+        {
+            self.path.insert_str(0, &format!("/robots/{}", percent_encoded(&name)));
+        }
+        self
+    }
+
     /// How long the interface may take on purpose, by the system clock.
     pub fn longest_wait(&self) -> Duration {
-        if !WAITING_PATHS.contains(&self.path.as_str()) || self.method != "POST" {
+        if !WAITING_PATHS.iter().any(|path| self.path.ends_with(path)) || self.method != "POST" {
             return Duration::ZERO;
         }
         let wall = self.body.as_ref().and_then(|body| body.get("wall")?.as_f64());
@@ -103,6 +116,12 @@ impl Call {
     pub fn from_command(command: &Command, json: bool) -> anyhow::Result<Call> {
         Ok(match command {
             Command::State => get("/state"),
+            Command::Robots => get("/robots"),
+            Command::Wire { outside: Some(name), state } => {
+                let path = format!("/wires/outside/{}", percent_encoded(name));
+                put(path, json!({"on": state.unwrap_or_default()}))
+            }
+            Command::Wire { outside: None, .. } => get("/wires"),
             Command::KeySwitch { position: None } => get("/key-switch"),
             Command::KeySwitch { position: Some(key) } => put("/key-switch", json!({"position": key.word()})),
             Command::ControlRight { holder: None } => get("/control-right"),

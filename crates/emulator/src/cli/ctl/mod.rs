@@ -29,6 +29,7 @@ const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 pub fn run(args: &CtlArgs) -> ExitCode {
     let call = Call::from_command(&args.command, args.json);
     let call = call.and_then(|call| Ok((target::url(args)?, call)));
+    let call = call.map(|(url, call)| (url, call.of_robot(args.robot())));
     let (url, call) = match call {
         Ok(call) => call,
         Err(error) => {

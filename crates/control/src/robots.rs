@@ -1,0 +1,228 @@
+//! `/robots`: the robots of this process, and the way of a call to its robot. `/robots/NAME/...` is the whole interface
+//! of one; without that prefix a call is for the only robot, or for all where that has a meaning.
+//!
+//! What runs a robot is not known here; see [`Robots`].
+
+use super::body::{Json, Path};
+use super::handle::{Answer, DriverHandle, Handle};
+use super::problem::Problem;
+use super::route_table::RouteTable;
+use super::wires::WireInfo;
+use axum::Router;
+use axum::extract::{FromRequestParts, Request, State};
+use axum::http::request::Parts;
+use axum::http::StatusCode;
+use axum::http::uri::{PathAndQuery, Uri};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use tower_service::Service as _;
+use ts3100_driver::driver::wired::WireHandle;
+use ts3100_proto::words::did_you_mean;
+use utoipa::ToSchema;
+use utoipa_axum::routes;
+
+/// What all paths of one robot begin with.
+const PREFIX: &str = "/robots/";
+/// Most names that a message lists.
+const MAX_LISTED: usize = 8;
+
+/// The robots of a process.
+pub trait Robots: Send + Sync {
+    /// The names, in the order of the configuration.
+    fn names(&self) -> Vec<String>;
+    /// The name of the robot, if there is only one.
+    fn only(&self) -> Option<&str>;
+    /// What is known of a robot without asking it.
+    fn info(&self, name: &str) -> Option<RobotInfo>;
+    /// The way to a robot, which starts if it has not yet, or why it cannot; `None` if there is none of this name.
+    fn start(&self, name: &str) -> Option<Result<DriverHandle, String>>;
+    /// The way to a robot that has started.
+    fn running(&self, name: &str) -> Option<DriverHandle>;
+    /// The wires between them, if there are some.
+    fn wires(&self) -> Option<Vec<WireInfo>>;
+    /// Sets lines from outside.
+    fn wire_handle(&self) -> Option<&WireHandle>;
+}
+
+/// A robot of this process.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Robot)]
+pub struct RobotInfo {
+    /// Its name, as in `/robots/NAME/state`.
+    pub name: String,
+    /// The address of each TCP port that is open.
+    #[schema(value_type = BTreeMap<String, String>)]
+    pub ports: BTreeMap<String, SocketAddr>,
+    /// Each serial line that is open: a path or a URL.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub serial: BTreeMap<String, String>,
+    /// Whether it has started. With an address of its own, a robot starts at its first connection or call, and its
+    /// time begins then.
+    pub started: bool,
+}
+
+/// The robots of this process.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Robots)]
+pub struct RobotList {
+    /// In the order of the configuration.
+    robots: Vec<RobotInfo>,
+}
+
+/// All robots, as a parameter of a handler.
+pub struct Fleet(pub Arc<dyn Robots>);
+
+impl<S: Sync> FromRequestParts<S> for Fleet {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Fleet, Problem> {
+        let found = parts.extensions.get().cloned();
+        found.map(Fleet).ok_or_else(Problem::shutting_down)
+    }
+}
+
+/// Whom a call is for that can also be for all robots.
+pub enum Scope {
+    /// For one.
+    One(DriverHandle),
+    /// For each robot.
+    All(Arc<dyn Robots>),
+}
+
+impl<S: Sync> FromRequestParts<S> for Scope {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Scope, Problem> {
+        match parts.extensions.get::<DriverHandle>() {
+            Some(handle) => Ok(Scope::One(handle.clone())),
+            None => Fleet::from_request_parts(parts, state).await.map(|Fleet(robots)| Scope::All(robots)),
+        }
+    }
+}
+
+impl Scope {
+    /// The robots by name, all of them started.
+    pub fn started(&self) -> Result<Vec<(String, DriverHandle)>, Problem> {
+        match self {
+            Scope::One(handle) => Ok(vec![(String::new(), handle.clone())]),
+            Scope::All(robots) => {
+                let mut started = Vec::new();
+                for name in robots.names() {
+                    let handle = start(robots.as_ref(), &name)?;
+                    started.push((name, handle));
+                }
+                Ok(started)
+            }
+        }
+    }
+}
+
+impl<S: Sync> FromRequestParts<S> for Handle {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Handle, Problem> {
+        match parts.extensions.get::<DriverHandle>() {
+            Some(handle) => Ok(Handle(handle.clone())),
+            None => {
+                let Fleet(robots) = Fleet::from_request_parts(parts, state).await?;
+                Err(robot_needed(robots.as_ref(), parts.uri.path()))
+            }
+        }
+    }
+}
+
+/// A call for one robot that does not say for which.
+fn robot_needed(robots: &dyn Robots, path: &str) -> Problem {
+    let names = robots.names();
+    let example = names.first().map_or("NAME", String::as_str);
+    let told = format!(
+        "{path} is for one robot, and {} run here; say which: /robots/{example}{path} (ts3100 ctl --robot {example})",
+        names.len()
+    );
+    let expected = format!("a path below /robots/{example}");
+    Problem::expected_found(StatusCode::NOT_FOUND, "path", expected, path).told(told)
+}
+
+fn no_such_robot(robots: &dyn Robots, name: &str) -> Problem {
+    let names = robots.names();
+    let hint = did_you_mean(name, names.iter().map(String::as_str));
+    let more = if names.len() > MAX_LISTED { ", ..." } else { "" };
+    let listed: Vec<_> = names.iter().take(MAX_LISTED).map(String::as_str).collect();
+    let expected = format!("{}{more}", listed.join(", "));
+    let told = format!("unknown robot `{name}`{hint}: expected {expected}");
+    Problem::expected_found(StatusCode::NOT_FOUND, "robot", expected, name).told(told)
+}
+
+fn start(robots: &dyn Robots, name: &str) -> Result<DriverHandle, Problem> {
+    let started = robots.start(name).ok_or_else(|| no_such_robot(robots, name))?;
+    started.map_err(|reason| Problem::new(StatusCode::SERVICE_UNAVAILABLE, reason).at(name))
+}
+
+/// The calls of one robot, and all robots.
+pub struct Dispatch {
+    /// The calls as one robot has them.
+    pub calls: Router,
+    /// The robots.
+    pub robots: Arc<dyn Robots>,
+}
+
+/// Hands a call to its robot.
+pub async fn dispatch(State(site): State<Arc<Dispatch>>, mut request: Request) -> Response {
+    let robots = &site.robots;
+    let mut found = robots.only().map(str::to_owned);
+    if let Some((name, rest)) = split_path(request.uri()) {
+        *request.uri_mut() = rest;
+        found = Some(name);
+    }
+    if let Some(name) = found {
+        match start(robots.as_ref(), &name) {
+            Ok(handle) => drop(request.extensions_mut().insert(handle)),
+            Err(problem) => return problem.into_response(),
+        }
+    }
+    request.extensions_mut().insert(Arc::clone(robots));
+    match site.calls.clone().call(request).await {
+        Ok(response) => response,
+        Err(never) => match never {},
+    }
+}
+
+/// The name of a robot and the path of its own that a path leads to.
+pub fn own_path(path: &str) -> Option<(&str, &str)> {
+    let rest = path.strip_prefix(PREFIX)?;
+    rest.split_at_checked(rest.find('/')?)
+}
+
+/// As [`own_path`], with the query.
+fn split_path(uri: &Uri) -> Option<(String, Uri)> {
+    let (name, own) = own_path(uri.path_and_query()?.as_str())?;
+    // It is the end of a path, which can always be one.
+    Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table
+        .group("robots", "The robots of this process. Every other path also exists below `/robots/NAME`.")
+        .routes(routes!(get_robots))
+        .routes(routes!(get_robot))
+}
+
+/// List the robots
+#[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
+async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
+    let names = robots.names();
+    let robots = names.iter().filter_map(|name| robots.info(name)).collect();
+    Json(RobotList { robots })
+}
+
+/// Get the addresses of a robot
+#[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
+    responses((status = 200, body = RobotInfo)))]
+async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
+    let info = robots.info(&name);
+    info.map(Json).ok_or_else(|| no_such_robot(robots.as_ref(), &name))
+}

@@ -1,0 +1,84 @@
+//! `/wires`: the wires between the robots of this process, and the lines that lead to them from outside.
+//!
+//! What a wire does is [`ts3100_driver::driver::wired`].
+
+use super::body::{Json, Path};
+use super::handle::Answer;
+use super::problem::Problem;
+use super::robots::{Fleet, Robots};
+use super::route_table::RouteTable;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use utoipa_axum::routes;
+
+/// A wire.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Wire)]
+pub struct WireInfo {
+    /// Where its level comes from: `ROBOT.dout.LINE` or `outside.NAME`.
+    pub from: String,
+    /// What shows it: `ROBOT.din.LINE` or `outside.NAME`.
+    pub to: String,
+    /// Its level.
+    pub on: bool,
+}
+
+/// The wires.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Wires)]
+pub struct WireList {
+    /// In the order of the configuration.
+    wires: Vec<WireInfo>,
+}
+
+/// The new level of an outside line.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SetOutside {
+    /// Whether it is on.
+    on: bool,
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table
+        .group("wires", "Wires between the robots of this process.")
+        .routes(routes!(get_wires))
+        .routes(routes!(put_outside))
+}
+
+fn list(robots: &dyn Robots) -> WireList {
+    let wires = robots.wires().unwrap_or_default();
+    WireList { wires }
+}
+
+/// List the wires
+#[utoipa::path(get, path = "/wires", responses((status = 200, body = WireList)))]
+async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
+    Json(list(robots.as_ref()))
+}
+
+/// Set an outside line
+///
+/// A line at which a wire begins. Everything that follows from it at once has happened when the call returns.
+#[utoipa::path(put, path = "/wires/outside/{name}", params(("name" = String, Path, description = "Name of the line")),
+    request_body = SetOutside, responses((status = 200, body = WireList)))]
+async fn put_outside(
+    Fleet(robots): Fleet,
+    Path(name): Path<String>,
+    Json(body): Json<SetOutside>,
+) -> Answer<WireList> {
+    let Some(wires) = robots.wire_handle().filter(|wires| wires.can_set(&name)) else {
+        let wires = robots.wires().unwrap_or_default().into_iter();
+        let names: Vec<String> = wires.filter_map(|wire| Some(wire.from.strip_prefix("outside.")?.to_owned())).collect();
+        let expected = match names.is_empty() {
+            true => "one at which a wire begins (there is none)".to_owned(),
+            false => names.join(", "),
+        };
+        return Err(Problem::not_found("outside line", expected, name));
+    };
+    if !wires.set(&name, body.on).await {
+        return Err(Problem::shutting_down());
+    }
+    Ok(Json(list(robots.as_ref())))
+}

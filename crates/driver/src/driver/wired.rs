@@ -1,0 +1,453 @@
+//! Robots that are joined by wires: an output of one is an input of another, in virtual time.
+//!
+//! They take their steps together. Before anything happens at a moment, everything that was due earlier at any of them
+//! has happened, the earliest first, and each change of an output has reached its input. So an exchange of signals takes
+//! the same course in real time, scaled, stepped or automatic time, and the same seed gives the same bytes. Their clocks
+//! pass alike; only the moments they count from differ, after a reset or a snapshot of one of them.
+//!
+//! Start with [`Wired::run`].
+
+use super::Driver;
+use super::run_loop::{Held, Work, clock_check, sleep};
+use crate::cell::Side;
+use crate::clock::{CATCH_UP_SLICE, Wake};
+use std::collections::BTreeMap;
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc;
+use tokio::task::coop::unconstrained;
+use tokio::task::yield_now;
+use tracing::{Instrument as _, Span, debug, warn};
+use ts3100_controller::action::IoKind;
+use ts3100_controller::input::{Input, PanelAction};
+use ts3100_controller::{Controller, Time};
+
+/// Most changes that follow from each other at one moment; lines that go on changing each other wait for the next one.
+const MAX_CHANGES_AT_ONCE: usize = 256;
+/// Changes of outside lines that may be queued.
+const OUTSIDE_QUEUE: usize = 64;
+
+/// One end of a wire.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum WireEnd {
+    /// An output of a robot where a wire begins, an input where it ends.
+    Line {
+        /// Number of the robot, from 0.
+        robot: usize,
+        /// Number of the line.
+        line: u16,
+    },
+    /// A line of the world around the robots: a test sets it where a wire begins, and reads it where one ends.
+    Outside(String),
+}
+
+impl WireEnd {
+    /// The number of its robot; `None` outside.
+    #[must_use]
+    pub fn robot(&self) -> Option<usize> {
+        match self {
+            WireEnd::Line { robot, .. } => Some(*robot),
+            WireEnd::Outside(_) => None,
+        }
+    }
+}
+
+/// A wire: its end shows the level of its beginning.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wire {
+    /// Where the level comes from.
+    pub from: WireEnd,
+    /// What shows it.
+    pub to: WireEnd,
+}
+
+/// What an outside line is set to, and who waits for it.
+type OutsideChange = (String, bool, tokio::sync::oneshot::Sender<()>);
+
+/// Reads the levels of wires, and sets outside lines, from other tasks.
+#[derive(Debug, Clone)]
+pub struct WireHandle {
+    wires: Arc<[Wire]>,
+    levels: Arc<Mutex<Vec<bool>>>,
+    changes: mpsc::Sender<OutsideChange>,
+}
+
+impl WireHandle {
+    /// The level of each wire.
+    #[must_use]
+    pub fn levels(&self) -> Vec<bool> {
+        self.levels.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Whether a wire begins at this outside line.
+    #[must_use]
+    pub fn can_set(&self, name: &str) -> bool {
+        self.wires.iter().any(|wire| is_outside(&wire.from, name))
+    }
+
+    /// Sets an outside line. Everything that follows from it at once has happened when this returns; false if the robots
+    /// have ended.
+    pub async fn set(&self, name: &str, on: bool) -> bool {
+        let (done, is_done) = tokio::sync::oneshot::channel();
+        let sent = self.changes.send((name.to_owned(), on, done)).await;
+        sent.is_ok() && is_done.await.is_ok()
+    }
+}
+
+fn is_outside(end: &WireEnd, name: &str) -> bool {
+    matches!(end, WireEnd::Outside(known) if known == name)
+}
+
+/// One unit of work.
+enum Step {
+    /// Of one robot.
+    Of(usize, Work),
+    /// An outside line changes.
+    Outside(OutsideChange),
+    /// Time jumps.
+    Jump,
+    /// The wake time has come.
+    Tick,
+    ClockCheck,
+}
+
+/// Robots and the wires between them.
+pub struct Wired {
+    drivers: Vec<Driver>,
+    /// Whose lines are logged, by the numbers of the drivers.
+    spans: Vec<Span>,
+    wires: Arc<[Wire]>,
+    levels: Arc<Mutex<Vec<bool>>>,
+    outside: BTreeMap<String, bool>,
+    changes: mpsc::Receiver<OutsideChange>,
+    /// The driver that is polled first next time.
+    first: usize,
+    /// How far time jumps, as soon as nothing has arrived anywhere.
+    jump: Option<Duration>,
+    last_yield: Instant,
+    has_warned: bool,
+}
+
+impl Wired {
+    /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
+    /// places in `robots`.
+    #[must_use]
+    pub fn new(robots: Vec<(Driver, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+        let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
+        let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
+        let wires: Arc<[Wire]> = wires.into();
+        let handle = WireHandle {
+            wires: Arc::clone(&wires),
+            levels: Arc::clone(&levels),
+            changes: sender,
+        };
+        let (drivers, spans) = robots.into_iter().unzip();
+        let wired = Wired {
+            drivers,
+            spans,
+            wires,
+            levels,
+            outside: BTreeMap::new(),
+            changes,
+            first: 0,
+            jump: None,
+            last_yield: Instant::now(),
+            has_warned: false,
+        };
+        (wired, handle)
+    }
+
+    /// Runs until `stop` completes, closes all ports and returns the final controllers.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) -> Vec<Controller> {
+        self.hold();
+        self.carry(Duration::ZERO);
+        self.release();
+        self.serve(stop).await;
+        self.hold();
+        self.catch_up();
+        self.release();
+        let mut controllers = Vec::new();
+        for driver in self.drivers {
+            controllers.push(driver.finish().await);
+        }
+        controllers
+    }
+
+    async fn serve(&mut self, stop: impl Future<Output = ()>) {
+        let mut stop = pin!(stop);
+        loop {
+            let (wake, distance) = self.next_wake();
+            let beats = self.drivers.first().and_then(|driver| driver.edge.clock.gap_check_interval());
+            let step = tokio::select! {
+                biased;
+                () = &mut stop => return,
+                step = unconstrained(poll_fn(|context| self.poll_step(context))) => step,
+                () = sleep(wake) => Step::Tick,
+                () = clock_check(beats) => Step::ClockCheck,
+            };
+            self.hold();
+            self.drivers.iter_mut().for_each(Driver::skip_gap);
+            if let (Step::Tick, Wake::JumpAfter(_), Some(distance)) = (&step, wake, distance) {
+                // What has arrived anywhere is handled before.
+                self.jump = Some(distance);
+                for driver in &mut self.drivers {
+                    let at = driver.edge.clock.now() + distance;
+                    driver.rotation.hold(Held::new(Work::Jump(at)));
+                }
+            } else {
+                self.catch_up();
+                self.perform(step).await;
+                self.carry(Duration::ZERO);
+            }
+            self.release();
+            if self.last_yield.elapsed() > super::run_loop::MAX_TIME_WITHOUT_YIELD {
+                yield_now().await;
+                self.last_yield = Instant::now();
+            }
+        }
+    }
+
+    /// Wall-clock time stands still while a step is taken.
+    fn hold(&mut self) {
+        let moment = Instant::now();
+        for driver in &mut self.drivers {
+            driver.edge.clock.hold(Some(moment));
+            driver.edge.begin();
+        }
+    }
+
+    fn release(&mut self) {
+        for driver in &mut self.drivers {
+            driver.edge.clock.hold(None);
+        }
+    }
+
+    fn is_storing(&self) -> bool {
+        self.drivers.iter().any(|driver| driver.edge.write.is_some())
+    }
+
+    /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
+    fn poll_step(&mut self, context: &mut Context<'_>) -> Poll<Step> {
+        if let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
+            self.jump = None;
+            return Poll::Ready(Step::Outside(change));
+        }
+        let (storing, count) = (self.is_storing(), self.drivers.len());
+        let mut drained = 0;
+        for turn in 0..count {
+            let index = (self.first + turn) % count;
+            let Some(driver) = self.drivers.get_mut(index) else {
+                continue;
+            };
+            if storing && driver.edge.write.is_none() {
+                continue;
+            }
+            match driver.poll_work(context) {
+                Poll::Ready(Work::Jump(_)) => drained += 1,
+                Poll::Ready(work) => {
+                    self.first = index + 1;
+                    self.jump = None;
+                    return Poll::Ready(Step::Of(index, work));
+                }
+                Poll::Pending => {}
+            }
+        }
+        if self.jump.is_some() && drained == count {
+            return Poll::Ready(Step::Jump);
+        }
+        Poll::Pending
+    }
+
+    async fn perform(&mut self, step: Step) {
+        match step {
+            Step::Of(index, work) => {
+                for driver in &mut self.drivers {
+                    driver.rotation.forget_jump();
+                }
+                if let (Some(driver), Some(span)) = (self.drivers.get_mut(index), self.spans.get(index)) {
+                    driver.perform(work).instrument(span.clone()).await;
+                }
+                self.align(index);
+            }
+            Step::Outside((name, on, done)) => {
+                self.outside.insert(name, on);
+                self.carry(Duration::ZERO);
+                // Fails only when nobody waits for it.
+                let _ = done.send(());
+            }
+            Step::Jump => {
+                let distance = self.jump.take().unwrap_or_default();
+                for driver in &mut self.drivers {
+                    let at = driver.edge.clock.now() + distance;
+                    driver.edge.clock.jump(at);
+                }
+                self.catch_up();
+                self.tick();
+            }
+            Step::Tick => self.tick(),
+            Step::ClockCheck => {}
+        }
+    }
+
+    /// Every robot does what is due now.
+    fn tick(&mut self) {
+        for index in 0..self.drivers.len() {
+            self.step(index, Duration::ZERO, Input::Tick);
+            self.carry(Duration::ZERO);
+        }
+    }
+
+    /// Time passes for all as it does for one of them, and no faster than the host of any allows.
+    fn align(&mut self, index: usize) {
+        let Some(clock) = self.drivers.get(index).map(|driver| driver.edge.clock.clone()) else {
+            return;
+        };
+        for driver in &mut self.drivers {
+            driver.edge.clock.follow(&clock);
+            driver.judge_pace();
+        }
+    }
+
+    /// What was due before now happens, the earliest first.
+    fn catch_up(&mut self) {
+        let begun = Instant::now();
+        while !self.is_storing() {
+            let overdue = self.drivers.iter().enumerate().filter_map(|(index, driver)| {
+                let late = driver.edge.clock.now().since(driver.cell.deadline()?);
+                (!late.is_zero()).then_some((late, index))
+            });
+            // Of those that are due at one moment the first robot comes first.
+            let Some((late, index)) = overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index))) else {
+                break;
+            };
+            self.step(index, late, Input::Tick);
+            self.carry(late);
+            if begun.elapsed() > CATCH_UP_SLICE {
+                self.note_lag(late);
+                break;
+            }
+        }
+        self.update_idle();
+    }
+
+    /// The machine is too slow: time goes on from the moment that was reached.
+    fn note_lag(&mut self, late: Duration) {
+        let mut is_noticeable = false;
+        for driver in &mut self.drivers {
+            let reached = before(driver.edge.clock.now(), late);
+            is_noticeable |= driver.edge.clock.note_lag(reached);
+        }
+        if is_noticeable {
+            warn!("this machine cannot keep up with the robots joined by wires: virtual time lags (`behind` of /clock)");
+        }
+    }
+
+    /// Hands an input to a robot, so long before now.
+    fn step(&mut self, index: usize, late: Duration, input: Input) {
+        if let (Some(driver), Some(span)) = (self.drivers.get_mut(index), self.spans.get(index)) {
+            let at = before(driver.edge.clock.now(), late);
+            // A refusal is an event.
+            let _ = span.in_scope(|| driver.cell.feed(at, input, Side::Robot, &mut driver.edge));
+        }
+    }
+
+    /// Each wire carries its level, and what that brings about, so long before now.
+    fn carry(&mut self, late: Duration) {
+        let mut changes = 0;
+        let mut carried = true;
+        while std::mem::take(&mut carried) && !self.is_storing() {
+            for index in 0..self.wires.len() {
+                let Some((input, on)) = self.change_of(index) else {
+                    continue;
+                };
+                if changes >= MAX_CHANGES_AT_ONCE {
+                    if !std::mem::replace(&mut self.has_warned, true) {
+                        warn!("wired lines go on changing each other without any time between; the rest waits");
+                    }
+                    return;
+                }
+                changes += 1;
+                carried = true;
+                if let Some((robot, line)) = input {
+                    debug!("wire: input {line} of robot {robot} {}", if on { "on" } else { "off" });
+                    self.step(robot, late, Input::Panel(PanelAction::InputLine { line, on }));
+                }
+            }
+        }
+        self.update_idle();
+    }
+
+    /// Brings the level of a wire up to date. Returns the input that has to follow it, where there is one.
+    fn change_of(&mut self, index: usize) -> Option<(Option<(usize, u16)>, bool)> {
+        let wire = self.wires.get(index)?;
+        let on = match &wire.from {
+            WireEnd::Line { robot, line } => {
+                let controller = &self.drivers.get(*robot)?.cell.controller;
+                controller.state().powered && controller.signals().output(*line)
+            }
+            WireEnd::Outside(name) => self.outside.get(name).copied().unwrap_or(false),
+        };
+        let mut levels = self.levels.lock().unwrap_or_else(PoisonError::into_inner);
+        let was = std::mem::replace(levels.get_mut(index)?, on);
+        match &wire.to {
+            WireEnd::Line { robot, line } => {
+                let signals = self.drivers.get(*robot)?.cell.controller.signals();
+                // A forced input shows what it is forced to, until it is released.
+                let follows = signals.forced(IoKind::Input, *line).is_some() || signals.input(*line) == on;
+                (!follows).then_some((Some((*robot, *line)), on))
+            }
+            WireEnd::Outside(name) => {
+                self.outside.insert(name.clone(), on);
+                (was != on).then_some((None, on))
+            }
+        }
+    }
+
+    /// Automatic time stands still between two jumps while nobody is at any robot.
+    fn update_idle(&mut self) {
+        for driver in &mut self.drivers {
+            driver.edge.update_idle(&driver.cell.controller);
+        }
+        let idle = self.drivers.iter().all(|driver| driver.edge.clock.is_idle());
+        for driver in &mut self.drivers {
+            driver.edge.clock.set_idle(idle);
+        }
+    }
+
+    /// When to wake if no input arrives, and how far time then jumps.
+    fn next_wake(&self) -> (Wake, Option<Duration>) {
+        if self.is_storing() {
+            return (Wake::Never, None);
+        }
+        let silent = self.drivers.iter().all(|driver| driver.cell.controller.host_is_silent());
+        let mut distance: Option<Duration> = None;
+        let mut wake = Wake::Never;
+        let mut advancing = false;
+        for driver in &self.drivers {
+            let (of_driver, until) = driver.next_wake_if(silent);
+            let left = until.map(|until| until.since(driver.edge.clock.now()));
+            distance = left.into_iter().chain(distance).min();
+            advancing |= driver.is_advancing();
+            wake = match (wake, of_driver) {
+                (Wake::Never, other) | (other, Wake::Never) => other,
+                (Wake::After(one) | Wake::JumpAfter(one), Wake::After(other)) if other <= one => Wake::After(other),
+                (Wake::After(one), Wake::JumpAfter(other)) if one <= other => Wake::After(one),
+                (Wake::JumpAfter(one) | Wake::After(one), Wake::JumpAfter(other) | Wake::After(other)) => {
+                    Wake::JumpAfter(one.min(other))
+                }
+            };
+        }
+        if advancing {
+            wake = Wake::JumpAfter(Duration::ZERO);
+        }
+        (wake, distance)
+    }
+}
+
+fn before(now: Time, late: Duration) -> Time {
+    let late = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
+    Time::from_micros(now.as_micros().saturating_sub(late))
+}

@@ -1,0 +1,82 @@
+//! The state of several robots in one file: an object with the snapshot of each by its name.
+
+use super::{FileError, MAX_BYTES, ParseError, io_error};
+use crate::files;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use ts3100_controller::{Controller, Snapshot, SnapshotHeader};
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CellFile<T> {
+    robots: BTreeMap<String, T>,
+}
+
+/// The snapshots of robots as indented JSON.
+#[must_use]
+pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
+    let states = states.iter();
+    let robots = states.map(|(name, controller)| (name.clone(), controller.snapshot())).collect();
+    // Serialization fails only for maps whose keys are not strings.
+    let mut text = serde_json::to_string_pretty(&CellFile { robots }).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+/// The controllers of these robots, in this order.
+///
+/// # Errors
+/// [`ParseError`]; the file has to have the state of each robot, and of no other.
+pub fn from_json(text: &str, names: &[String]) -> Result<Vec<Controller>, ParseError> {
+    // Check the versions first: in another version every other field may differ.
+    for header in serde_json::from_str::<CellFile<SnapshotHeader>>(text)?.robots.values() {
+        header.validate()?;
+    }
+    let mut file: CellFile<Snapshot> = serde_json::from_str(text)?;
+    let mut controllers = Vec::new();
+    for name in names {
+        let snapshot = file.robots.remove(name).ok_or_else(|| ParseError::NoRobot(name.clone()))?;
+        controllers.push(Controller::restore(snapshot)?);
+    }
+    match file.robots.into_keys().next() {
+        Some(name) => Err(ParseError::OtherRobot(name)),
+        None => Ok(controllers),
+    }
+}
+
+/// Reads the file of a cell; see [`from_json`].
+///
+/// # Errors
+/// [`FileError`].
+pub fn read(path: &Path, names: &[String]) -> Result<Vec<Controller>, FileError> {
+    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
+    from_json(&text, names).map_err(|reason| FileError::Parse {
+        path: path.to_path_buf(),
+        reason,
+    })
+}
+
+/// Reads the state of one robot from the file of a cell.
+///
+/// # Errors
+/// [`FileError`].
+pub fn read_one(path: &Path, name: &str) -> Result<Controller, FileError> {
+    let wrong = |reason: ParseError| FileError::Parse {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
+    let file: CellFile<Snapshot> = serde_json::from_str(&text).map_err(|error| wrong(error.into()))?;
+    let mut robots = file.robots;
+    let snapshot = robots.remove(name).ok_or_else(|| wrong(ParseError::NoRobot(name.to_owned())))?;
+    Controller::restore(snapshot).map_err(|error| wrong(error.into()))
+}
+
+/// Writes the file of a cell atomically.
+///
+/// # Errors
+/// [`FileError::Io`].
+pub fn write(path: &Path, states: &[(String, Controller)]) -> Result<(), FileError> {
+    files::replace(path, to_pretty_json(states).as_bytes()).map_err(io_error("write", path))
+}

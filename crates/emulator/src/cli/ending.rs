@@ -1,0 +1,123 @@
+//! What is left to do when a robot has ended: reports, snapshot, the results of the scenario, and the exit code that
+//! follows from them.
+
+use super::exit::SCENARIO_FAILED;
+use super::junit_stub;
+use crate::config::{ServeArgs, Settings};
+use crate::launch::Launched;
+use anyhow::Context as _;
+use std::path::PathBuf;
+use tracing::error;
+use ts3100_controller::Controller;
+use ts3100_driver::files;
+use ts3100_driver::snapshot;
+use ts3100_recording::faults;
+use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord};
+use ts3100_recording::scenario::{Play, ScenarioOutcome};
+
+/// What is asked for at the end of a robot.
+pub struct Ending {
+    snapshot: Option<PathBuf>,
+    junit: Option<PathBuf>,
+    reports: Reports,
+    load: Vec<PathBuf>,
+    fault_reports: Vec<PathBuf>,
+    play: Option<Play>,
+    record: RunRecord,
+}
+
+impl Ending {
+    /// Makes the files of the reports, so that one that cannot be written is known before the run; and asks whether the
+    /// snapshot could be.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn check(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
+        settings.reports.prepare()?;
+        faults::prepare(&settings.report)?;
+        write_junit(args.junit.as_ref(), &junit_stub::document(junit_stub::NOT_FINISHED))?;
+        if let Some(path) = &args.snapshot_on_exit {
+            snapshot::check_target(path)?;
+        }
+        Ok(())
+    }
+
+    /// What these arguments ask for. Starts the scenario, if there is one.
+    pub fn begin(launched: &mut Launched, args: &ServeArgs, settings: &Settings) -> Ending {
+        Ending {
+            snapshot: args.snapshot_on_exit.clone(),
+            junit: args.junit.clone(),
+            reports: settings.reports.clone(),
+            load: settings.load.clone(),
+            fault_reports: settings.report.clone(),
+            play: launched.start_scenario(settings),
+            record: launched.run_record.clone(),
+        }
+    }
+
+    /// Writes all that was asked for; returns the exit code.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn finish(&self, controller: &Controller) -> anyhow::Result<u8> {
+        faults::log_summary(controller.faults());
+        if let Some(path) = &self.snapshot {
+            snapshot::write(path, controller)?;
+        }
+        let outcome = self.reports.write_all(&self.record, controller, &self.load)?;
+        faults::write(&self.fault_reports, controller.faults(), &self.record.fault_log())?;
+        log_failures(&outcome);
+        let failed = match &self.play {
+            Some(play) => self.report_scenario(&play.outcome(controller.now()))?,
+            None => false,
+        };
+        Ok(match outcome.exit_code() {
+            0 if failed => SCENARIO_FAILED,
+            code => code,
+        })
+    }
+
+    /// The results of a scenario; whether it has failed.
+    fn report_scenario(&self, outcome: &ScenarioOutcome) -> anyhow::Result<bool> {
+        write_junit(self.junit.as_ref(), &outcome.junit())?;
+        for failure in outcome.failures() {
+            error!(event = "scenario-failed", "scenario: {failure}");
+        }
+        Ok(outcome.has_failed())
+    }
+}
+
+/// Writes the JUnit report, where one was asked for.
+fn write_junit(path: Option<&PathBuf>, document: &str) -> anyhow::Result<()> {
+    path.map_or(Ok(()), |path| {
+        let written = files::replace(path, document.as_bytes());
+        written.with_context(|| format!("cannot write {}", path.display()))
+    })
+}
+
+/// Why the exit code is not 0.
+fn log_failures(ending: &ReportOutcome) {
+    for (rule, count) in &ending.denied {
+        let (id, title) = (rule.id, rule.title);
+        let times = if *count == 1 {
+            "once".to_owned()
+        } else {
+            format!("{count} times")
+        };
+        error!(
+            event = "denied",
+            rule = id,
+            count,
+            "denied finding {id}, {times}: {title}"
+        );
+    }
+    for id in &ending.never_fired {
+        error!(event = "denied", id, "denied: fault {id} never fired");
+    }
+    if let Some((reached, least)) = ending.below_coverage {
+        error!(
+            event = "below-coverage",
+            reached, least, "the coverage is {reached:.1} %, below the {least} % of --min-coverage"
+        );
+    }
+}

@@ -1,0 +1,394 @@
+//! Several robots in one process: `--robots N` and the tables `[[robot]]` and `[[wire]]` of the file. Each robot has the
+//! configuration of the process, with a name, addresses and files of its own.
+//!
+//! What is wrong with any of them is known before the first port opens.
+
+use super::args::{PortSource, WireTable};
+use super::{ConfigError, ServeArgs, Settings};
+use std::collections::BTreeMap;
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use ts3100_control::{ControlChoice, ControlSettings};
+use ts3100_controller::action::IoKind;
+use ts3100_controller::signals::Signals;
+use ts3100_driver::driver::wired::{Wire, WireEnd};
+use ts3100_proto::words::did_you_mean;
+
+/// Most robots of a process.
+pub const MAX_ROBOTS: u32 = 65_536;
+/// What stands for the name of the robot in a path.
+const PLACEHOLDER: &str = "{robot}";
+/// Most characters of a name.
+const MAX_NAME: usize = 32;
+/// Name of the world outside of the robots, in a wire.
+const OUTSIDE: &str = "outside";
+/// Keys that belong to the process, not to a robot.
+pub(super) const OF_PROCESS: [&str; 12] = [
+    "config",
+    "control",
+    "control-host",
+    "control-open",
+    "control-token",
+    "control-token-file",
+    "log-format",
+    "port-step",
+    "ready-json",
+    "robots",
+    "snapshot-on-exit",
+    "verbose",
+];
+
+/// The robots of a process.
+#[derive(Debug, Clone)]
+pub struct FleetConfig {
+    /// What all have in common.
+    common: ServeArgs,
+    /// Name and arguments of each; empty if they are only numbered.
+    tables: Vec<(String, ServeArgs)>,
+    count: usize,
+    /// The wires between them.
+    pub wires: Vec<Wire>,
+}
+
+fn refused(reason: impl Into<String>) -> ConfigError {
+    ConfigError::Fleet(reason.into())
+}
+
+impl FleetConfig {
+    /// The robots that the arguments ask for; `None` if they configure a single one without a name.
+    ///
+    /// # Errors
+    /// Names, addresses, files or wires that do not go together, or what is wrong with a robot of a table.
+    pub fn from_args(args: &ServeArgs) -> Result<Option<FleetConfig>, ConfigError> {
+        let mut common = args.clone();
+        let tables = std::mem::take(&mut common.robot_tables);
+        let wires = std::mem::take(&mut common.wires);
+        let count = match (args.robots, tables.len()) {
+            (None, 0) if wires.is_empty() => return Ok(None),
+            (None, 0) => return Err(refused("[[wire]] joins robots, and there is no [[robot]]")),
+            (None, count) => count,
+            (Some(_), 1..) => {
+                return Err(refused(
+                    "cannot use --robots beside [[robot]]: each table is a robot; leave --robots out",
+                ));
+            }
+            (Some(count), 0) => count as usize,
+        };
+        common.robots = None;
+        let tables: Vec<_> = tables.into_iter().map(|table| (table.name, table.args)).collect();
+        check_names(&tables)?;
+        let mut fleet = FleetConfig {
+            common,
+            tables,
+            count,
+            wires: Vec::new(),
+        };
+        fleet.check_network()?;
+        fleet.check_files()?;
+        // Those that are only numbered differ in nothing that can be wrong.
+        let checked = if fleet.tables.is_empty() { 1 } else { count };
+        for index in 0..checked {
+            let settings = Settings::from_args(&fleet.args(index));
+            settings.map_err(|error| refused(format!("{}: {error}", fleet.name(index))))?;
+        }
+        for table in &wires {
+            let wire = fleet.wire(table)?;
+            // Two levels at one line would be no level.
+            let is_driven = |other: &Wire| match &wire.to {
+                WireEnd::Line { .. } => other.to == wire.to,
+                WireEnd::Outside(_) => other.to == wire.to || other.from == wire.to,
+            };
+            if fleet.wires.iter().any(is_driven) {
+                let reason = format!("to: another wire leads to `{}` or begins there", table.to);
+                return Err(ConfigError::invalid(&table.origin, reason));
+            }
+            fleet.wires.push(wire);
+        }
+        fleet.check_times()?;
+        Ok(Some(fleet))
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The name of a robot.
+    #[must_use]
+    pub fn name(&self, index: usize) -> String {
+        let table = self.tables.get(index);
+        table.map_or_else(|| format!("robot-{}", index + 1), |(name, _)| name.clone())
+    }
+
+    /// The robot of this name.
+    #[must_use]
+    pub fn index(&self, name: &str) -> Option<usize> {
+        if !self.tables.is_empty() {
+            return self.tables.iter().position(|(known, _)| known == name);
+        }
+        let number: usize = name.strip_prefix("robot-")?.parse().ok()?;
+        let index = number.checked_sub(1).filter(|index| *index < self.count)?;
+        (self.name(index) == name).then_some(index)
+    }
+
+    /// The arguments that all have in common.
+    #[must_use]
+    pub fn common(&self) -> &ServeArgs {
+        &self.common
+    }
+
+    /// The arguments of one robot.
+    #[must_use]
+    pub fn args(&self, index: usize) -> ServeArgs {
+        let table = self.tables.get(index).map(|(_, args)| args.clone()).unwrap_or_default();
+        let has_place = table.listen.is_some() || table.port_offset.is_some() || table.ports.is_some();
+        let mut args = table.with_fallback(self.common.clone());
+        if !has_place {
+            let number = u32::try_from(index).unwrap_or(u32::MAX);
+            if let Some(step) = self.common.port_step {
+                let offset = u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * number;
+                args.port_offset = Some(u16::try_from(offset).unwrap_or(u16::MAX));
+            } else if args.ports != Some(PortSource::Auto) {
+                args.listen = Some(address_after(args.listen.unwrap_or(Settings::LISTEN), number));
+            }
+        }
+        // The process has one control interface, wherever that is.
+        args.control = args.control.filter(|choice| *choice == ControlChoice::Off);
+        args.control = args.control.or(Some(ControlChoice::Address(ControlSettings::free().address)));
+        let name = self.name(index);
+        for path in paths(&mut args).into_values().flatten() {
+            *path = with_name(path, &name);
+        }
+        for file in &mut args.transcript {
+            file.path = with_name(&file.path, &name);
+        }
+        args
+    }
+
+    /// The settings of one robot.
+    ///
+    /// # Errors
+    /// See [`Settings::from_args`].
+    pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
+        let mut args = self.args(index);
+        let mut settings = Settings::from_args(&args)?;
+        if self.common.restore.as_deref().is_some_and(|path| is_of_all(path)) && args.restore == self.common.restore {
+            settings.restored_as = Some(self.name(index));
+        }
+        // One file for all is written when the last has ended.
+        args.snapshot_on_exit.take_if(|path| is_of_all(path));
+        Ok((args, settings))
+    }
+
+    /// The file for the last state of all robots, if one is asked for.
+    #[must_use]
+    pub fn snapshot_of_all(&self) -> Option<&Path> {
+        self.common.snapshot_on_exit.as_deref().filter(|path| is_of_all(path))
+    }
+
+    /// The file with the initial state of all robots, if there is one.
+    #[must_use]
+    pub fn restored_for_all(&self) -> Option<&Path> {
+        self.common.restore.as_deref().filter(|path| is_of_all(path))
+    }
+
+    /// The control interface of the process, if there is one.
+    ///
+    /// # Errors
+    /// See [`super::control_settings`].
+    pub fn control(&self) -> Result<Option<ControlSettings>, ConfigError> {
+        super::control_settings(&self.common, self.common.tcp_ports())
+    }
+
+    /// The robot at an address, if each has its own.
+    #[must_use]
+    pub fn index_at(&self, address: IpAddr) -> Option<usize> {
+        let number = match (self.common.listen.unwrap_or(Settings::LISTEN), address) {
+            (IpAddr::V4(first), IpAddr::V4(address)) => {
+                u128::from(u32::from(address).checked_sub(u32::from(first))?)
+            }
+            (IpAddr::V6(first), IpAddr::V6(address)) => u128::from(address).checked_sub(u128::from(first))?,
+            _ => return None,
+        };
+        usize::try_from(number).ok().filter(|index| *index < self.count)
+    }
+
+    /// Whether each robot is at an address of its own, with the same ports.
+    #[must_use]
+    pub fn has_own_addresses(&self) -> bool {
+        self.tables.is_empty()
+            && self.common.port_step.is_none()
+            && self.common.ports != Some(PortSource::Auto)
+            && self.count > 1
+    }
+
+    fn check_network(&self) -> Result<(), ConfigError> {
+        let args = &self.common;
+        let last = u32::try_from(self.count.saturating_sub(1)).unwrap_or(u32::MAX);
+        if let Some(step) = args.port_step {
+            if args.ports == Some(PortSource::Auto) {
+                return Err(refused("cannot use --port-step with --ports auto: free ports need no distance"));
+            }
+            let highest = 1_003 + u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * last;
+            if step < 4 || highest > u32::from(u16::MAX) {
+                let reason = format!(
+                    "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \\
+                     use a step from 4 on, and leave --port-step out if the ports do not suffice"
+                );
+                return Err(refused(reason));
+            }
+        }
+        let listen = args.listen.unwrap_or(Settings::LISTEN);
+        if self.has_own_addresses() && listen.is_unspecified() {
+            return Err(refused(format!(
+                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \\
+                 or use --port-step 10 or --ports auto"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuses wires between robots whose time passes differently.
+    fn check_times(&self) -> Result<(), ConfigError> {
+        let robots = self.wires.iter().flat_map(|wire| [wire.from.robot(), wire.to.robot()]).flatten();
+        let mut times = robots.map(|index| (index, self.args(index).time.unwrap_or_default()));
+        let Some((first, time)) = times.next() else {
+            return Ok(());
+        };
+        match times.find(|(_, other)| *other != time) {
+            None => Ok(()),
+            Some((other, differs)) => Err(refused(format!(
+                "robots that wires join have one time: {} has `{time}`, {} has `{differs}`",
+                self.name(first),
+                self.name(other)
+            ))),
+        }
+    }
+
+    /// Refuses a file that two robots would write.
+    fn check_files(&self) -> Result<(), ConfigError> {
+        let mut owners: BTreeMap<(&'static str, PathBuf), String> = BTreeMap::new();
+        // Those that are only numbered are all alike: the first two tell enough.
+        let compared = if self.tables.is_empty() { self.count.min(2) } else { self.count };
+        for index in 0..compared {
+            let (name, mut args) = (self.name(index), self.args(index));
+            let transcripts: Vec<PathBuf> = args.transcript.iter().map(|file| file.path.clone()).collect();
+            let mut written = paths(&mut args);
+            // Read by all, or one file with the state of each.
+            written.retain(|key, _| !matches!(*key, "restore" | "load" | "scenario" | "snapshot-on-exit"));
+            let written = written.into_iter().flat_map(|(key, paths)| {
+                paths.into_iter().map(move |path| (key, path.clone()))
+            });
+            let transcripts = transcripts.into_iter().map(|path| ("transcript", path));
+            for (key, path) in written.chain(transcripts).collect::<Vec<_>>() {
+                if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
+                    return Err(refused(format!(
+                        "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \\
+                         becomes the name of the robot",
+                        path.display()
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn wire(&self, table: &WireTable) -> Result<Wire, ConfigError> {
+        let read = |key: &str, text: &str, side: IoKind| {
+            self.wire_end(text, side).map_err(|reason| ConfigError::invalid(&table.origin, format!("{key}: {reason}")))
+        };
+        let from = read("from", &table.from, IoKind::Output)?;
+        let to = read("to", &table.to, IoKind::Input)?;
+        if matches!((&from, &to), (WireEnd::Outside(_), WireEnd::Outside(_))) {
+            return Err(ConfigError::invalid(&table.origin, "both ends are outside: join at least one robot"));
+        }
+        Ok(Wire { from, to })
+    }
+
+    /// Reads `ROBOT.dout.LINE`, `ROBOT.din.LINE` or `outside.NAME`.
+    fn wire_end(&self, text: &str, side: IoKind) -> Result<WireEnd, String> {
+        let word = match side {
+            IoKind::Input => "din",
+            IoKind::Output => "dout",
+        };
+        let expected = || format!("expected ROBOT.{word}.LINE or {OUTSIDE}.NAME, found `{text}`");
+        let (name, rest) = text.split_once('.').ok_or_else(expected)?;
+        if name == OUTSIDE {
+            check_name(rest)?;
+            return Ok(WireEnd::Outside(rest.to_owned()));
+        }
+        let robot = self.index(name).ok_or_else(|| {
+            let names: Vec<String> = (0..self.count).map(|index| self.name(index)).collect();
+            format!("unknown robot `{name}`{}", did_you_mean(name, names.iter().map(String::as_str)))
+        })?;
+        let line = rest.strip_prefix(word).and_then(|rest| rest.strip_prefix('.')).ok_or_else(expected)?;
+        let line: u16 = line.parse().map_err(|_| expected())?;
+        if !Signals::exists(line) {
+            return Err(format!("unknown line `{line}`: expected 1-64, 101-164 or 201-264"));
+        }
+        Ok(WireEnd::Line { robot, line })
+    }
+}
+
+/// The files and directories of a robot by their keys; transcripts are files of another type.
+fn paths(args: &mut ServeArgs) -> BTreeMap<&'static str, Vec<&mut PathBuf>> {
+    let reports = &mut args.reports;
+    fn one(path: &mut Option<PathBuf>) -> Vec<&mut PathBuf> {
+        path.iter_mut().collect()
+    }
+    BTreeMap::from([
+        ("coverage", reports.coverage.iter_mut().collect()),
+        ("drive", one(&mut args.drive)),
+        ("findings", reports.findings.iter_mut().collect()),
+        ("junit", one(&mut args.junit)),
+        ("lcov", one(&mut reports.lcov)),
+        ("load", args.load.iter_mut().collect()),
+        ("report", args.report.iter_mut().collect()),
+        ("restore", one(&mut args.restore)),
+        ("scenario", one(&mut args.scenario)),
+        ("serial-com1", one(&mut args.serial_com1)),
+        ("serial-dir", one(&mut args.serial_dir)),
+        ("serial-host", one(&mut args.serial_host)),
+        ("snapshot-on-exit", one(&mut args.snapshot_on_exit)),
+    ])
+}
+
+fn with_name(path: &Path, name: &str) -> PathBuf {
+    // A path that is no Unicode has no placeholder that could be meant.
+    path.to_str().map_or_else(|| path.to_owned(), |text| text.replace(PLACEHOLDER, name).into())
+}
+
+/// Whether a file is one for all robots: its path does not have the name of each.
+fn is_of_all(path: &Path) -> bool {
+    !path.to_string_lossy().contains(PLACEHOLDER)
+}
+
+fn check_names(tables: &[(String, ServeArgs)]) -> Result<(), ConfigError> {
+    for (index, (name, _)) in tables.iter().enumerate() {
+        check_name(name).map_err(|reason| refused(format!("[[robot]] {}: name: {reason}", index + 1)))?;
+        if name == OUTSIDE {
+            return Err(refused(format!("`{OUTSIDE}` is the name of the world around the robots; choose another")));
+        }
+        if tables.iter().take(index).any(|(other, _)| other == name) {
+            return Err(refused(format!("two [[robot]] have the name `{name}`")));
+        }
+    }
+    Ok(())
+}
+
+fn check_name(name: &str) -> Result<(), String> {
+    let is_fitting = |letter: u8| letter.is_ascii_alphanumeric() || b"-_".contains(&letter);
+    if (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_fitting) {
+        return Ok(());
+    }
+    Err(format!("expected 1 to {MAX_NAME} letters, digits, `-` or `_`, found `{name}`"))
+}
+
+/// The address so many after another.
+fn address_after(first: IpAddr, number: u32) -> IpAddr {
+    match first {
+        IpAddr::V4(first) => IpAddr::V4(u32::from(first).wrapping_add(number).into()),
+        IpAddr::V6(first) => IpAddr::V6(u128::from(first).wrapping_add(number.into()).into()),
+    }
+}
