@@ -7,6 +7,7 @@ mod exec;
 mod extensions;
 #[cfg(unix)]
 mod faults;
+mod fleet;
 mod headless;
 mod ready;
 mod recordings;

@@ -152,7 +152,10 @@ fn no_such_robot(robots: &dyn Robots, name: &str) -> Problem {
     let more = if names.len() > MAX_LISTED { ", ..." } else { "" };
     let listed: Vec<_> = names.iter().take(MAX_LISTED).map(String::as_str).collect();
     let expected = format!("{}{more}", listed.join(", "));
-    let told = format!("unknown robot `{name}`{hint}: expected {expected}");
+    let told = match hint.is_empty() {
+        true => format!("unknown robot `{name}`: expected {expected}"),
+        false => format!("unknown robot `{name}`{hint}"),
+    };
     Problem::expected_found(StatusCode::NOT_FOUND, "robot", expected, name).told(told)
 }
 

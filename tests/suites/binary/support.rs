@@ -76,6 +76,8 @@ pub struct Serve {
     pub control: Option<String>,
     /// The key `serial` of the ready line.
     pub serial: serde_json::Value,
+    /// The key `robots` of the ready line, where there are several.
+    pub robots: serde_json::Value,
 }
 
 impl Serve {
@@ -128,6 +130,7 @@ impl Serve {
             ports: ports.to_vec(),
             control: ready["control"].as_str().map(str::to_owned),
             serial: ready["serial"].clone(),
+            robots: ready["robots"].clone(),
         }
     }
 

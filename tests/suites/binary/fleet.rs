@@ -1,0 +1,293 @@
+//! Several robots in one process: each is a robot of its own, one control interface leads to all, and wires between them
+//! act in virtual time.
+
+use super::support::{Serve, expect_code, run, stderr, stdout};
+use serde_json::{Value, json};
+use std::process::Output;
+use ts3100_tests::testing::TempDir;
+
+/// Gives a part at its output 5 and waits until it was taken, half a second each.
+const FEEDER: &str = "PROGRAM FEEDER\nN=0\nLOOP:\nDELAY 0.5\nDOUT(5)\nWAIT DIN(3)\nDOUT(-5)\nWAIT DIN(-3)\nN=N+1\n\
+    PRINT \"FED\",N,CR\nGOTO LOOP\nEND\n";
+/// Takes a part that is there.
+const PICKER: &str = "PROGRAM PICKER\nLOOP:\nWAIT DIN(1)\nMOVE A\nDELAY 0.2\nDOUT(2)\nWAIT DIN(-1)\nDOUT(-2)\n\
+    GOTO LOOP\nEND\nDATA\nPOINT A = 250,100,200,0,0,0 / 0\nEND\n";
+/// The two, wired to each other and to the outside.
+const CELL: &str = r#"
+servo-on = true
+transcript = "{robot}.txt"
+
+[[robot]]
+name = "feeder"
+load = "feeder.scol"
+select = "FEEDER"
+
+[[robot]]
+name = "picker"
+load = "picker.scol"
+select = "PICKER"
+
+[[wire]]
+from = "feeder.dout.5"
+to = "picker.din.1"
+
+[[wire]]
+from = "picker.dout.2"
+to = "feeder.din.3"
+
+[[wire]]
+from = "outside.fence"
+to = "feeder.din.10"
+
+[[wire]]
+from = "picker.dout.2"
+to = "outside.taken"
+"#;
+
+fn ctl(serve: &Serve, words: &[&str]) -> Output {
+    let url = serve.control.as_deref().unwrap();
+    run(&[&["ctl", "--json", "--url", url], words].concat())
+}
+
+fn answer(serve: &Serve, words: &[&str]) -> Value {
+    let output = ctl(serve, words);
+    expect_code(&output, 0);
+    serde_json::from_str(&stdout(&output)).unwrap()
+}
+
+/// One command to IP0 of a robot of the ready line.
+fn host(serve: &Serve, robot: &str, words: &[&str]) -> Output {
+    let robot = &serve.robots[robot];
+    let address = format!("{}:{}", robot["address"].as_str().unwrap(), robot["ports"]["ip0"]);
+    run(&[&["host", &address], words].concat())
+}
+
+#[test]
+fn each_robot_has_its_own_ports_state_and_time() {
+    let serve = Serve::start(&["--robots", "3", "--time", "stepped"]);
+    assert_eq!(serve.robots.as_object().unwrap().len(), 3);
+    expect_code(&host(&serve, "robot-2", &["so"]), 0);
+    let servo = |robot| answer(&serve, &["--robot", robot, "servo"]);
+    assert_eq!(servo("robot-2"), json!({"on": true}));
+    assert_eq!(servo("robot-3"), json!({"on": false}));
+    answer(&serve, &["--robot", "robot-3", "emergency-stop", "press"]);
+    assert_eq!(servo("robot-2"), json!({"on": true}));
+    answer(&serve, &["--robot", "robot-1", "clock", "advance", "7"]);
+    let now = |robot| answer(&serve, &["--robot", robot, "clock"])["now"].as_f64();
+    assert_eq!((now("robot-1"), now("robot-2")), (Some(7.0), Some(0.0)));
+
+    let robots = answer(&serve, &["robots"]);
+    assert_eq!(robots["robots"][1]["name"], "robot-2");
+    assert_eq!(robots["robots"][1]["started"], true);
+    let ended = serve.signal("TERM");
+    expect_code(&ended, 0);
+    assert!(stderr(&ended).contains("robot{robot-3}: alarm 8-027"), "{}", stderr(&ended));
+}
+
+#[test]
+fn a_call_that_names_no_robot_is_told_how() {
+    let serve = Serve::start(&["--robots", "2"]);
+    let refused = |words: &[&str]| {
+        let output = ctl(&serve, words);
+        expect_code(&output, 1);
+        serde_json::from_str::<Value>(&stderr(&output)).unwrap()["error"].clone()
+    };
+    assert_eq!(
+        refused(&["state"]),
+        "/state is for one robot, and 2 run here; say which: /robots/robot-1/state (ts3100 ctl --robot robot-1)"
+    );
+    assert_eq!(
+        refused(&["--robot", "robt-1", "state"]),
+        "unknown robot `robt-1`; did you mean `robot-1` or `robot-2`?"
+    );
+    assert_eq!(
+        refused(&["--robot", "x", "state"]),
+        "unknown robot `x`: expected robot-1, robot-2"
+    );
+}
+
+#[test]
+fn the_only_robot_of_a_process_has_a_name_too() {
+    let serve = Serve::start(&[]);
+    let named = answer(&serve, &["--robot", "robot-1", "key-switch"]);
+    assert_eq!(named, answer(&serve, &["key-switch"]));
+}
+
+#[test]
+fn the_cell_is_saved_and_restored_as_a_whole() {
+    let directory = TempDir::new("fleet");
+    let last = directory.path().join("last.json").to_str().unwrap().to_owned();
+    let serve = Serve::start(&["--robots", "2", "--time", "stepped", "--snapshot-on-exit", &last]);
+    let low = |serve: &Serve, robot| answer(serve, &["--robot", robot, "battery"])["low"].as_bool().unwrap();
+    answer(&serve, &["--robot", "robot-2", "battery", "low"]);
+    answer(&serve, &["snapshot", "take", "a"]);
+    let file = directory.file("cell.json", stdout(&ctl(&serve, &["snapshot", "show"])));
+    answer(&serve, &["--robot", "robot-2", "battery", "ok"]);
+    answer(&serve, &["--robot", "robot-1", "battery", "low"]);
+    answer(&serve, &["snapshot", "restore", "a"]);
+    assert_eq!((low(&serve, "robot-1"), low(&serve, "robot-2")), (false, true));
+    answer(&serve, &["--robot", "robot-2", "battery", "ok"]);
+    answer(&serve, &["snapshot", "load", &file]);
+    assert!(low(&serve, "robot-2"));
+    // A name that one of them does not have changes none.
+    answer(&serve, &["--robot", "robot-1", "snapshot", "take", "one"]);
+    expect_code(&ctl(&serve, &["snapshot", "restore", "one"]), 1);
+    expect_code(&serve.signal("TERM"), 0);
+
+    for file in [file, last] {
+        let serve = Serve::start(&["--robots", "2", "--restore", &file]);
+        assert_eq!((low(&serve, "robot-1"), low(&serve, "robot-2")), (false, true));
+    }
+    let other = run(&["serve", "--robots", "3", "--ports", "auto", "--restore", &directory.path().join("cell.json").to_string_lossy()]);
+    expect_code(&other, 2);
+    assert!(stderr(&other).contains("the file has no robot `robot-3`"), "{}", stderr(&other));
+}
+
+#[test]
+fn metrics_have_the_robot_as_a_label() {
+    let serve = Serve::start(&["--robots", "2"]);
+    host(&serve, "robot-2", &["su"]);
+    let url = serve.control.as_deref().unwrap();
+    let metrics = ts3100_emulator::client::Client::new(url, None).unwrap().call("GET", "/metrics", None);
+    let (status, text) = metrics.unwrap();
+    assert_eq!(status, 200);
+    for line in [
+        "ts3100_connections_total{robot=\"robot-2\",port=\"IP0\"} 1",
+        "ts3100_power{robot=\"robot-1\"} 1",
+        "ts3100_power{robot=\"robot-2\"} 1",
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}\n{text}");
+    }
+    let headers = text.lines().filter(|line| *line == "# TYPE ts3100_power gauge");
+    assert_eq!(headers.count(), 1);
+    let (_, own) = ts3100_emulator::client::Client::new(url, None)
+        .unwrap()
+        .call("GET", "/robots/robot-2/metrics", None)
+        .unwrap();
+    assert!(own.contains("ts3100_connections_total{port=\"IP0\"} 1\n"), "{own}");
+}
+
+/// The cell in a directory of its own, with this time.
+fn cell(directory: &TempDir, time: &str) -> Serve {
+    directory.file("feeder.scol", FEEDER);
+    directory.file("picker.scol", PICKER);
+    let file = directory.file("cell.toml", format!("time = \"{time}\"\n{CELL}"));
+    Serve::start(&["--config", &file])
+}
+
+#[test]
+fn wired_robots_shake_hands_in_virtual_time_the_same_way_each_time() {
+    let play = || {
+        let directory = TempDir::new("fleet");
+        let serve = cell(&directory, "stepped");
+        for robot in ["feeder", "picker"] {
+            answer(&serve, &["--robot", robot, "program", "start"]);
+        }
+        // Their time is one: whoever is advanced, the other goes along.
+        answer(&serve, &["--robot", "picker", "clock", "advance", "6.25"]);
+        answer(&serve, &["--robot", "feeder", "clock", "advance", "3.75"]);
+        let now = answer(&serve, &["--robot", "picker", "clock"])["now"].as_f64();
+        assert_eq!(now, Some(10.0));
+        let printed = answer(&serve, &["--robot", "feeder", "pendant"])["text"].clone();
+        let state = answer(&serve, &["snapshot", "show"]);
+        expect_code(&serve.signal("TERM"), 0);
+        let transcript = std::fs::read(directory.path().join("feeder.txt")).unwrap();
+        (printed, transcript, state)
+    };
+    let (printed, transcript, state) = play();
+    let fed = printed.as_str().unwrap().matches("FED").count();
+    // 0.5 s to give, the way to A (only the first time), 0.2 s to take.
+    assert!((12..=14).contains(&fed), "{printed}");
+    assert_eq!(play(), (printed, transcript, state));
+}
+
+#[test]
+fn automatic_time_takes_wired_robots_along() {
+    let directory = TempDir::new("fleet");
+    let serve = cell(&directory, "auto");
+    for robot in ["picker", "feeder"] {
+        answer(&serve, &["--robot", robot, "program", "start"]);
+    }
+    let waited = ["--robot", "feeder", "wait", "printed FED", "--within", "1000"];
+    assert_eq!(answer(&serve, &waited)["reached"], true);
+}
+
+#[test]
+fn lines_from_and_to_the_outside_are_set_and_read() {
+    let directory = TempDir::new("fleet");
+    let serve = cell(&directory, "stepped");
+    let level = |wires: &Value, index: usize| wires["wires"][index]["on"].as_bool().unwrap();
+    assert!(!level(&answer(&serve, &["wire"]), 2));
+    assert!(level(&answer(&serve, &["wire", "fence", "on"]), 2));
+    let input = |line| answer(&serve, &["--robot", "feeder", "input", line])["on"].as_bool().unwrap();
+    assert!(input("10"));
+    answer(&serve, &["--robot", "picker", "output", "2", "on"]);
+    let wires = answer(&serve, &["wire"]);
+    assert!(level(&wires, 1) && level(&wires, 3) && input("3"));
+    assert_eq!(wires["wires"][3], json!({"from": "picker.dout.2", "to": "outside.taken", "on": true}));
+    // The wire holds its input; a forced one is cut off from it.
+    answer(&serve, &["--robot", "feeder", "input", "3", "off"]);
+    assert!(input("3"));
+    answer(&serve, &["--robot", "feeder", "input", "3", "force", "off"]);
+    assert!(!input("3"));
+    answer(&serve, &["--robot", "feeder", "input", "3", "release"]);
+    assert!(input("3"));
+    // Without power an output is off.
+    answer(&serve, &["--robot", "picker", "power", "off"]);
+    assert!(!input("3"));
+    // The state of one robot alone is put back; its inputs are those of the wires all the same.
+    answer(&serve, &["--robot", "feeder", "snapshot", "take", "before"]);
+    answer(&serve, &["wire", "fence", "off"]);
+    answer(&serve, &["--robot", "feeder", "snapshot", "restore", "before"]);
+    assert!(!input("10"));
+    answer(&serve, &["--robot", "feeder", "reset"]);
+    assert!(!input("10") && !input("3"));
+    expect_code(&ctl(&serve, &["wire", "taken", "on"]), 1);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused_before_a_port_opens() {
+    let directory = TempDir::new("fleet");
+    let refused = |words: &[&str], expected: &str| {
+        let output = run(&[&["serve"], words].concat());
+        expect_code(&output, 2);
+        let error = stderr(&output);
+        assert!(error.contains(expected), "{expected}\n{error}");
+    };
+    refused(&["--robots", "0"], "expected a whole number from 1 to 65536, found `0`");
+    refused(&["--robots", "2", "--drive", "d"], "robot-1 and robot-2 cannot use the same; put `{robot}` in the path");
+    refused(&["--robots", "2", "--listen", "0.0.0.0"], "cannot give each robot an address from 0.0.0.0 on");
+    refused(&["--robots", "2", "--port-step", "3"], "use a step from 4 on");
+    refused(&["--robots", "9000", "--port-step", "10"], "leave --port-step out if the ports do not suffice");
+    let two = "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n";
+    for (rest, expected) in [
+        ("[[robot]]\nname = \"a\"\n", "two [[robot]] have the name `a`"),
+        ("[[robot]]\nname = \"a b\"\n", "expected 1 to 32 letters, digits, `-` or `_`, found `a b`"),
+        ("[[robot]]\nname = \"outside\"\n", "`outside` is the name of the world around the robots"),
+        ("[[robot]]\nmodel = \"ts3100-tv800\"\n", "[[robot]] 3: the key `name` is missing"),
+        ("[[robot]]\nname = \"c\"\ncontrol = \"off\"\n", "`control` is for the whole process"),
+        ("[[robot]]\nname = \"c\"\nmodl = \"x\"\n", "unknown key `modl`; did you mean `model`?"),
+        ("[[robot]]\nname = \"c\"\nselect = \"NOPE\"\nkey-switch = \"extern\"\n", "key-switch: expected"),
+        ("[[wire]]\nfrom = \"a.dout.5\"\n", "[[wire]] 1: the key `to` is missing"),
+        ("[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n", "to: unknown robot `c`"),
+        ("[[wire]]\nfrom = \"a.din.5\"\nto = \"b.din.1\"\n", "from: expected ROBOT.dout.LINE or outside.NAME, found `a.din.5`"),
+        ("[[wire]]\nfrom = \"a.dout.65\"\nto = \"b.din.1\"\n", "unknown line `65`"),
+        ("[[wire]]\nfrom = \"outside.x\"\nto = \"outside.y\"\n", "both ends are outside"),
+        (
+            "[[wire]]\nfrom = \"a.dout.1\"\nto = \"b.din.1\"\n[[wire]]\nfrom = \"a.dout.2\"\nto = \"b.din.1\"\n",
+            "another wire leads to `b.din.1`",
+        ),
+        (
+            "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
+            "robots that wires join have one time: a has `real`, c has `x2`",
+        ),
+    ] {
+        let file = directory.file("cell.toml", format!("{two}{rest}"));
+        refused(&["--ports", "auto", "--config", &file], expected);
+    }
+    let file = directory.file("cell.toml", two);
+    refused(&["--ports", "auto", "--robots", "2", "--config", &file], "cannot use --robots beside [[robot]]");
+    let exec = run(&["exec", "--robots", "2", "--", "true"]);
+    expect_code(&exec, 125);
+    assert!(stderr(&exec).contains("exec runs one robot"), "{}", stderr(&exec));
+}
