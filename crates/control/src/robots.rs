@@ -10,8 +10,8 @@ use super::route_table::RouteTable;
 use super::wires::WireInfo;
 use axum::Router;
 use axum::extract::{FromRequestParts, Request, State};
-use axum::http::request::Parts;
 use axum::http::StatusCode;
+use axum::http::request::Parts;
 use axum::http::uri::{PathAndQuery, Uri};
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
@@ -98,7 +98,9 @@ impl<S: Sync> FromRequestParts<S> for Scope {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Scope, Problem> {
         match parts.extensions.get::<DriverHandle>() {
             Some(handle) => Ok(Scope::One(handle.clone())),
-            None => Fleet::from_request_parts(parts, state).await.map(|Fleet(robots)| Scope::All(robots)),
+            None => Fleet::from_request_parts(parts, state)
+                .await
+                .map(|Fleet(robots)| Scope::All(robots)),
         }
     }
 }
@@ -209,7 +211,10 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table
-        .group("robots", "The robots of this process. Every other path also exists below `/robots/NAME`.")
+        .group(
+            "robots",
+            "The robots of this process. Every other path also exists below `/robots/NAME`.",
+        )
         .routes(routes!(get_robots))
         .routes(routes!(get_robot))
 }
@@ -227,5 +232,6 @@ async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
     responses((status = 200, body = RobotInfo)))]
 async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
-    info.map(Json).ok_or_else(|| no_such_robot(robots.as_ref(), &name))
+    info.map(Json)
+        .ok_or_else(|| no_such_robot(robots.as_ref(), &name))
 }

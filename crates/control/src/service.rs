@@ -140,7 +140,10 @@ async fn get_version(scope: Scope) -> Answer<Version> {
         (config.controller.name(), config.model.name.clone())
     };
     let (controller, model) = match scope {
-        Scope::One(handle) => handle.query(look).await.map(|(controller, model)| (Some(controller), Some(model)))?,
+        Scope::One(handle) => handle
+            .query(look)
+            .await
+            .map(|(controller, model)| (Some(controller), Some(model)))?,
         Scope::All(_) => (None, None),
     };
     Ok(Json(Version {

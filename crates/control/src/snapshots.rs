@@ -49,7 +49,8 @@ impl SnapshotList {
     }
 
     fn shared_with(mut self, other: &SnapshotList) -> SnapshotList {
-        self.snapshots.retain(|one| other.snapshots.iter().any(|same| same.name == one.name));
+        self.snapshots
+            .retain(|one| other.snapshots.iter().any(|same| same.name == one.name));
         self
     }
 }
@@ -84,7 +85,11 @@ async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
 async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<SnapshotList> {
     let mut last = None;
     for (_, handle) in scope.started()? {
-        last = Some(handle.change(Request::Snapshot, task(), SnapshotList::new).await?);
+        last = Some(
+            handle
+                .change(Request::Snapshot, task(), SnapshotList::new)
+                .await?,
+        );
     }
     Ok(Json(last.unwrap_or_default()))
 }
@@ -108,7 +113,9 @@ async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> 
     // All or none: a robot without it would stay as it is.
     for (_, handle) in scope.started()? {
         let wanted = name.clone();
-        let found = handle.query(move |view| view.snapshots.get(&wanted).map(drop)).await?;
+        let found = handle
+            .query(move |view| view.snapshots.get(&wanted).map(drop))
+            .await?;
         found.map_err(SnapshotRequestError::from)?;
     }
     change(&scope, || SnapshotTask::Restore(name.clone())).await

@@ -70,7 +70,9 @@ async fn put_outside(
 ) -> Answer<WireList> {
     let Some(wires) = robots.wire_handle().filter(|wires| wires.can_set(&name)) else {
         let wires = robots.wires().unwrap_or_default().into_iter();
-        let names: Vec<String> = wires.filter_map(|wire| Some(wire.from.strip_prefix("outside.")?.to_owned())).collect();
+        let names: Vec<String> = wires
+            .filter_map(|wire| Some(wire.from.strip_prefix("outside.")?.to_owned()))
+            .collect();
         let expected = match names.is_empty() {
             true => "one at which a wire begins (there is none)".to_owned(),
             false => names.join(", "),

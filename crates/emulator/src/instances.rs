@@ -4,6 +4,7 @@
 //! `PID.json` has the addresses. `PID.lock` is locked as long as the process lives, however it ends: a file whose lock
 //! is free is left over, and whoever looks removes it. Nothing secret is in them.
 
+use crate::config::Settings;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, DirBuilder, File, TryLockError};
@@ -13,7 +14,6 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::thread::{self, JoinHandle};
 use tracing::debug;
-use crate::config::Settings;
 use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::self_check::connectable;
@@ -64,7 +64,9 @@ impl Instance {
         let first = robots.first().map(|robot| robot.ports.clone());
         let ports = first.unwrap_or_default().into_iter();
         Instance {
-            ports: ports.map(|(name, address)| (name.to_ascii_uppercase(), address)).collect(),
+            ports: ports
+                .map(|(name, address)| (name.to_ascii_uppercase(), address))
+                .collect(),
             ..Instance::current(Settings::LISTEN, &BTreeMap::new(), control)
         }
     }

@@ -81,7 +81,10 @@ impl Launched {
             select: settings.select.clone(),
         };
         let restored = powered.restored.then_some(&powered.controller);
-        let buffered = settings.control.as_ref().map(|_| surroundings.share(MAX_BUFFERED_RECORDS));
+        let buffered = settings
+            .control
+            .as_ref()
+            .map(|_| surroundings.share(MAX_BUFFERED_RECORDS));
         let transcript = TranscriptSink::create(header, &settings.transcripts, buffered, restored)?;
         let journal = settings.control.as_ref().map(|_| {
             let kept = surroundings.share(KEPT_EVENTS);
@@ -107,7 +110,9 @@ impl Launched {
             ],
         })?;
         if let Some(journal) = &journal {
-            driver.cell().subscribe(Box::new(JournalWriter(Arc::clone(journal))));
+            driver
+                .cell()
+                .subscribe(Box::new(JournalWriter(Arc::clone(journal))));
         }
         Ok(Launched {
             driver,
@@ -175,7 +180,9 @@ pub fn robot_info(name: String, listen: IpAddr, driver: &Driver) -> RobotInfo {
         ports: ports
             .map(|(port, number)| (word(port), SocketAddr::new(connectable(listen), *number)))
             .collect(),
-        serial: serial.map(|(port, place)| (word(&port), place.to_string())).collect(),
+        serial: serial
+            .map(|(port, place)| (word(&port), place.to_string()))
+            .collect(),
         started: true,
     }
 }

@@ -79,7 +79,10 @@ pub fn print_fleet_line(
 fn fleet_line(robots: &[RobotInfo], control: Option<SocketAddr>, vary: Option<u64>) -> Value {
     let robot = |robot: &RobotInfo| {
         let address = robot.ports.values().next().map(|address| json!(address.ip()));
-        let ports = robot.ports.iter().map(|(name, address)| (name.clone(), json!(address.port())));
+        let ports = robot
+            .ports
+            .iter()
+            .map(|(name, address)| (name.clone(), json!(address.port())));
         let mut value = json!({ "address": address, "ports": ports.collect::<Value>() });
         if !robot.serial.is_empty() {
             value["serial"] = json!(robot.serial);
@@ -143,15 +146,26 @@ impl Display for FleetBanner<'_> {
             writeln!(f, "  ts3100 host {ip0} su")?;
         }
         if let Some(control) = self.control.filter(|_| !self.has_token) {
-            writeln!(f, "  ts3100 ctl --url {} --robot {} state", dialled_url(control), first.name)?;
+            writeln!(
+                f,
+                "  ts3100 ctl --url {} --robot {} state",
+                dialled_url(control),
+                first.name
+            )?;
         }
         writeln!(f, "Press Ctrl-C to end it.")
     }
 }
 
 fn write_robot(f: &mut Formatter<'_>, robot: &RobotInfo) -> fmt::Result {
-    let ports = robot.ports.iter().map(|(name, address)| format!("{} {address}", name.to_ascii_uppercase()));
-    let serial = robot.serial.iter().map(|(name, place)| format!("{} {place}", name.to_ascii_uppercase()));
+    let ports = robot
+        .ports
+        .iter()
+        .map(|(name, address)| format!("{} {address}", name.to_ascii_uppercase()));
+    let serial = robot
+        .serial
+        .iter()
+        .map(|(name, place)| format!("{} {place}", name.to_ascii_uppercase()));
     let places: Vec<String> = ports.chain(serial).collect();
     writeln!(f, "  {:<10} {}", robot.name, places.join("  "))
 }

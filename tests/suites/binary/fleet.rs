@@ -81,7 +81,11 @@ fn each_robot_has_its_own_ports_state_and_time() {
     assert_eq!(robots["robots"][1]["started"], true);
     let ended = serve.signal("TERM");
     expect_code(&ended, 0);
-    assert!(stderr(&ended).contains("robot{robot-3}: alarm 8-027"), "{}", stderr(&ended));
+    assert!(
+        stderr(&ended).contains("robot{robot-3}: alarm 8-027"),
+        "{}",
+        stderr(&ended)
+    );
 }
 
 #[test]
@@ -118,7 +122,11 @@ fn the_cell_is_saved_and_restored_as_a_whole() {
     let directory = TempDir::new("fleet");
     let last = directory.path().join("last.json").to_str().unwrap().to_owned();
     let serve = Serve::start(&["--robots", "2", "--time", "stepped", "--snapshot-on-exit", &last]);
-    let low = |serve: &Serve, robot| answer(serve, &["--robot", robot, "battery"])["low"].as_bool().unwrap();
+    let low = |serve: &Serve, robot| {
+        answer(serve, &["--robot", robot, "battery"])["low"]
+            .as_bool()
+            .unwrap()
+    };
     answer(&serve, &["--robot", "robot-2", "battery", "low"]);
     answer(&serve, &["snapshot", "take", "a"]);
     let file = directory.file("cell.json", stdout(&ctl(&serve, &["snapshot", "show"])));
@@ -138,9 +146,21 @@ fn the_cell_is_saved_and_restored_as_a_whole() {
         let serve = Serve::start(&["--robots", "2", "--restore", &file]);
         assert_eq!((low(&serve, "robot-1"), low(&serve, "robot-2")), (false, true));
     }
-    let other = run(&["serve", "--robots", "3", "--ports", "auto", "--restore", &directory.path().join("cell.json").to_string_lossy()]);
+    let other = run(&[
+        "serve",
+        "--robots",
+        "3",
+        "--ports",
+        "auto",
+        "--restore",
+        &directory.path().join("cell.json").to_string_lossy(),
+    ]);
     expect_code(&other, 2);
-    assert!(stderr(&other).contains("the file has no robot `robot-3`"), "{}", stderr(&other));
+    assert!(
+        stderr(&other).contains("the file has no robot `robot-3`"),
+        "{}",
+        stderr(&other)
+    );
 }
 
 #[test]
@@ -148,7 +168,9 @@ fn metrics_have_the_robot_as_a_label() {
     let serve = Serve::start(&["--robots", "2"]);
     host(&serve, "robot-2", &["su"]);
     let url = serve.control.as_deref().unwrap();
-    let metrics = ts3100_emulator::client::Client::new(url, None).unwrap().call("GET", "/metrics", None);
+    let metrics = ts3100_emulator::client::Client::new(url, None)
+        .unwrap()
+        .call("GET", "/metrics", None);
     let (status, text) = metrics.unwrap();
     assert_eq!(status, 200);
     for line in [
@@ -164,7 +186,10 @@ fn metrics_have_the_robot_as_a_label() {
         .unwrap()
         .call("GET", "/robots/robot-2/metrics", None)
         .unwrap();
-    assert!(own.contains("ts3100_connections_total{port=\"IP0\"} 1\n"), "{own}");
+    assert!(
+        own.contains("ts3100_connections_total{port=\"IP0\"} 1\n"),
+        "{own}"
+    );
 }
 
 /// The cell in a directory of its own, with this time.
@@ -219,12 +244,19 @@ fn lines_from_and_to_the_outside_are_set_and_read() {
     let level = |wires: &Value, index: usize| wires["wires"][index]["on"].as_bool().unwrap();
     assert!(!level(&answer(&serve, &["wire"]), 2));
     assert!(level(&answer(&serve, &["wire", "fence", "on"]), 2));
-    let input = |line| answer(&serve, &["--robot", "feeder", "input", line])["on"].as_bool().unwrap();
+    let input = |line| {
+        answer(&serve, &["--robot", "feeder", "input", line])["on"]
+            .as_bool()
+            .unwrap()
+    };
     assert!(input("10"));
     answer(&serve, &["--robot", "picker", "output", "2", "on"]);
     let wires = answer(&serve, &["wire"]);
     assert!(level(&wires, 1) && level(&wires, 3) && input("3"));
-    assert_eq!(wires["wires"][3], json!({"from": "picker.dout.2", "to": "outside.taken", "on": true}));
+    assert_eq!(
+        wires["wires"][3],
+        json!({"from": "picker.dout.2", "to": "outside.taken", "on": true})
+    );
     // The wire holds its input; a forced one is cut off from it.
     answer(&serve, &["--robot", "feeder", "input", "3", "off"]);
     assert!(input("3"));
@@ -254,25 +286,70 @@ fn what_does_not_go_together_is_refused_before_a_port_opens() {
         let error = stderr(&output);
         assert!(error.contains(expected), "{expected}\n{error}");
     };
-    refused(&["--robots", "0"], "expected a whole number from 1 to 65536, found `0`");
-    refused(&["--robots", "2", "--drive", "d"], "robot-1 and robot-2 cannot use the same; put `{robot}` in the path");
-    refused(&["--robots", "2", "--listen", "0.0.0.0"], "cannot give each robot an address from 0.0.0.0 on");
+    refused(
+        &["--robots", "0"],
+        "expected a whole number from 1 to 65536, found `0`",
+    );
+    refused(
+        &["--robots", "2", "--drive", "d"],
+        "robot-1 and robot-2 cannot use the same; put `{robot}` in the path",
+    );
+    refused(
+        &["--robots", "2", "--listen", "0.0.0.0"],
+        "cannot give each robot an address from 0.0.0.0 on",
+    );
     refused(&["--robots", "2", "--port-step", "3"], "use a step from 4 on");
-    refused(&["--robots", "9000", "--port-step", "10"], "leave --port-step out if the ports do not suffice");
+    refused(
+        &["--robots", "9000", "--port-step", "10"],
+        "leave --port-step out if the ports do not suffice",
+    );
     let two = "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n";
     for (rest, expected) in [
         ("[[robot]]\nname = \"a\"\n", "two [[robot]] have the name `a`"),
-        ("[[robot]]\nname = \"a b\"\n", "expected 1 to 32 letters, digits, `-` or `_`, found `a b`"),
-        ("[[robot]]\nname = \"outside\"\n", "`outside` is the name of the world around the robots"),
-        ("[[robot]]\nmodel = \"ts3100-tv800\"\n", "[[robot]] 3: the key `name` is missing"),
-        ("[[robot]]\nname = \"c\"\ncontrol = \"off\"\n", "`control` is for the whole process"),
-        ("[[robot]]\nname = \"c\"\nmodl = \"x\"\n", "unknown key `modl`; did you mean `model`?"),
-        ("[[robot]]\nname = \"c\"\nselect = \"NOPE\"\nkey-switch = \"extern\"\n", "key-switch: expected"),
-        ("[[wire]]\nfrom = \"a.dout.5\"\n", "[[wire]] 1: the key `to` is missing"),
-        ("[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n", "to: unknown robot `c`"),
-        ("[[wire]]\nfrom = \"a.din.5\"\nto = \"b.din.1\"\n", "from: expected ROBOT.dout.LINE or outside.NAME, found `a.din.5`"),
-        ("[[wire]]\nfrom = \"a.dout.65\"\nto = \"b.din.1\"\n", "unknown line `65`"),
-        ("[[wire]]\nfrom = \"outside.x\"\nto = \"outside.y\"\n", "both ends are outside"),
+        (
+            "[[robot]]\nname = \"a b\"\n",
+            "expected 1 to 32 letters, digits, `-` or `_`, found `a b`",
+        ),
+        (
+            "[[robot]]\nname = \"outside\"\n",
+            "`outside` is the name of the world around the robots",
+        ),
+        (
+            "[[robot]]\nmodel = \"ts3100-tv800\"\n",
+            "[[robot]] 3: the key `name` is missing",
+        ),
+        (
+            "[[robot]]\nname = \"c\"\ncontrol = \"off\"\n",
+            "`control` is for the whole process",
+        ),
+        (
+            "[[robot]]\nname = \"c\"\nmodl = \"x\"\n",
+            "unknown key `modl`; did you mean `model`?",
+        ),
+        (
+            "[[robot]]\nname = \"c\"\nselect = \"NOPE\"\nkey-switch = \"extern\"\n",
+            "key-switch: expected",
+        ),
+        (
+            "[[wire]]\nfrom = \"a.dout.5\"\n",
+            "[[wire]] 1: the key `to` is missing",
+        ),
+        (
+            "[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n",
+            "to: unknown robot `c`",
+        ),
+        (
+            "[[wire]]\nfrom = \"a.din.5\"\nto = \"b.din.1\"\n",
+            "from: expected ROBOT.dout.LINE or outside.NAME, found `a.din.5`",
+        ),
+        (
+            "[[wire]]\nfrom = \"a.dout.65\"\nto = \"b.din.1\"\n",
+            "unknown line `65`",
+        ),
+        (
+            "[[wire]]\nfrom = \"outside.x\"\nto = \"outside.y\"\n",
+            "both ends are outside",
+        ),
         (
             "[[wire]]\nfrom = \"a.dout.1\"\nto = \"b.din.1\"\n[[wire]]\nfrom = \"a.dout.2\"\nto = \"b.din.1\"\n",
             "another wire leads to `b.din.1`",
@@ -286,7 +363,10 @@ fn what_does_not_go_together_is_refused_before_a_port_opens() {
         refused(&["--ports", "auto", "--config", &file], expected);
     }
     let file = directory.file("cell.toml", two);
-    refused(&["--ports", "auto", "--robots", "2", "--config", &file], "cannot use --robots beside [[robot]]");
+    refused(
+        &["--ports", "auto", "--robots", "2", "--config", &file],
+        "cannot use --robots beside [[robot]]",
+    );
     let exec = run(&["exec", "--robots", "2", "--", "true"]);
     expect_code(&exec, 125);
     assert!(stderr(&exec).contains("exec runs one robot"), "{}", stderr(&exec));

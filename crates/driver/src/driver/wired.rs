@@ -180,7 +180,10 @@ impl Wired {
         let mut stop = pin!(stop);
         loop {
             let (wake, distance) = self.next_wake();
-            let beats = self.drivers.first().and_then(|driver| driver.edge.clock.gap_check_interval());
+            let beats = self
+                .drivers
+                .first()
+                .and_then(|driver| driver.edge.clock.gap_check_interval());
             let step = tokio::select! {
                 biased;
                 () = &mut stop => return,
@@ -320,7 +323,8 @@ impl Wired {
                 (!late.is_zero()).then_some((late, index))
             });
             // Of those that are due at one moment the first robot comes first.
-            let Some((late, index)) = overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index))) else {
+            let Some((late, index)) = overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index)))
+            else {
                 break;
             };
             self.step(index, late, Input::Tick);
@@ -341,7 +345,9 @@ impl Wired {
             is_noticeable |= driver.edge.clock.note_lag(reached);
         }
         if is_noticeable {
-            warn!("this machine cannot keep up with the robots joined by wires: virtual time lags (`behind` of /clock)");
+            warn!(
+                "this machine cannot keep up with the robots joined by wires: virtual time lags (`behind` of /clock)"
+            );
         }
     }
 
@@ -365,14 +371,19 @@ impl Wired {
                 };
                 if changes >= MAX_CHANGES_AT_ONCE {
                     if !std::mem::replace(&mut self.has_warned, true) {
-                        warn!("wired lines go on changing each other without any time between; the rest waits");
+                        warn!(
+                            "wired lines go on changing each other without any time between; the rest waits"
+                        );
                     }
                     return;
                 }
                 changes += 1;
                 carried = true;
                 if let Some((robot, line)) = input {
-                    debug!("wire: input {line} of robot {robot} {}", if on { "on" } else { "off" });
+                    debug!(
+                        "wire: input {line} of robot {robot} {}",
+                        if on { "on" } else { "off" }
+                    );
                     self.step(robot, late, Input::Panel(PanelAction::InputLine { line, on }));
                 }
             }
@@ -422,7 +433,10 @@ impl Wired {
         if self.is_storing() {
             return (Wake::Never, None);
         }
-        let silent = self.drivers.iter().all(|driver| driver.cell.controller.host_is_silent());
+        let silent = self
+            .drivers
+            .iter()
+            .all(|driver| driver.cell.controller.host_is_silent());
         let mut distance: Option<Duration> = None;
         let mut wake = Wake::Never;
         let mut advancing = false;
@@ -433,7 +447,9 @@ impl Wired {
             advancing |= driver.is_advancing();
             wake = match (wake, of_driver) {
                 (Wake::Never, other) | (other, Wake::Never) => other,
-                (Wake::After(one) | Wake::JumpAfter(one), Wake::After(other)) if other <= one => Wake::After(other),
+                (Wake::After(one) | Wake::JumpAfter(one), Wake::After(other)) if other <= one => {
+                    Wake::After(other)
+                }
                 (Wake::After(one), Wake::JumpAfter(other)) if one <= other => Wake::After(one),
                 (Wake::JumpAfter(one) | Wake::After(one), Wake::JumpAfter(other) | Wake::After(other)) => {
                     Wake::JumpAfter(one.min(other))

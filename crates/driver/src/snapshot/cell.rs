@@ -17,7 +17,9 @@ struct CellFile<T> {
 #[must_use]
 pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
     let states = states.iter();
-    let robots = states.map(|(name, controller)| (name.clone(), controller.snapshot())).collect();
+    let robots = states
+        .map(|(name, controller)| (name.clone(), controller.snapshot()))
+        .collect();
     // Serialization fails only for maps whose keys are not strings.
     let mut text = serde_json::to_string_pretty(&CellFile { robots }).unwrap_or_default();
     text.push('\n');
@@ -30,13 +32,19 @@ pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
 /// [`ParseError`]; the file has to have the state of each robot, and of no other.
 pub fn from_json(text: &str, names: &[String]) -> Result<Vec<Controller>, ParseError> {
     // Check the versions first: in another version every other field may differ.
-    for header in serde_json::from_str::<CellFile<SnapshotHeader>>(text)?.robots.values() {
+    for header in serde_json::from_str::<CellFile<SnapshotHeader>>(text)?
+        .robots
+        .values()
+    {
         header.validate()?;
     }
     let mut file: CellFile<Snapshot> = serde_json::from_str(text)?;
     let mut controllers = Vec::new();
     for name in names {
-        let snapshot = file.robots.remove(name).ok_or_else(|| ParseError::NoRobot(name.clone()))?;
+        let snapshot = file
+            .robots
+            .remove(name)
+            .ok_or_else(|| ParseError::NoRobot(name.clone()))?;
         controllers.push(Controller::restore(snapshot)?);
     }
     match file.robots.into_keys().next() {
@@ -69,7 +77,9 @@ pub fn read_one(path: &Path, name: &str) -> Result<Controller, FileError> {
     let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
     let file: CellFile<Snapshot> = serde_json::from_str(&text).map_err(|error| wrong(error.into()))?;
     let mut robots = file.robots;
-    let snapshot = robots.remove(name).ok_or_else(|| wrong(ParseError::NoRobot(name.to_owned())))?;
+    let snapshot = robots
+        .remove(name)
+        .ok_or_else(|| wrong(ParseError::NoRobot(name.to_owned())))?;
     Controller::restore(snapshot).map_err(|error| wrong(error.into()))
 }
 

@@ -143,7 +143,9 @@ impl Channel {
                     Poll::Pending => None,
                 }
             }
-            (Source::Claimed(claim), context) if self.connection.is_none() => claim.arrived(context.is_none()),
+            (Source::Claimed(claim), context) if self.connection.is_none() => {
+                claim.arrived(context.is_none())
+            }
             (Source::Accepted(_) | Source::Claimed(_) | Source::Dialled(..), _) => None,
         };
         arrived.map_or_else(Vec::new, |incoming| self.on_connected(incoming))

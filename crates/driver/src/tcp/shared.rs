@@ -47,7 +47,10 @@ impl SharedPorts {
     ///
     /// # Errors
     /// The first port that cannot be opened.
-    pub fn open(first: IpAddr, numbers: impl IntoIterator<Item = (Port, u16)>) -> Result<SharedPorts, ChannelError> {
+    pub fn open(
+        first: IpAddr,
+        numbers: impl IntoIterator<Item = (Port, u16)>,
+    ) -> Result<SharedPorts, ChannelError> {
         let mut listeners = BTreeMap::new();
         for (port, number) in numbers {
             let listener = listen_at_all(port, first, number)?;

@@ -35,7 +35,10 @@ impl Ending {
     pub fn check(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
         settings.reports.prepare()?;
         faults::prepare(&settings.report)?;
-        write_junit(args.junit.as_ref(), &junit_stub::document(junit_stub::NOT_FINISHED))?;
+        write_junit(
+            args.junit.as_ref(),
+            &junit_stub::document(junit_stub::NOT_FINISHED),
+        )?;
         if let Some(path) = &args.snapshot_on_exit {
             snapshot::check_target(path)?;
         }

@@ -64,7 +64,10 @@ impl Fleet {
         let shared = match first.ports {
             Ports::Offset(offset) if config.has_own_addresses() && count > OWN_SOCKETS => {
                 let numbers = DELIVERED_PORTS.map(|port| port.saturating_add(offset));
-                Some(SharedPorts::open(first.listen, Port::ETHERNET.into_iter().zip(numbers))?)
+                Some(SharedPorts::open(
+                    first.listen,
+                    Port::ETHERNET.into_iter().zip(numbers),
+                )?)
             }
             Ports::Offset(_) | Ports::Auto => None,
         };
@@ -230,7 +233,9 @@ impl Fleet {
         }
         if let Some(path) = self.config.snapshot_of_all() {
             let states = states.into_iter();
-            let states: Vec<_> = states.map(|(index, state)| (self.config.name(index), state)).collect();
+            let states: Vec<_> = states
+                .map(|(index, state)| (self.config.name(index), state))
+                .collect();
             snapshot::cell::write(path, &states)?;
         }
         Ok(worst)
@@ -271,7 +276,9 @@ impl Fleet {
 
 impl Robots for Fleet {
     fn names(&self) -> Vec<String> {
-        (0..self.slots.len()).map(|index| self.config.name(index)).collect()
+        (0..self.slots.len())
+            .map(|index| self.config.name(index))
+            .collect()
     }
 
     fn only(&self) -> Option<&str> {

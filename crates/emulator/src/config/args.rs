@@ -5,6 +5,7 @@
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::device::serial_device;
+use super::fleet::MAX_ROBOTS;
 use super::model::ModelChoice;
 use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
@@ -14,7 +15,6 @@ use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::OsStr;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
-use super::fleet::MAX_ROBOTS;
 use std::str::FromStr;
 use ts3100_control::ControlChoice;
 use ts3100_controller::options::{ControllerType, Dialect};

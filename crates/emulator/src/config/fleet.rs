@@ -141,7 +141,11 @@ impl FleetConfig {
     /// The arguments of one robot.
     #[must_use]
     pub fn args(&self, index: usize) -> ServeArgs {
-        let table = self.tables.get(index).map(|(_, args)| args.clone()).unwrap_or_default();
+        let table = self
+            .tables
+            .get(index)
+            .map(|(_, args)| args.clone())
+            .unwrap_or_default();
         let has_place = table.listen.is_some() || table.port_offset.is_some() || table.ports.is_some();
         let mut args = table.with_fallback(self.common.clone());
         if !has_place {
@@ -155,7 +159,9 @@ impl FleetConfig {
         }
         // The process has one control interface, wherever that is.
         args.control = args.control.filter(|choice| *choice == ControlChoice::Off);
-        args.control = args.control.or(Some(ControlChoice::Address(ControlSettings::free().address)));
+        args.control = args
+            .control
+            .or(Some(ControlChoice::Address(ControlSettings::free().address)));
         let name = self.name(index);
         for path in paths(&mut args).into_values().flatten() {
             *path = with_name(path, &name);
@@ -173,7 +179,9 @@ impl FleetConfig {
     pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
         let mut args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
-        if self.common.restore.as_deref().is_some_and(|path| is_of_all(path)) && args.restore == self.common.restore {
+        if self.common.restore.as_deref().is_some_and(|path| is_of_all(path))
+            && args.restore == self.common.restore
+        {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
@@ -184,7 +192,10 @@ impl FleetConfig {
     /// The file for the last state of all robots, if one is asked for.
     #[must_use]
     pub fn snapshot_of_all(&self) -> Option<&Path> {
-        self.common.snapshot_on_exit.as_deref().filter(|path| is_of_all(path))
+        self.common
+            .snapshot_on_exit
+            .as_deref()
+            .filter(|path| is_of_all(path))
     }
 
     /// The file with the initial state of all robots, if there is one.
@@ -228,7 +239,9 @@ impl FleetConfig {
         let last = u32::try_from(self.count.saturating_sub(1)).unwrap_or(u32::MAX);
         if let Some(step) = args.port_step {
             if args.ports == Some(PortSource::Auto) {
-                return Err(refused("cannot use --port-step with --ports auto: free ports need no distance"));
+                return Err(refused(
+                    "cannot use --port-step with --ports auto: free ports need no distance",
+                ));
             }
             let highest = 1_003 + u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * last;
             if step < 4 || highest > u32::from(u16::MAX) {
@@ -251,7 +264,11 @@ impl FleetConfig {
 
     /// Refuses wires between robots whose time passes differently.
     fn check_times(&self) -> Result<(), ConfigError> {
-        let robots = self.wires.iter().flat_map(|wire| [wire.from.robot(), wire.to.robot()]).flatten();
+        let robots = self
+            .wires
+            .iter()
+            .flat_map(|wire| [wire.from.robot(), wire.to.robot()])
+            .flatten();
         let mut times = robots.map(|index| (index, self.args(index).time.unwrap_or_default()));
         let Some((first, time)) = times.next() else {
             return Ok(());
@@ -270,16 +287,20 @@ impl FleetConfig {
     fn check_files(&self) -> Result<(), ConfigError> {
         let mut owners: BTreeMap<(&'static str, PathBuf), String> = BTreeMap::new();
         // Those that are only numbered are all alike: the first two tell enough.
-        let compared = if self.tables.is_empty() { self.count.min(2) } else { self.count };
+        let compared = if self.tables.is_empty() {
+            self.count.min(2)
+        } else {
+            self.count
+        };
         for index in 0..compared {
             let (name, mut args) = (self.name(index), self.args(index));
             let transcripts: Vec<PathBuf> = args.transcript.iter().map(|file| file.path.clone()).collect();
             let mut written = paths(&mut args);
             // Read by all, or one file with the state of each.
             written.retain(|key, _| !matches!(*key, "restore" | "load" | "scenario" | "snapshot-on-exit"));
-            let written = written.into_iter().flat_map(|(key, paths)| {
-                paths.into_iter().map(move |path| (key, path.clone()))
-            });
+            let written = written
+                .into_iter()
+                .flat_map(|(key, paths)| paths.into_iter().map(move |path| (key, path.clone())));
             let transcripts = transcripts.into_iter().map(|path| ("transcript", path));
             for (key, path) in written.chain(transcripts).collect::<Vec<_>>() {
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
@@ -296,12 +317,16 @@ impl FleetConfig {
 
     fn wire(&self, table: &WireTable) -> Result<Wire, ConfigError> {
         let read = |key: &str, text: &str, side: IoKind| {
-            self.wire_end(text, side).map_err(|reason| ConfigError::invalid(&table.origin, format!("{key}: {reason}")))
+            self.wire_end(text, side)
+                .map_err(|reason| ConfigError::invalid(&table.origin, format!("{key}: {reason}")))
         };
         let from = read("from", &table.from, IoKind::Output)?;
         let to = read("to", &table.to, IoKind::Input)?;
         if matches!((&from, &to), (WireEnd::Outside(_), WireEnd::Outside(_))) {
-            return Err(ConfigError::invalid(&table.origin, "both ends are outside: join at least one robot"));
+            return Err(ConfigError::invalid(
+                &table.origin,
+                "both ends are outside: join at least one robot",
+            ));
         }
         Ok(Wire { from, to })
     }
@@ -320,12 +345,20 @@ impl FleetConfig {
         }
         let robot = self.index(name).ok_or_else(|| {
             let names: Vec<String> = (0..self.count).map(|index| self.name(index)).collect();
-            format!("unknown robot `{name}`{}", did_you_mean(name, names.iter().map(String::as_str)))
+            format!(
+                "unknown robot `{name}`{}",
+                did_you_mean(name, names.iter().map(String::as_str))
+            )
         })?;
-        let line = rest.strip_prefix(word).and_then(|rest| rest.strip_prefix('.')).ok_or_else(expected)?;
+        let line = rest
+            .strip_prefix(word)
+            .and_then(|rest| rest.strip_prefix('.'))
+            .ok_or_else(expected)?;
         let line: u16 = line.parse().map_err(|_| expected())?;
         if !Signals::exists(line) {
-            return Err(format!("unknown line `{line}`: expected 1-64, 101-164 or 201-264"));
+            return Err(format!(
+                "unknown line `{line}`: expected 1-64, 101-164 or 201-264"
+            ));
         }
         Ok(WireEnd::Line { robot, line })
     }
@@ -356,7 +389,8 @@ fn paths(args: &mut ServeArgs) -> BTreeMap<&'static str, Vec<&mut PathBuf>> {
 
 fn with_name(path: &Path, name: &str) -> PathBuf {
     // A path that is no Unicode has no placeholder that could be meant.
-    path.to_str().map_or_else(|| path.to_owned(), |text| text.replace(PLACEHOLDER, name).into())
+    path.to_str()
+        .map_or_else(|| path.to_owned(), |text| text.replace(PLACEHOLDER, name).into())
 }
 
 /// Whether a file is one for all robots: its path does not have the name of each.
@@ -368,7 +402,9 @@ fn check_names(tables: &[(String, ServeArgs)]) -> Result<(), ConfigError> {
     for (index, (name, _)) in tables.iter().enumerate() {
         check_name(name).map_err(|reason| refused(format!("[[robot]] {}: name: {reason}", index + 1)))?;
         if name == OUTSIDE {
-            return Err(refused(format!("`{OUTSIDE}` is the name of the world around the robots; choose another")));
+            return Err(refused(format!(
+                "`{OUTSIDE}` is the name of the world around the robots; choose another"
+            )));
         }
         if tables.iter().take(index).any(|(other, _)| other == name) {
             return Err(refused(format!("two [[robot]] have the name `{name}`")));
@@ -382,7 +418,9 @@ fn check_name(name: &str) -> Result<(), String> {
     if (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_fitting) {
         return Ok(());
     }
-    Err(format!("expected 1 to {MAX_NAME} letters, digits, `-` or `_`, found `{name}`"))
+    Err(format!(
+        "expected 1 to {MAX_NAME} letters, digits, `-` or `_`, found `{name}`"
+    ))
 }
 
 /// The address so many after another.

@@ -103,7 +103,9 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     known.retain(|key| key != "config" && key != "set");
     let robots = fleet_tables(path, &mut table, "robot")?;
     let wires = fleet_tables(path, &mut table, "wire")?;
-    let mut merged = read_keys(path, &table, &known, &["robot", "wire"], |key| place(path, &text, key))?;
+    let mut merged = read_keys(path, &table, &known, &["robot", "wire"], |key| {
+        place(path, &text, key)
+    })?;
     known.retain(|key| !fleet::OF_PROCESS.contains(&key.as_str()));
     for (origin, mut table) in robots {
         let name = text_of(&origin, &mut table, "name")?;
@@ -111,7 +113,10 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
         merged.robot_tables.push(RobotTable { name, args });
     }
     for (origin, mut table) in wires {
-        let (from, to) = (text_of(&origin, &mut table, "from")?, text_of(&origin, &mut table, "to")?);
+        let (from, to) = (
+            text_of(&origin, &mut table, "from")?,
+            text_of(&origin, &mut table, "to")?,
+        );
         if let Some(key) = table.keys().next() {
             let hint = did_you_mean(key, ["from", "to"]);
             return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));

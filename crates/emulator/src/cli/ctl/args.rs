@@ -39,7 +39,9 @@ pub struct CtlArgs {
 impl CtlArgs {
     /// The robot that is called, where there are several.
     pub fn robot(&self) -> Option<String> {
-        let variable = std::env::var(exported::ROBOT).ok().filter(|name| !name.is_empty());
+        let variable = std::env::var(exported::ROBOT)
+            .ok()
+            .filter(|name| !name.is_empty());
         self.robot.clone().or(variable)
     }
 }

@@ -94,7 +94,8 @@ impl Call {
         if let Some(name) = robot
             && !OF_ALL.iter().any(|path| self.path.starts_with(path))
         {
-            self.path.insert_str(0, &format!("/robots/{}", percent_encoded(&name)));
+            self.path
+                .insert_str(0, &format!("/robots/{}", percent_encoded(&name)));
         }
         self
     }
@@ -117,7 +118,10 @@ impl Call {
         Ok(match command {
             Command::State => get("/state"),
             Command::Robots => get("/robots"),
-            Command::Wire { outside: Some(name), state } => {
+            Command::Wire {
+                outside: Some(name),
+                state,
+            } => {
                 let path = format!("/wires/outside/{}", percent_encoded(name));
                 put(path, json!({"on": state.unwrap_or_default()}))
             }
