@@ -40,7 +40,7 @@ mod snapshots;
 mod state;
 mod transcript;
 mod variables;
-pub mod wires;
+mod wires;
 
 pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
@@ -53,7 +53,7 @@ use axum::routing::get;
 use guard::Guard;
 pub use handle::DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
-use robots::{Dispatch, Robots, Scope};
+use robots::{Robots, Scope};
 use route_table::RouteTable;
 use std::io;
 use std::net::SocketAddr;
@@ -164,13 +164,13 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .route("/", get(front_page))
         .route("/docs", get(async || page(EXPLORER)));
     Router::new()
-        .fallback(robots::dispatch)
+        .fallback_service(calls)
+        .layer(axum::middleware::from_fn_with_state(robots, robots::find))
         .layer(axum::middleware::from_fn_with_state(
             Arc::new(guard),
             guard::check,
         ))
         .layer(axum::middleware::map_response(with_security_headers))
-        .with_state(Arc::new(Dispatch { calls, robots }))
 }
 
 async fn front_page(scope: Scope) -> impl IntoResponse {

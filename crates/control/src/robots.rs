@@ -7,18 +7,16 @@ use super::body::{Json, Path};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::RouteTable;
-use super::wires::WireInfo;
-use axum::Router;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
 use axum::http::uri::{PathAndQuery, Uri};
+use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use tower_service::Service as _;
 use ts3100_driver::driver::wired::WireHandle;
 use ts3100_proto::words::did_you_mean;
 use utoipa::ToSchema;
@@ -29,6 +27,11 @@ const PREFIX: &str = "/robots/";
 /// Most names that a message lists.
 const MAX_LISTED: usize = 8;
 
+/// Why a robot cannot start.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct CannotStart(pub String);
+
 /// The robots of a process.
 pub trait Robots: Send + Sync {
     /// The names, in the order of the configuration.
@@ -38,7 +41,7 @@ pub trait Robots: Send + Sync {
     /// What is known of a robot without asking it.
     fn info(&self, name: &str) -> Option<RobotInfo>;
     /// The way to a robot, which starts if it has not yet, or why it cannot; `None` if there is none of this name.
-    fn start(&self, name: &str) -> Option<Result<DriverHandle, String>>;
+    fn start(&self, name: &str) -> Option<Result<DriverHandle, CannotStart>>;
     /// The way to a robot that has started.
     fn running(&self, name: &str) -> Option<DriverHandle>;
     /// The wires between them, if there are some.
@@ -62,6 +65,18 @@ pub struct RobotInfo {
     /// Whether it has started. With an address of its own, a robot starts at its first connection or call, and its
     /// time begins then.
     pub started: bool,
+}
+
+/// A wire.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Wire)]
+pub struct WireInfo {
+    /// Where its level comes from: `ROBOT.dout.LINE` or `outside.NAME`.
+    pub from: String,
+    /// What shows it: `ROBOT.din.LINE` or `outside.NAME`.
+    pub to: String,
+    /// Its level.
+    pub on: bool,
 }
 
 /// The robots of this process.
@@ -166,17 +181,8 @@ fn start(robots: &dyn Robots, name: &str) -> Result<DriverHandle, Problem> {
     started.map_err(|reason| Problem::new(StatusCode::SERVICE_UNAVAILABLE, reason).at(name))
 }
 
-/// The calls of one robot, and all robots.
-pub struct Dispatch {
-    /// The calls as one robot has them.
-    pub calls: Router,
-    /// The robots.
-    pub robots: Arc<dyn Robots>,
-}
-
-/// Hands a call to its robot.
-pub async fn dispatch(State(site): State<Arc<Dispatch>>, mut request: Request) -> Response {
-    let robots = &site.robots;
+/// Finds the robot of a call, before the call is looked up in the table of one robot.
+pub async fn find(State(robots): State<Arc<dyn Robots>>, mut request: Request, next: Next) -> Response {
     let mut found = robots.only().map(str::to_owned);
     if let Some((name, rest)) = split_path(request.uri()) {
         *request.uri_mut() = rest;
@@ -188,11 +194,8 @@ pub async fn dispatch(State(site): State<Arc<Dispatch>>, mut request: Request) -
             Err(problem) => return problem.into_response(),
         }
     }
-    request.extensions_mut().insert(Arc::clone(robots));
-    match site.calls.clone().call(request).await {
-        Ok(response) => response,
-        Err(never) => match never {},
-    }
+    request.extensions_mut().insert(robots);
+    next.run(request).await
 }
 
 /// The name of a robot and the path of its own that a path leads to.

@@ -129,10 +129,10 @@ async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> A
 }
 
 /// States as a file has them: that of one robot, or of each by its name.
-fn snapshot_file(scope: &Scope, states: Vec<(String, Controller)>) -> impl IntoResponse + use<> {
-    let file = match (scope, states.as_slice()) {
+fn snapshot_file(scope: &Scope, states: &[(String, Controller)]) -> impl IntoResponse + use<> {
+    let file = match (scope, states) {
         (Scope::One(_), [(_, controller)]) => snapshot::to_pretty_json(controller),
-        _ => snapshot::cell::to_pretty_json(&states),
+        _ => snapshot::cell::to_pretty_json(states),
     };
     ([(CONTENT_TYPE, "application/json")], file)
 }
@@ -149,7 +149,7 @@ async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoRe
         let named = handle.query(move |view| view.snapshots.get(&wanted)).await?;
         states.push((robot, named.map_err(SnapshotRequestError::from)?));
     }
-    Ok(snapshot_file(&scope, states))
+    Ok(snapshot_file(&scope, &states))
 }
 
 /// Get the current state as a snapshot file
@@ -161,7 +161,7 @@ async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
     for (robot, handle) in scope.started()? {
         states.push((robot, handle.query(|view| view.controller.clone()).await?));
     }
-    Ok(snapshot_file(&scope, states))
+    Ok(snapshot_file(&scope, &states))
 }
 
 /// Restore a snapshot file

@@ -5,23 +5,11 @@
 use super::body::{Json, Path};
 use super::handle::Answer;
 use super::problem::Problem;
-use super::robots::{Fleet, Robots};
+use super::robots::{Fleet, Robots, WireInfo};
 use super::route_table::RouteTable;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
-
-/// A wire.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Wire)]
-pub struct WireInfo {
-    /// Where its level comes from: `ROBOT.dout.LINE` or `outside.NAME`.
-    pub from: String,
-    /// What shows it: `ROBOT.din.LINE` or `outside.NAME`.
-    pub to: String,
-    /// Its level.
-    pub on: bool,
-}
 
 /// The wires.
 #[derive(Debug, Clone, Serialize, ToSchema)]

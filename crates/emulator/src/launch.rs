@@ -10,8 +10,7 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::warn;
 use ts3100_control::journal::{Journal, JournalWriter, KEPT_EVENTS};
-use ts3100_control::robots::{RobotInfo, Robots};
-use ts3100_control::wires::WireInfo;
+use ts3100_control::robots::{CannotStart, RobotInfo, Robots, WireInfo};
 use ts3100_control::{ControlSettings, DriverHandle};
 use ts3100_controller::Port;
 use ts3100_driver::driver::request::Request;
@@ -206,7 +205,7 @@ impl Robots for OnlyRobot {
         (name == self.info.name).then(|| self.info.clone())
     }
 
-    fn start(&self, name: &str) -> Option<Result<DriverHandle, String>> {
+    fn start(&self, name: &str) -> Option<Result<DriverHandle, CannotStart>> {
         self.running(name).map(Ok)
     }
 

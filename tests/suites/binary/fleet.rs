@@ -277,97 +277,106 @@ fn lines_from_and_to_the_outside_are_set_and_read() {
     expect_code(&ctl(&serve, &["wire", "taken", "on"]), 1);
 }
 
+/// `serve` with these words does not start, and says why.
+fn refused_at_start(words: &[&str], expected: &str) {
+    let output = run(&[&["serve"], words].concat());
+    expect_code(&output, 2);
+    let error = stderr(&output);
+    assert!(error.contains(expected), "{expected}\n{error}");
+}
+
+/// What follows the tables of the robots a and b, and what is said of it.
+const WRONG_TABLES: &[(&str, &str)] = &[
+    ("[[robot]]\nname = \"a\"\n", "two [[robot]] have the name `a`"),
+    (
+        "[[robot]]\nname = \"a b\"\n",
+        "expected 1 to 32 letters, digits, `-` or `_`, found `a b`",
+    ),
+    (
+        "[[robot]]\nname = \"outside\"\n",
+        "`outside` is the name of the world around the robots",
+    ),
+    (
+        "[[robot]]\nmodel = \"ts3100-tv800\"\n",
+        "[[robot]] 3: the key `name` is missing",
+    ),
+    (
+        "[[robot]]\nname = \"c\"\ncontrol = \"off\"\n",
+        "`control` is for the whole process",
+    ),
+    (
+        "[[robot]]\nname = \"c\"\nmodl = \"x\"\n",
+        "unknown key `modl`; did you mean `model`?",
+    ),
+    (
+        "[[robot]]\nname = \"c\"\nselect = \"NOPE\"\nkey-switch = \"extern\"\n",
+        "key-switch: expected",
+    ),
+    (
+        "[[wire]]\nfrom = \"a.dout.5\"\n",
+        "[[wire]] 1: the key `to` is missing",
+    ),
+    (
+        "[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n",
+        "to: unknown robot `c`",
+    ),
+    (
+        "[[wire]]\nfrom = \"a.din.5\"\nto = \"b.din.1\"\n",
+        "from: expected ROBOT.dout.LINE or outside.NAME, found `a.din.5`",
+    ),
+    (
+        "[[wire]]\nfrom = \"a.dout.65\"\nto = \"b.din.1\"\n",
+        "unknown line `65`",
+    ),
+    (
+        "[[wire]]\nfrom = \"outside.x\"\nto = \"outside.y\"\n",
+        "both ends are outside",
+    ),
+    (
+        "[[wire]]\nfrom = \"a.dout.1\"\nto = \"b.din.1\"\n[[wire]]\nfrom = \"a.dout.2\"\nto = \"b.din.1\"\n",
+        "another wire leads to `b.din.1`",
+    ),
+    (
+        "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
+        "robots that wires join have one time: a has `real`, c has `x2`",
+    ),
+];
+
 #[test]
 fn what_does_not_go_together_is_refused_before_a_port_opens() {
-    let directory = TempDir::new("fleet");
-    let refused = |words: &[&str], expected: &str| {
-        let output = run(&[&["serve"], words].concat());
-        expect_code(&output, 2);
-        let error = stderr(&output);
-        assert!(error.contains(expected), "{expected}\n{error}");
-    };
-    refused(
+    refused_at_start(
         &["--robots", "0"],
         "expected a whole number from 1 to 65536, found `0`",
     );
-    refused(
+    refused_at_start(
         &["--robots", "2", "--drive", "d"],
         "robot-1 and robot-2 cannot use the same; put `{robot}` in the path",
     );
-    refused(
+    refused_at_start(
         &["--robots", "2", "--listen", "0.0.0.0"],
         "cannot give each robot an address from 0.0.0.0 on",
     );
-    refused(&["--robots", "2", "--port-step", "3"], "use a step from 4 on");
-    refused(
+    refused_at_start(&["--robots", "2", "--port-step", "3"], "use a step from 4 on");
+    refused_at_start(
         &["--robots", "9000", "--port-step", "10"],
         "leave --port-step out if the ports do not suffice",
-    );
-    let two = "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n";
-    for (rest, expected) in [
-        ("[[robot]]\nname = \"a\"\n", "two [[robot]] have the name `a`"),
-        (
-            "[[robot]]\nname = \"a b\"\n",
-            "expected 1 to 32 letters, digits, `-` or `_`, found `a b`",
-        ),
-        (
-            "[[robot]]\nname = \"outside\"\n",
-            "`outside` is the name of the world around the robots",
-        ),
-        (
-            "[[robot]]\nmodel = \"ts3100-tv800\"\n",
-            "[[robot]] 3: the key `name` is missing",
-        ),
-        (
-            "[[robot]]\nname = \"c\"\ncontrol = \"off\"\n",
-            "`control` is for the whole process",
-        ),
-        (
-            "[[robot]]\nname = \"c\"\nmodl = \"x\"\n",
-            "unknown key `modl`; did you mean `model`?",
-        ),
-        (
-            "[[robot]]\nname = \"c\"\nselect = \"NOPE\"\nkey-switch = \"extern\"\n",
-            "key-switch: expected",
-        ),
-        (
-            "[[wire]]\nfrom = \"a.dout.5\"\n",
-            "[[wire]] 1: the key `to` is missing",
-        ),
-        (
-            "[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n",
-            "to: unknown robot `c`",
-        ),
-        (
-            "[[wire]]\nfrom = \"a.din.5\"\nto = \"b.din.1\"\n",
-            "from: expected ROBOT.dout.LINE or outside.NAME, found `a.din.5`",
-        ),
-        (
-            "[[wire]]\nfrom = \"a.dout.65\"\nto = \"b.din.1\"\n",
-            "unknown line `65`",
-        ),
-        (
-            "[[wire]]\nfrom = \"outside.x\"\nto = \"outside.y\"\n",
-            "both ends are outside",
-        ),
-        (
-            "[[wire]]\nfrom = \"a.dout.1\"\nto = \"b.din.1\"\n[[wire]]\nfrom = \"a.dout.2\"\nto = \"b.din.1\"\n",
-            "another wire leads to `b.din.1`",
-        ),
-        (
-            "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
-            "robots that wires join have one time: a has `real`, c has `x2`",
-        ),
-    ] {
-        let file = directory.file("cell.toml", format!("{two}{rest}"));
-        refused(&["--ports", "auto", "--config", &file], expected);
-    }
-    let file = directory.file("cell.toml", two);
-    refused(
-        &["--ports", "auto", "--robots", "2", "--config", &file],
-        "cannot use --robots beside [[robot]]",
     );
     let exec = run(&["exec", "--robots", "2", "--", "true"]);
     expect_code(&exec, 125);
     assert!(stderr(&exec).contains("exec runs one robot"), "{}", stderr(&exec));
+}
+
+#[test]
+fn tables_that_do_not_go_together_are_refused_with_their_place() {
+    let directory = TempDir::new("fleet");
+    let two = "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n";
+    for (rest, expected) in WRONG_TABLES {
+        let file = directory.file("cell.toml", format!("{two}{rest}"));
+        refused_at_start(&["--ports", "auto", "--config", &file], expected);
+    }
+    let file = directory.file("cell.toml", two);
+    refused_at_start(
+        &["--ports", "auto", "--robots", "2", "--config", &file],
+        "cannot use --robots beside [[robot]]",
+    );
 }

@@ -101,11 +101,11 @@ impl SharedPorts {
             mailbox = self.claims().get(&dialled).cloned();
         }
         let Some(mailbox) = mailbox else {
-            return reset(stream);
+            return reset(&stream);
         };
         prepare(port, &stream);
         if let Err(error) = mailbox.try_send((stream, peer, None)) {
-            reset(error.into_inner().0);
+            reset(&error.into_inner().0);
         }
     }
 
@@ -151,9 +151,9 @@ impl SharedPorts {
 }
 
 /// As a port that is closed does it, though the system has accepted already.
-fn reset(stream: TcpStream) {
-    // Without it the peer sees an orderly end, which tells it less.
-    let _ = SockRef::from(&stream).set_linger(Some(Duration::ZERO));
+fn reset(stream: &TcpStream) {
+    // Without it the peer sees an orderly end when the stream is dropped, which tells it less.
+    let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));
 }
 
 /// The connections to one address and port.
@@ -181,7 +181,7 @@ impl Drop for Claim {
         self.ports.claims().remove(&self.address);
         // Who was not heard is refused, as at a port that is closed.
         while let Ok((stream, ..)) = self.connections.try_recv() {
-            reset(stream);
+            reset(&stream);
         }
     }
 }

@@ -17,8 +17,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tracing::{Instrument as _, Span, error, error_span};
 use ts3100_control::DriverHandle;
-use ts3100_control::robots::{RobotInfo, Robots};
-use ts3100_control::wires::WireInfo;
+use ts3100_control::robots::{CannotStart, RobotInfo, Robots, WireInfo};
 use ts3100_controller::{Controller, Port};
 use ts3100_driver::driver::self_check::connectable;
 use ts3100_driver::driver::wired::{Wire, WireEnd, WireHandle, Wired};
@@ -47,7 +46,7 @@ pub struct Fleet {
     config: FleetConfig,
     surroundings: Surroundings,
     /// Why one could not start is remembered: it would be the same the next time.
-    slots: Vec<OnceLock<Result<Running, String>>>,
+    slots: Vec<OnceLock<Result<Running, CannotStart>>>,
     tasks: Mutex<Vec<JoinHandle<anyhow::Result<Ended>>>>,
     wires: OnceLock<WireHandle>,
     stop: watch::Sender<bool>,
@@ -61,6 +60,9 @@ impl Fleet {
     pub fn open(config: FleetConfig) -> anyhow::Result<Arc<Fleet>> {
         let count = config.count();
         let (_, first) = config.settings(0).with_context(|| config.name(0))?;
+        if config.has_own_addresses() {
+            check_addresses((0..count).filter_map(|index| config.args(index).listen))?;
+        }
         let shared = match first.ports {
             Ports::Offset(offset) if config.has_own_addresses() && count > OWN_SOCKETS => {
                 let numbers = DELIVERED_PORTS.map(|port| port.saturating_add(offset));
@@ -117,9 +119,12 @@ impl Fleet {
         }
     }
 
-    fn start_index(&self, index: usize) -> Option<&Result<Running, String>> {
+    fn start_index(&self, index: usize) -> Option<&Result<Running, CannotStart>> {
         let slot = self.slots.get(index)?;
-        Some(slot.get_or_init(|| self.start_alone(index).map_err(|error| format!("{error:#}"))))
+        Some(slot.get_or_init(|| {
+            self.start_alone(index)
+                .map_err(|error| CannotStart(format!("{error:#}")))
+        }))
     }
 
     /// Starts a robot without wires.
@@ -289,9 +294,9 @@ impl Robots for Fleet {
         Some(self.info_of(self.config.index(name)?))
     }
 
-    fn start(&self, name: &str) -> Option<Result<DriverHandle, String>> {
+    fn start(&self, name: &str) -> Option<Result<DriverHandle, CannotStart>> {
         let started = self.start_index(self.config.index(name)?)?.as_ref();
-        let handle = |running: &Running| running.handle.clone().ok_or_else(String::new);
+        let handle = |running: &Running| running.handle.clone().ok_or_else(|| CannotStart(String::new()));
         Some(started.map_err(Clone::clone).and_then(handle))
     }
 
@@ -318,6 +323,34 @@ impl Robots for Fleet {
     fn wire_handle(&self) -> Option<&WireHandle> {
         self.wires.get()
     }
+}
+
+/// Most addresses that a message names.
+const MAX_NAMED: usize = 1_000;
+
+/// Says which addresses the machine does not have, and how it gets them. Linux has all of 127.0.0.0/8.
+fn check_addresses(addresses: impl Iterator<Item = IpAddr>) -> anyhow::Result<()> {
+    let is_there = |address: &IpAddr| {
+        cfg!(target_os = "linux") && address.is_ipv4() && address.is_loopback()
+            || std::net::TcpListener::bind((*address, 0)).is_ok()
+    };
+    let missing: Vec<IpAddr> = addresses
+        .filter(|address| !is_there(address))
+        .take(MAX_NAMED)
+        .collect();
+    let Some(first) = missing.first() else {
+        return Ok(());
+    };
+    let add = |address: &IpAddr| match (cfg!(target_os = "macos"), address.is_loopback()) {
+        (true, true) => format!("\n  sudo ifconfig lo0 alias {address}"),
+        (true, false) => format!("\n  sudo ifconfig en0 alias {address}"),
+        (false, _) => format!("\n  sudo ip address add {address} dev eth0"),
+    };
+    anyhow::bail!(
+        "{first} is not an address of this computer, and {} more. Add them, or use --port-step 10 or --ports auto:{}",
+        missing.len() - 1,
+        missing.iter().map(add).collect::<String>()
+    )
 }
 
 /// Lets the process open the files that this many robots need, if the system allows.

@@ -5,7 +5,6 @@
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::device::serial_device;
-use super::fleet::MAX_ROBOTS;
 use super::model::ModelChoice;
 use super::report_args::{ReportArgs, first_non_empty};
 use super::seed::Seed;
@@ -278,6 +277,9 @@ impl ServeArgs {
         }
     }
 }
+
+/// Most robots of a process.
+const MAX_ROBOTS: u32 = 65_536;
 
 /// Reads the value of `--robots`.
 fn robot_count(word: &str) -> Result<u32, UnexpectedWord> {

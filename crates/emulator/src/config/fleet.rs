@@ -12,10 +12,8 @@ use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::action::IoKind;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::driver::wired::{Wire, WireEnd};
-use ts3100_proto::words::did_you_mean;
+use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
-/// Most robots of a process.
-pub const MAX_ROBOTS: u32 = 65_536;
 /// What stands for the name of the robot in a path.
 const PLACEHOLDER: &str = "{robot}";
 /// Most characters of a name.
@@ -179,9 +177,7 @@ impl FleetConfig {
     pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
         let mut args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
-        if self.common.restore.as_deref().is_some_and(|path| is_of_all(path))
-            && args.restore == self.common.restore
-        {
+        if self.common.restore.as_deref().is_some_and(is_of_all) && args.restore == self.common.restore {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
@@ -332,12 +328,12 @@ impl FleetConfig {
     }
 
     /// Reads `ROBOT.dout.LINE`, `ROBOT.din.LINE` or `outside.NAME`.
-    fn wire_end(&self, text: &str, side: IoKind) -> Result<WireEnd, String> {
+    fn wire_end(&self, text: &str, side: IoKind) -> Result<WireEnd, WireEndError> {
         let word = match side {
             IoKind::Input => "din",
             IoKind::Output => "dout",
         };
-        let expected = || format!("expected ROBOT.{word}.LINE or {OUTSIDE}.NAME, found `{text}`");
+        let expected = || UnexpectedWord::new(format!("ROBOT.{word}.LINE or {OUTSIDE}.NAME"), text);
         let (name, rest) = text.split_once('.').ok_or_else(expected)?;
         if name == OUTSIDE {
             check_name(rest)?;
@@ -345,9 +341,9 @@ impl FleetConfig {
         }
         let robot = self.index(name).ok_or_else(|| {
             let names: Vec<String> = (0..self.count).map(|index| self.name(index)).collect();
-            format!(
-                "unknown robot `{name}`{}",
-                did_you_mean(name, names.iter().map(String::as_str))
+            WireEndError::Robot(
+                name.to_owned(),
+                did_you_mean(name, names.iter().map(String::as_str)),
             )
         })?;
         let line = rest
@@ -356,9 +352,7 @@ impl FleetConfig {
             .ok_or_else(expected)?;
         let line: u16 = line.parse().map_err(|_| expected())?;
         if !Signals::exists(line) {
-            return Err(format!(
-                "unknown line `{line}`: expected 1-64, 101-164 or 201-264"
-            ));
+            return Err(WireEndError::Line(line));
         }
         Ok(WireEnd::Line { robot, line })
     }
@@ -413,13 +407,25 @@ fn check_names(tables: &[(String, ServeArgs)]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-fn check_name(name: &str) -> Result<(), String> {
+/// What is wrong with an end of a wire.
+#[derive(Debug, thiserror::Error)]
+enum WireEndError {
+    #[error(transparent)]
+    Form(#[from] UnexpectedWord),
+    #[error("unknown robot `{0}`{1}")]
+    Robot(String, String),
+    #[error("unknown line `{0}`: expected 1-64, 101-164 or 201-264")]
+    Line(u16),
+}
+
+fn check_name(name: &str) -> Result<(), UnexpectedWord> {
     let is_fitting = |letter: u8| letter.is_ascii_alphanumeric() || b"-_".contains(&letter);
     if (1..=MAX_NAME).contains(&name.len()) && name.bytes().all(is_fitting) {
         return Ok(());
     }
-    Err(format!(
-        "expected 1 to {MAX_NAME} letters, digits, `-` or `_`, found `{name}`"
+    Err(UnexpectedWord::new(
+        format!("1 to {MAX_NAME} letters, digits, `-` or `_`"),
+        name,
     ))
 }
 

@@ -103,13 +103,11 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     known.retain(|key| key != "config" && key != "set");
     let robots = fleet_tables(path, &mut table, "robot")?;
     let wires = fleet_tables(path, &mut table, "wire")?;
-    let mut merged = read_keys(path, &table, &known, &["robot", "wire"], |key| {
-        place(path, &text, key)
-    })?;
+    let mut merged = read_keys(path, &table, &known, false, |key| place(path, &text, key))?;
     known.retain(|key| !fleet::OF_PROCESS.contains(&key.as_str()));
     for (origin, mut table) in robots {
         let name = text_of(&origin, &mut table, "name")?;
-        let args = read_keys(path, &table, &known, &["name"], |_| format!("{origin} ({name})"))?;
+        let args = read_keys(path, &table, &known, true, |_| format!("{origin} ({name})"))?;
         merged.robot_tables.push(RobotTable { name, args });
     }
     for (origin, mut table) in wires {
@@ -138,9 +136,9 @@ fn fleet_tables(path: &Path, table: &mut Table, key: &str) -> Result<Vec<(String
     let Value::Array(values) = value else {
         return Err(wrong());
     };
-    let tables = (1..).zip(values).map(|(number, value)| match value {
-        Value::Table(table) => Ok((format!("{}, [[{key}]] {number}", path.display()), table)),
-        _ => Err(wrong()),
+    let tables = (1..).zip(values).map(|(number, value)| {
+        let table = value.try_into().map_err(|_| wrong())?;
+        Ok((format!("{}, [[{key}]] {number}", path.display()), table))
     });
     tables.collect()
 }
@@ -157,7 +155,7 @@ fn read_keys(
     path: &Path,
     table: &Table,
     known: &[String],
-    others: &[&str],
+    is_robot: bool,
     origin_of: impl Fn(&str) -> String,
 ) -> Result<ServeArgs, ConfigError> {
     let mut merged = ServeArgs::default();
@@ -172,12 +170,13 @@ fn read_keys(
             continue;
         }
         let flag = key.replace('_', "-");
-        if fleet::OF_PROCESS.contains(&flag.as_str()) && !known.contains(&flag) {
+        if is_robot && fleet::OF_PROCESS.contains(&flag.as_str()) {
             let reason = format!("`{key}` is for the whole process: put it above the first [[robot]]");
             return Err(ConfigError::invalid(origin, reason));
         }
         if !known.contains(&flag) {
             let keys = known.iter().map(String::as_str).chain(["options"]);
+            let others: &[&str] = if is_robot { &["name"] } else { &["robot", "wire"] };
             let hint = did_you_mean(&flag, keys.chain(others.iter().copied()));
             return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
         }

@@ -2,6 +2,7 @@
 //!
 //! Everything follows from the definition of the flags in [`super::args`] and from the table of options.
 
+use super::fleet;
 use super::layers::{PREFIX, serve_command};
 use super::options::{OPTIONS, Values};
 use clap::{Arg, ArgAction};
@@ -133,12 +134,49 @@ pub fn schema() -> Value {
         .map(|key| (key.name.clone(), key_schema(&key)))
         .collect();
     properties.insert("options".to_owned(), options_schema());
+    let mut of_robot = properties.clone();
+    of_robot.retain(|key, _| !fleet::OF_PROCESS.contains(&key.as_str()));
+    of_robot.insert(
+        "name".to_owned(),
+        json!({ "type": "string", "pattern": "^[A-Za-z0-9_-]{1,32}$", "description": "Its name" }),
+    );
+    properties.insert(
+        "robot".to_owned(),
+        tables(
+            "A robot of this process: what is not that of all",
+            &["name"],
+            &of_robot.into(),
+        ),
+    );
+    let end = |what: &str| json!({ "type": "string", "description": what });
+    let ends = json!({
+        "from": end("Where the level comes from: ROBOT.dout.LINE or outside.NAME"),
+        "to": end("What shows it: ROBOT.din.LINE or outside.NAME"),
+    });
+    properties.insert(
+        "wire".to_owned(),
+        tables("A wire between robots", &["from", "to"], &ends),
+    );
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Configuration of ts3100 serve and ts3100 exec",
         "type": "object",
         "additionalProperties": false,
         "properties": properties,
+    })
+}
+
+/// Tables of one name, with these properties, some of which they must have.
+fn tables(description: &str, required: &[&str], properties: &Value) -> Value {
+    json!({
+        "type": "array",
+        "description": description,
+        "items": {
+            "type": "object",
+            "additionalProperties": false,
+            "required": required,
+            "properties": properties,
+        },
     })
 }
 
