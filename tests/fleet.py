@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Many robots in one process: their addresses, what they cost, and that each is a robot of its own.
+
+    python3 tests/fleet.py --serve target/release/ts3100
+
+Uses the addresses from 127.1.0.1 on, with ports from 25000. Figures are in the benchmarks."""
+
+import argparse
+import json
+import os
+import re
+import resource
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from wire import Failed, equal, true  # noqa: E402
+
+OFFSET = 24000
+FIRST = "127.1.0.1"
+LIMIT = 20.0
+# The first letters of the answer to SU.
+STATUS = b"\x02FL,"
+
+
+class Fleet:
+    """A `ts3100 serve` with several robots; it ends with its `with`."""
+
+    def __init__(self, binary, *flags, files=None):
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
+        self.log = tempfile.TemporaryFile("w+")
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
+        self.process = subprocess.Popen(
+            [binary, "serve", "--ready-json", "--control", "127.0.0.1:0", *flags], env=environment, preexec_fn=limit,
+            stdout=subprocess.PIPE, stderr=self.log, text=True)
+        line = self.process.stdout.readline()
+        if not line:
+            self.process.wait(LIMIT)
+            self.log.seek(0)
+            self.refusal = self.log.read()
+            return
+        ready = json.loads(line)
+        self.robots, self.control, self.refusal = ready["robots"], ready["control"], None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.refusal is None:
+            self.process.terminate()
+            self.process.wait(LIMIT)
+            equal("SIGTERM ends it with exit code 0", 0, self.process.returncode)
+
+    def call(self, path, body=None, method=None):
+        """The answer of the control interface as JSON."""
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self.control + path, data, {"Content-Type": "application/json"},
+                                         method=method or ("PUT" if data else "GET"))
+        with urllib.request.urlopen(request, timeout=LIMIT) as answer:
+            return json.loads(answer.read())
+
+    def started(self):
+        """The names of the robots that have started."""
+        return [robot["name"] for robot in self.call("/robots")["robots"] if robot["started"]]
+
+    def dial(self, name, port="ip0"):
+        """A connection to a port of a robot."""
+        robot = self.robots[name]
+        return socket.create_connection((robot["address"], robot["ports"][port]), LIMIT)
+
+    def memory(self):
+        """Resident kB."""
+        with open("/proc/%d/status" % self.process.pid, encoding="ascii") as status:
+            return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1))
+
+    def worked(self):
+        """Seconds of processor time so far."""
+        with open("/proc/%d/stat" % self.process.pid, encoding="ascii") as stat:
+            fields = stat.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def status_of(connection):
+    """Asks for SU; the first letters of the answer."""
+    connection.sendall(b"\x02SU\r\x03")
+    answer = b""
+    while not answer.endswith(b"\x03"):
+        piece = connection.recv(4096)
+        if not piece:
+            raise Failed("an answer to SU\n     found    the end of the connection")
+        answer += piece
+    connection.sendall(b"\x02OK\r\x03")
+    return answer[:4]
+
+
+def is_reset(address, port):
+    """Whether a connection is cut off at once."""
+    try:
+        with socket.create_connection((address, port), LIMIT) as connection:
+            connection.settimeout(LIMIT)
+            return connection.recv(1) == b""
+    except ConnectionError:
+        return True
+
+
+def sleeping_robots(binary):
+    with Fleet(binary, "--robots", "300", "--listen", FIRST, "--port-offset", str(OFFSET)) as fleet:
+        equal("robot-300 has its address", "127.1.1.44", fleet.robots["robot-300"]["address"])
+        equal("nobody has started", [], fleet.started())
+        descriptors = len(os.listdir("/proc/%d/fd" % fleet.process.pid))
+        true("all listen with a few sockets: %d files are open" % descriptors, descriptors < 40)
+        # The program's channel is known before the command that comes after it.
+        with fleet.dial("robot-200", "ip1"), fleet.dial("robot-200") as host:
+            equal("the first connection starts its robot", STATUS, status_of(host))
+            channels = fleet.call("/robots/robot-200/state")["channels"]
+            equal("its IP1 has its peer", ["IP0", "IP1"], [c["port"] for c in channels if c.get("peer")])
+        equal("and no other", ["robot-200"], fleet.started())
+        fleet.call("/robots/robot-7/servo", {"on": True})
+        equal("a call starts its robot", ["robot-7", "robot-200"], fleet.started())
+        with fleet.dial("robot-7") as host:
+            equal("it is the one that was called", (STATUS, {"on": True}),
+                  (status_of(host), fleet.call("/robots/robot-7/servo")))
+        true("an address without a robot is reset", is_reset("127.1.1.45", 1000 + OFFSET))
+        fleet.call("/robots/robot-7/power/off", {}, "POST")
+        true("a robot without power is reset", is_reset(fleet.robots["robot-7"]["address"], 1000 + OFFSET))
+        fleet.call("/robots/robot-7/power/on", {}, "POST")
+        with fleet.dial("robot-7") as host:
+            equal("with power it answers again", STATUS, status_of(host))
+        try:
+            fleet.call("/robots/robot-301/state")
+            raise Failed("robot-301 is unknown")
+        except urllib.error.HTTPError as error:
+            equal("robot-301 is unknown", 404, error.code)
+
+
+def thousand(binary):
+    for flags in (["--ports", "auto"], ["--listen", FIRST, "--port-offset", str(OFFSET)]):
+        with Fleet(binary, "--robots", "1", *flags) as one:
+            with one.dial("robot-1") as host:
+                status_of(host)
+            alone = one.memory()
+        begun = time.monotonic()
+        with Fleet(binary, "--robots", "1000", *flags) as fleet:
+            hosts = [fleet.dial(name) for name in fleet.robots]
+            answers = {status_of(host) for host in hosts}
+            seconds = time.monotonic() - begun
+            equal("1000 robots answer (%s), after %.2f s" % (flags[0], seconds), {STATUS}, answers)
+            each = (fleet.memory() - alone) / 999
+            true("each further robot costs %.0f kB, at most 100" % each, each <= 100)
+            before = fleet.worked()
+            time.sleep(2)
+            used = fleet.worked() - before
+            true("idle they use %.2f s of 2 s" % used, used <= 0.02)
+            for host in hosts:
+                host.close()
+
+
+def ten_thousand(binary):
+    begun = time.monotonic()
+    with Fleet(binary, "--robots", "10000", "--listen", FIRST, "--port-offset", str(OFFSET)) as fleet:
+        ready = time.monotonic() - begun
+        for name in ("robot-1", "robot-5000", "robot-10000"):
+            with fleet.dial(name) as host:
+                equal("of 10000, ready after %.2f s, %s answers" % (ready, name), STATUS, status_of(host))
+        equal("three have started", 3, len(fleet.started()))
+
+
+def refusals(binary):
+    with Fleet(binary, "--robots", "400", "--ports", "auto", files=1000) as fleet:
+        true("too few files: %s" % (fleet.refusal or "").split("\n", maxsplit=1)[0],
+             "400 robots need 3328 open files, and this process may have 1000" in (fleet.refusal or ""))
+    with Fleet(binary, "--robots", "2", "--listen", "203.0.113.7") as fleet:
+        true("an address of another machine: %s" % (fleet.refusal or "").split("\n", maxsplit=1)[0],
+             "203.0.113.7 is not an address of this computer, and 1 more" in (fleet.refusal or ""))
+    with Fleet(binary, "--robots", "20", "--port-offset", str(OFFSET), "--port-step", "10") as fleet:
+        ports = {"ip%d" % number: 1000 + OFFSET + 190 + number for number in range(4)}
+        equal("with a step all are at one address", {"address": "127.0.0.1", "ports": ports}, fleet.robots["robot-20"])
+        with fleet.dial("robot-20") as host:
+            equal("and answer", STATUS, status_of(host))
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--serve", required=True)
+    binary = os.path.abspath(parser.parse_args().serve)
+    for check in (sleeping_robots, refusals, thousand, ten_thousand):
+        check(binary)
+    print("all of it held")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except Failed as failure:
+        print("FAILED %s" % failure)
+        sys.exit(1)
