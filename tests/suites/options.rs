@@ -227,7 +227,12 @@ const ROWS: &[Row] = &[
 ];
 
 /// Options of the edge: real sockets show them, in `sockets`.
-const ON_SOCKETS: [&str; 3] = ["channel.redial", "channel.second", "drive.when_full"];
+const ON_SOCKETS: [&str; 4] = [
+    "auto.silence",
+    "channel.redial",
+    "channel.second",
+    "drive.when_full",
+];
 
 fn robot_with(option: Option<(&str, &str)>) -> Robot {
     let (mut config, mut links) = (Config::new(Dialect::Field), LinkOptions::default());

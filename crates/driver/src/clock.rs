@@ -9,8 +9,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
 
-/// How long connections must be quiet before [`TimeMode::Auto`] jumps: long enough to read an answer that is
-/// already on the loopback. It then jumps from deadline to deadline until a byte is sent or received.
+/// How long connections must be quiet before [`TimeMode::Auto`] jumps, unless the option `auto.silence` says otherwise:
+/// long enough to read an answer that is already on the loopback. It then jumps from deadline to deadline until a byte is
+/// sent or received.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Longest wall-clock time spent on overdue work before hosts, requests and signals get a turn.
 pub const CATCH_UP_SLICE: Duration = Duration::from_millis(3);
@@ -109,6 +110,8 @@ pub struct Clock {
     /// How far virtual time lags because the machine could not keep up.
     lag: Duration,
     gap: TimeGap,
+    /// How long connections must be quiet before automatic time jumps.
+    silence: Duration,
     /// Wall-clock time of the last gap check.
     last_check: Instant,
     /// Wall-clock time that was skipped.
@@ -130,6 +133,7 @@ impl Clock {
             idle: true,
             lag: Duration::ZERO,
             gap: TimeGap::default(),
+            silence: AUTO_GRACE,
             last_check: wall,
             skipped: Duration::ZERO,
             held: None,
@@ -157,6 +161,18 @@ impl Clock {
     #[must_use]
     pub fn with_gap(self, gap: TimeGap) -> Clock {
         Clock { gap, ..self }
+    }
+
+    /// Sets how long connections must be quiet before [`TimeMode::Auto`] jumps.
+    #[must_use]
+    pub fn with_silence(self, silence: Duration) -> Clock {
+        Clock { silence, ..self }
+    }
+
+    /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.
+    #[must_use]
+    pub fn needs_fine_timer(&self) -> bool {
+        self.mode == TimeMode::Auto && self.silence < AUTO_GRACE
     }
 
     /// Interval for [`Clock::skip_gap`]; `None` if gaps are not skipped.
@@ -244,7 +260,9 @@ impl Clock {
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
         let (idle, held) = (self.idle, self.held);
-        *self = Clock::start(self.mode).with_gap(self.gap);
+        *self = Clock::start(self.mode)
+            .with_gap(self.gap)
+            .with_silence(self.silence);
         (self.idle, self.held) = (idle, held);
     }
 
@@ -259,7 +277,7 @@ impl Clock {
         }
     }
 
-    /// Notes that a byte was sent or received; `auto` waits [`AUTO_GRACE`] from now.
+    /// Notes that a byte was sent or received; `auto` waits for as much silence from now.
     pub fn note_activity(&mut self) {
         self.last_activity = self.wall();
     }
@@ -322,7 +340,7 @@ impl Clock {
             TimeMode::Stepped => Wake::Never,
             TimeMode::Auto if host_is_silent => {
                 let quiet = wall.saturating_duration_since(self.last_activity);
-                Wake::JumpAfter(AUTO_GRACE.saturating_sub(quiet).min(left))
+                Wake::JumpAfter(self.silence.saturating_sub(quiet).min(left))
             }
             TimeMode::Real | TimeMode::Auto => Wake::After(left),
             TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),

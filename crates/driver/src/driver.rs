@@ -111,7 +111,9 @@ impl Driver {
     /// See [`OpenError`]; no port stays open.
     pub fn open(setup: Setup) -> Result<(Box<Driver>, mpsc::Sender<Request>), OpenError> {
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
-        let mut clock = Clock::start(setup.time).with_gap(setup.time_gap);
+        let mut clock = Clock::start(setup.time)
+            .with_gap(setup.time_gap)
+            .with_silence(setup.links.silence);
         clock.set(setup.controller.now());
         // On the heap: a future has a place for each value that is moved through it.
         let mut driver = Box::new(Driver {

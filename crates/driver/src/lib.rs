@@ -12,6 +12,7 @@ pub mod cell;
 pub mod clock;
 pub mod driver;
 pub mod files;
+mod pause;
 pub mod pc_file;
 mod portion;
 pub mod serial;

@@ -4,8 +4,9 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::time::Duration;
 use ts3100_controller::Port;
-use ts3100_emulator::embed::Emulator;
+use ts3100_emulator::embed::{Emulator, TimeMode};
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
 use ts3100_tests::frame;
 use ts3100_tests::host::{Host, LONG, dial, dial_address};
@@ -98,4 +99,31 @@ fn channel_redial_says_how_soon_a_client_channel_comes_again() {
     slow.set_nonblocking(true).unwrap();
     let error = slow.accept().unwrap_err();
     assert_eq!(error.kind(), ErrorKind::WouldBlock);
+}
+
+/// A host is connected to two robots and says nothing: time jumps over an hour where that is silence, and not where it
+/// is none yet.
+#[test]
+fn auto_silence_says_how_long_hosts_must_be_silent_before_time_jumps() {
+    let waiting = |value| {
+        let robot = Emulator::builder()
+            .file("LONG", "PROGRAM LONG\nDELAY 3600\nDOUT(1)\nEND\n")
+            .select("LONG")
+            .servo_on(true)
+            .time(TimeMode::Auto)
+            .option("auto.silence", value)
+            .unwrap()
+            .start()
+            .unwrap();
+        let mut host = dial(&robot, Port::Ip0);
+        assert_eq!(host.command("RN"), "OK");
+        (robot, host)
+    };
+    let (patient, _waits) = waiting("3600s");
+    let (quick, _silent) = waiting("0.05ms");
+    let done = quick
+        .wait_until("output 1 on", Duration::from_secs(7_200))
+        .unwrap();
+    assert!(done);
+    assert!(!patient.output(1).unwrap());
 }

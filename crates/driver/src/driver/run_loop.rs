@@ -7,6 +7,7 @@ use super::Driver;
 use super::edge::WriteResult;
 use super::request::Request;
 use crate::clock::Wake;
+use crate::pause::pause;
 use crate::tcp::READ_BUFFER;
 use std::collections::BTreeSet;
 use std::future::{Future, poll_fn};
@@ -114,13 +115,14 @@ impl Driver {
         loop {
             let (wake, deadline) = self.next_wake();
             let beats = self.edge.clock.gap_check_interval();
+            let fine = self.edge.clock.needs_fine_timer();
             // The order matters: `auto` may jump only when there is no other work.
             let work = tokio::select! {
                 biased;
                 () = &mut stop => break,
                 // Without the budget of the runtime, which would hide what has arrived: the loop yields by itself.
                 work = unconstrained(poll_fn(|context| self.poll_work(context))) => work,
-                () = sleep(wake) => Work::Tick,
+                () = sleep(wake, fine) => Work::Tick,
                 () = clock_check(beats) => Work::ClockCheck,
             };
             self.skip_gap();
@@ -234,11 +236,13 @@ pub(super) async fn clock_check(beats: Option<Duration>) {
     }
 }
 
-pub(super) async fn sleep(wake: Wake) {
+/// Sleeps until then; `fine` when a fraction of a millisecond matters.
+pub(super) async fn sleep(wake: Wake, fine: bool) {
     match wake {
         Wake::Never => std::future::pending().await,
         // Something is due already, but other tasks get one turn.
         Wake::After(duration) | Wake::JumpAfter(duration) if duration.is_zero() => yield_now().await,
+        Wake::JumpAfter(duration) if fine => pause(duration).await,
         Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
     }
 }

@@ -184,11 +184,15 @@ impl Wired {
                 .drivers
                 .first()
                 .and_then(|driver| driver.edge.clock.gap_check_interval());
+            let fine = self
+                .drivers
+                .first()
+                .is_some_and(|driver| driver.edge.clock.needs_fine_timer());
             let step = tokio::select! {
                 biased;
                 () = &mut stop => return,
                 step = unconstrained(poll_fn(|context| self.poll_step(context))) => step,
-                () = sleep(wake) => Step::Tick,
+                () = sleep(wake, fine) => Step::Tick,
                 () = clock_check(beats) => Step::ClockCheck,
             };
             self.hold();

@@ -1,5 +1,6 @@
 //! Options of the links: port numbers, second connections, dialling.
 
+use crate::clock::AUTO_GRACE;
 use crate::store::backing::WhenFull;
 use std::time::Duration;
 
@@ -29,6 +30,8 @@ pub struct LinkOptions {
     pub second: SecondConnection,
     /// `channel.redial`: pause between two attempts of a client channel (ETH-05).
     pub redial: Duration,
+    /// `auto.silence`: how long hosts must be silent before `--time auto` jumps.
+    pub silence: Duration,
     /// `drive.when_full`: what happens to a change that the backing directory does not take.
     pub when_full: WhenFull,
 }
@@ -38,6 +41,7 @@ impl Default for LinkOptions {
         LinkOptions {
             second: SecondConnection::default(),
             redial: Duration::from_secs(2),
+            silence: AUTO_GRACE,
             when_full: WhenFull::default(),
         }
     }

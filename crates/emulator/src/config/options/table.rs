@@ -20,6 +20,8 @@ use ts3100_proto::words::split_duration;
 
 /// Largest RAM drive in bytes: the largest number of files, each of the largest size.
 const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
+/// Shortest silence before automatic time jumps: an answer on the loopback takes about as long.
+const SHORTEST_SILENCE: Duration = Duration::from_micros(50);
 /// Shortest pause between two attempts to dial, so that dialling does not use up the CPU.
 const SHORTEST_REDIAL: Duration = Duration::from_millis(10);
 
@@ -40,6 +42,15 @@ const fn row(
 
 /// Every option, in alphabetical order: key, values, defaults in the dialects `field` and `manual`, and setter.
 pub static OPTIONS: &[OptionRow] = &[
+    row(
+        "auto.silence",
+        Values::Duration {
+            least: "0.05ms",
+            example: "1ms",
+        },
+        ["1ms", "1ms"],
+        |_, l, v| v.duration_from(&mut l.silence, SHORTEST_SILENCE),
+    ),
     row(
         "channel.no_peer",
         Values::Words(&["alarm", "silent"]),

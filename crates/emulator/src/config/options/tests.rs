@@ -43,9 +43,11 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
     let LinkOptions {
         second,
         redial,
+        silence,
         when_full,
     } = links;
     vec![
+        ("auto.silence", format!("{silence:?}")),
         ("channel.no_peer", format!("{no_peer:?}")),
         ("channel.redial", format!("{redial:?}")),
         ("channel.second", format!("{second:?}")),
@@ -81,7 +83,8 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 31] = [
+const OTHERS: [(&str, &str); 32] = [
+    ("auto.silence", "0.1ms"),
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -235,6 +238,7 @@ fn numbers_keep_to_their_range() {
             &["0s", "3600s"],
             &["3601s", "-0.1s", "nanms", "1e400s"],
         ),
+        ("auto.silence", &["0.05ms", "20ms"], &["0.04ms", "3601s", "50us"]),
         (
             "channel.redial",
             &["10ms", "3600s"],
