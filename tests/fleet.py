@@ -119,7 +119,9 @@ def sleeping_robots(binary):
             equal("the first connection starts its robot", STATUS, status_of(host))
             channels = fleet.call("/robots/robot-200/state")["channels"]
             equal("its IP1 has its peer", ["IP0", "IP1"], [c["port"] for c in channels if c.get("peer")])
-        equal("and no other", ["robot-200"], fleet.started())
+        with urllib.request.urlopen(fleet.control + "/robots/robot-9/", timeout=LIMIT) as page:
+            true("its page is there before it", b"<title>" in page.read())
+        equal("and starts no other", ["robot-200"], fleet.started())
         fleet.call("/robots/robot-7/servo", {"on": True})
         equal("a call starts its robot", ["robot-7", "robot-200"], fleet.started())
         with fleet.dial("robot-7") as host:

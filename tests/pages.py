@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Opens the pages of the control interface in Chromium (apt-get install chromium): the control page shows the state of a
-robot, and /docs every call of the OpenAPI document.
+robot, /docs every call of the OpenAPI document, and several robots have a page each.
 
     python3 tests/pages.py --serve target/release/ts3100
     python3 tests/pages.py --serve target/release/ts3100 --picture docs/images/control-page.png
@@ -74,7 +74,29 @@ def main():
     finally:
         robot.terminate()
         robot.wait(10)
-    print("the control page shows the robot, /docs all %d calls" % len(calls))
+    pages_of_several(binary)
+    print("the control page shows the robot, /docs all %d calls; several robots have a page each" % len(calls))
+
+
+def pages_of_several(binary):
+    """The list of the robots of a process, and the page and the calls of one of them."""
+    robots = subprocess.Popen([binary, "serve", "--robots", "3", "--ports", "auto", "--ready-json"],
+                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    try:
+        ready = json.loads(robots.stdout.readline())
+        control, ip0 = ready["control"], "127.0.0.1:%d" % ready["robots"]["robot-2"]["ports"]["ip0"]
+        subprocess.run([binary, "host", ip0, "sl", "DEMO"], check=True, stdout=subprocess.DEVNULL, timeout=LIMIT)
+        with tempfile.TemporaryDirectory(prefix="ts3100-pages-") as directory:
+            for path, words in (("/", ("3 robots, 3 started", "robot-2 " + ip0)),
+                                ("/robots/robot-2/", ("DEMO", "connected")),
+                                ("/robots/robot-3/", ("file none",)),
+                                ("/robots/robot-2/docs", ("/emergency-stop",))):
+                shown = text_of(chromium(directory, control + path, "--dump-dom"))
+                for word in words:
+                    expect(word in shown, "%r in %r" % (word, shown[:400]), path)
+    finally:
+        robots.terminate()
+        robots.wait(10)
 
 
 if __name__ == "__main__":

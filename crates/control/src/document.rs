@@ -9,7 +9,7 @@ use utoipa::openapi::example::ExampleBuilder;
 use utoipa::openapi::path::{Operation, ParameterBuilder, PathItem, Paths};
 use utoipa::openapi::schema::{AdditionalProperties, Schema};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
-use utoipa::openapi::server::{Server, ServerBuilder};
+use utoipa::openapi::server::{Server, ServerBuilder, ServerVariableBuilder};
 use utoipa::openapi::{Components, Content, Info, License, OpenApi, RefOr, Tag};
 
 /// The recorded session.
@@ -107,7 +107,16 @@ fn servers() -> Vec<Server> {
         .url(format!("http://127.0.0.1:{}", super::DEFAULT_PORT))
         .description(Some("The default of ts3100 serve"))
         .build();
-    vec![served, default]
+    let name = ServerVariableBuilder::new()
+        .default_value("robot-1")
+        .description(Some("The name of the robot"))
+        .build();
+    let robot = ServerBuilder::new()
+        .url("/robots/{robot}")
+        .description(Some("One of several robots in one process"))
+        .parameter("robot", name)
+        .build();
+    vec![served, default, robot]
 }
 
 /// With a token, every call needs it; otherwise none does, and one is ignored.

@@ -22,9 +22,6 @@ use std::sync::Arc;
 const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 /// Reveals a page of another site even without `Origin`: browsers omit that for images, forms and scripts.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
-/// The pages ask for the token themselves and show nothing without it.
-const OPEN_PATHS: [&str; 2] = ["/", "/docs"];
-
 /// What a request must present to be served.
 #[derive(Debug, Clone, Default)]
 pub struct Guard {
@@ -57,7 +54,7 @@ impl Guard {
         check_origin(headers, &authority)?;
         let path = request.uri().path();
         let own = robots::own_path(path).map_or(path, |(_, own)| own);
-        if !OPEN_PATHS.contains(&own) {
+        if !robots::is_page(own) {
             self.check_token(headers)?;
         }
         check_content_type(request.method(), headers)

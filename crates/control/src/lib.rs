@@ -46,14 +46,14 @@ pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
-use axum::Router;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use axum::response::IntoResponse;
 use axum::routing::get;
+use axum::{Extension, Router};
 use guard::Guard;
 pub use handle::DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
-use robots::{Robots, Scope};
+use robots::{OfRobot, Robots};
 use route_table::RouteTable;
 use std::io;
 use std::net::SocketAddr;
@@ -173,11 +173,8 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .layer(axum::middleware::map_response(with_security_headers))
 }
 
-async fn front_page(scope: Scope) -> impl IntoResponse {
-    page(match scope {
-        Scope::One(_) => PAGE,
-        Scope::All(_) => ROBOTS_PAGE,
-    })
+async fn front_page(one: Option<Extension<OfRobot>>) -> impl IntoResponse {
+    page(if one.is_some() { PAGE } else { ROBOTS_PAGE })
 }
 
 fn page(content: &'static str) -> impl IntoResponse {

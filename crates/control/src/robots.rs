@@ -189,13 +189,26 @@ pub async fn find(State(robots): State<Arc<dyn Robots>>, mut request: Request, n
         found = Some(name);
     }
     if let Some(name) = found {
-        match start(robots.as_ref(), &name) {
-            Ok(handle) => drop(request.extensions_mut().insert(handle)),
-            Err(problem) => return problem.into_response(),
+        // A page is served to everybody, and starts nothing.
+        if !is_page(request.uri().path()) {
+            match start(robots.as_ref(), &name) {
+                Ok(handle) => drop(request.extensions_mut().insert(handle)),
+                Err(problem) => return problem.into_response(),
+            }
         }
+        request.extensions_mut().insert(OfRobot);
     }
     request.extensions_mut().insert(robots);
     next.run(request).await
+}
+
+/// A call that says for which robot it is, or that needs not.
+#[derive(Clone, Copy)]
+pub struct OfRobot;
+
+/// The pages ask for the token themselves and show nothing without it.
+pub fn is_page(path: &str) -> bool {
+    ["/", "/docs"].contains(&path)
 }
 
 /// The name of a robot and the path of its own that a path leads to.
