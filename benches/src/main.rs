@@ -4,7 +4,9 @@
 
 mod contender;
 mod control;
+mod fleet;
 mod requests;
+mod server;
 mod shift;
 mod table;
 mod whole;
@@ -19,32 +21,38 @@ const LOOPS: [&str; 5] = ["count", "reals", "arrays", "calls", "jumps"];
 const ROUNDS: usize = 9;
 
 fn main() -> ExitCode {
-    let (mut check, mut rounds, mut only_shift) = (false, ROUNDS, false);
+    let (mut check, mut rounds, mut only) = (false, ROUNDS, None);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut count = || arguments.next().and_then(|count| count.parse().ok());
         match argument.as_str() {
             "--check" => check = true,
-            "--shift" => only_shift = true,
+            "--shift" => only = Some(Only::Shift),
+            "--fleet" => only = Some(Only::Fleet),
             // cargo bench passes it.
             "--bench" => {}
             control::BARE => {
                 return control::bare_listener().map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
-            requests::ECHO => {
+            server::ECHO => {
                 let Some(length) = count() else {
                     return failed("--echo: expected the length of a reply");
                 };
-                return requests::echo(length).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
+                return server::echo(length).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
             "--rounds" => match count().filter(|count| *count > 0) {
                 Some(count) => rounds = count,
                 None => return failed("--rounds: expected a number from 1 up"),
             },
-            other => return failed(&format!("expected --check, --shift or --rounds N, found {other}")),
+            other => {
+                return failed(&format!(
+                    "expected --check, --shift, --fleet or --rounds N, found {other}"
+                ));
+            }
         }
     }
-    match run(check, rounds, only_shift) {
+    pin();
+    match run(check, rounds, only) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(message) => failed(&message),
@@ -56,13 +64,40 @@ fn failed(message: &str) -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// Everything, or only the shift; `false` when a check was missed.
-fn run(check: bool, rounds: usize, only_shift: bool) -> Result<bool, String> {
+/// A part that runs alone.
+#[derive(Clone, Copy)]
+enum Only {
+    Shift,
+    Fleet,
+}
+
+/// Keeps this program and its children on one core: the cores of a busy machine differ by more than the margins.
+fn pin() {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+        // A system that does not allow it has no fewer figures, only more noise in them.
+        let Ok(allowed) = sched_getaffinity(None) else {
+            return;
+        };
+        let mut one = CpuSet::new();
+        if let Some(last) = (0..CpuSet::MAX_CPU).rev().find(|core| allowed.is_set(*core)) {
+            one.set(last);
+            let _refused = sched_setaffinity(None, &one);
+        }
+    }
+}
+
+/// Everything, or only a part; `false` when a check was missed.
+fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
     if cfg!(debug_assertions) {
         return Err("measure with --release".into());
     }
-    if only_shift {
-        let slow = shift::print(rounds)?;
+    if let Some(only) = only {
+        let slow = match only {
+            Only::Shift => shift::print(rounds)?,
+            Only::Fleet => fleet::print(rounds)?,
+        };
         tell(check, &slow);
         return Ok(!check || slow.is_empty());
     }
@@ -88,6 +123,7 @@ fn run(check: bool, rounds: usize, only_shift: bool) -> Result<bool, String> {
     whole::print(rounds)?;
     let mut slow = control::print(rounds)?;
     slow.extend(requests::print(rounds)?);
+    slow.extend(fleet::print(rounds)?);
     slow.extend(shift::print(rounds)?);
     tell(check, &slow);
     Ok(!check || missed.is_empty() && slow.is_empty())

@@ -1,37 +1,20 @@
 //! Processor time and delay of a request over TCP, beside an echo server of the same shape in the same run. Both are
 //! processes of their own; run it with `taskset -c N`, so that servers and client share one core.
 
+use crate::server::{ECHO, Exchange, Failure, Server};
 use crate::table::median;
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// Makes this program the echo server: the next word is the length of its replies.
-pub const ECHO: &str = "--echo";
 /// Exchanges in one go.
 const EXCHANGES: usize = 4_000;
 /// Exchanges before the first that is measured.
 const WARM_UP: usize = 500;
-/// Longest wait for an answer.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// End of every text.
-const ETX: u8 = 3;
 
-/// What a host sends.
-#[derive(Clone, Copy)]
-pub struct Exchange {
-    pub name: &'static str,
-    pub request: &'static [u8],
-    /// Sent after the reply; nothing answers it.
-    pub confirm: Option<&'static [u8]>,
-    /// Exchanges of the echo server that count as one of these.
-    pub echoes: f64,
-}
-
-const SU: Exchange = Exchange {
+pub const SU: Exchange = Exchange {
     name: "SU",
     request: b"\x02SU\r\x03",
     confirm: None,
@@ -52,171 +35,28 @@ struct Lap {
     p99: f64,
 }
 
-/// Answers each text with `length` bytes, in one task for each connection.
-pub fn echo(length: usize) -> Result<(), String> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-    runtime.map_err(|error| error.to_string())?.block_on(async {
-        let listener = tokio::net::TcpListener::bind(("127.0.0.1", 0)).await;
-        let listener = listener.map_err(|error| error.to_string())?;
-        let address = listener.local_addr().map_err(|error| error.to_string())?;
-        println!("{{\"port\":{}}}", address.port());
-        loop {
-            let (stream, _) = listener.accept().await.map_err(|error| error.to_string())?;
-            tokio::spawn(async move { drop(answer(&stream, length).await) });
-        }
+/// Many exchanges, one after the other.
+fn lap(server: &mut Server, exchange: Exchange) -> Result<Lap, Failure> {
+    for _ in 0..WARM_UP {
+        server.exchange(exchange)?;
+    }
+    let mut delays = Vec::with_capacity(EXCHANGES);
+    let before = server.processor()?;
+    for _ in 0..EXCHANGES {
+        let began = Instant::now();
+        server.exchange(exchange)?;
+        delays.push(began.elapsed().as_secs_f64() * 1e6);
+    }
+    let spent = server.processor()? - before;
+    delays.sort_by(f64::total_cmp);
+    let at = |share: usize| delays.get(EXCHANGES * share / 100).copied().unwrap_or(f64::NAN);
+    #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+    let processor = spent.as_secs_f64() * 1e6 / EXCHANGES as f64;
+    Ok(Lap {
+        processor,
+        p50: at(50),
+        p99: at(99),
     })
-}
-
-async fn answer(stream: &tokio::net::TcpStream, length: usize) -> std::io::Result<()> {
-    stream.set_nodelay(true)?;
-    let mut reply = vec![b'.'; length];
-    if let Some(last) = reply.last_mut() {
-        *last = ETX;
-    }
-    let mut buffer = [0; 4_096];
-    loop {
-        stream.readable().await?;
-        match stream.try_read(&mut buffer) {
-            Ok(0) => return Ok(()),
-            Ok(_) => {
-                // A socket that has room for the next reply: the client reads each before it asks again.
-                stream.try_write(&reply)?;
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error),
-        }
-    }
-}
-
-/// A server and a connection to it.
-pub struct Server {
-    child: Child,
-    /// Its first line.
-    ready: String,
-    streams: Vec<TcpStream>,
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        // Ending a process that has ended already is no loss.
-        drop(self.child.kill());
-        drop(self.child.wait());
-    }
-}
-
-impl Server {
-    pub fn start(
-        program: &Path,
-        words: &[&str],
-        key: &str,
-        connections: usize,
-    ) -> Result<Server, Box<dyn std::error::Error>> {
-        let mut command = Command::new(program);
-        command.args(words).stdin(Stdio::null()).stderr(Stdio::null());
-        let mut child = command.stdout(Stdio::piped()).spawn()?;
-        let mut line = String::new();
-        let stdout = child.stdout.take().ok_or("no standard output")?;
-        BufReader::new(stdout).read_line(&mut line)?;
-        let mut server = Server {
-            child,
-            ready: line.clone(),
-            streams: Vec::new(),
-        };
-        let (_, after) = line
-            .split_once(key)
-            .ok_or_else(|| format!("no {key} in {line:?}"))?;
-        let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
-        for _ in 0..connections {
-            let stream = TcpStream::connect(("127.0.0.1", digits.parse::<u16>()?))?;
-            stream.set_nodelay(true)?;
-            stream.set_read_timeout(Some(PATIENCE))?;
-            server.streams.push(stream);
-        }
-        Ok(server)
-    }
-
-    /// Processor time of all its threads.
-    pub fn processor(&self) -> Result<Duration, Box<dyn std::error::Error>> {
-        let mut nanoseconds = 0;
-        for task in fs::read_dir(format!("/proc/{}/task", self.child.id()))? {
-            let statistics = fs::read_to_string(task?.path().join("schedstat"))?;
-            let spent = statistics.split_whitespace().next().ok_or("no time")?;
-            nanoseconds += spent.parse::<u64>()?;
-        }
-        Ok(Duration::from_nanos(nanoseconds))
-    }
-
-    /// Resident memory in kilobytes.
-    fn memory(&self) -> Result<u64, Box<dyn std::error::Error>> {
-        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id()))?;
-        let mut lines = status.lines();
-        let line = lines
-            .find_map(|line| line.strip_prefix("VmRSS:"))
-            .ok_or("no VmRSS")?;
-        Ok(line.trim().trim_end_matches(" kB").parse()?)
-    }
-
-    pub fn exchange(&mut self, exchange: Exchange) -> Result<usize, Box<dyn std::error::Error>> {
-        let stream = self.streams.first_mut().ok_or("no connection")?;
-        let mut buffer = [0; 4_096];
-        stream.write_all(exchange.request)?;
-        let mut length = 0;
-        loop {
-            let count = stream.read(&mut buffer)?;
-            length += count;
-            match buffer.get(..count).and_then(<[u8]>::last) {
-                None => return Err("the server has closed".into()),
-                Some(&ETX) => break,
-                Some(_) => {}
-            }
-        }
-        if let Some(confirm) = exchange.confirm {
-            stream.write_all(confirm)?;
-            // On one core the server takes it now, by itself.
-            std::thread::yield_now();
-        }
-        Ok(length)
-    }
-
-    pub fn send(&mut self, text: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
-        let stream = self.streams.first_mut().ok_or("no connection")?;
-        Ok(stream.write_all(text)?)
-    }
-
-    /// Reads exactly this.
-    pub fn wait_for(&mut self, text: &[u8]) -> Result<(), Box<dyn std::error::Error>> {
-        let stream = self.streams.first_mut().ok_or("no connection")?;
-        let mut found = vec![0; text.len()];
-        stream.read_exact(&mut found)?;
-        if found == text {
-            Ok(())
-        } else {
-            Err(format!("expected {text:?}, found {found:?}").into())
-        }
-    }
-
-    fn lap(&mut self, exchange: Exchange) -> Result<Lap, Box<dyn std::error::Error>> {
-        for _ in 0..WARM_UP {
-            self.exchange(exchange)?;
-        }
-        let mut delays = Vec::with_capacity(EXCHANGES);
-        let before = self.processor()?;
-        for _ in 0..EXCHANGES {
-            let began = Instant::now();
-            self.exchange(exchange)?;
-            delays.push(began.elapsed().as_secs_f64() * 1e6);
-        }
-        let spent = self.processor()? - before;
-        delays.sort_by(f64::total_cmp);
-        let at = |share: usize| delays.get(EXCHANGES * share / 100).copied().unwrap_or(f64::NAN);
-        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
-        let processor = spent.as_secs_f64() * 1e6 / EXCHANGES as f64;
-        Ok(Lap {
-            processor,
-            p50: at(50),
-            p99: at(99),
-        })
-    }
 }
 
 /// A way to start the emulator, and the most that its requests may cost.
@@ -275,7 +115,7 @@ pub fn print(rounds: usize) -> Result<Vec<String>, String> {
     missed
 }
 
-fn measure(rounds: usize) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+fn measure(rounds: usize) -> Result<Vec<String>, Failure> {
     let own = std::env::current_exe()?;
     let binary = own.with_file_name("ts3100");
     let mut missed = Vec::new();
@@ -336,7 +176,7 @@ fn compare(
     own: &Path,
     exchange: Exchange,
     rounds: usize,
-) -> Result<(Figures, Figures), Box<dyn std::error::Error>> {
+) -> Result<(Figures, Figures), Failure> {
     let length = robot.exchange(exchange)?.to_string();
     let mut echo = Server::start(own, &[ECHO, &length], "\"port\":", 1)?;
     let alone = Exchange {
@@ -345,7 +185,7 @@ fn compare(
     };
     let mut laps: [Vec<Lap>; 2] = Default::default();
     for _ in 0..rounds {
-        let turn = [robot.lap(exchange)?, echo.lap(alone)?];
+        let turn = [lap(robot, exchange)?, lap(&mut echo, alone)?];
         for (laps, lap) in laps.iter_mut().zip(turn) {
             laps.push(lap);
         }
@@ -361,7 +201,7 @@ fn compare(
 struct Follower(Option<(TcpStream, std::thread::JoinHandle<()>)>);
 
 impl Follower {
-    fn start(robot: Option<&Server>) -> Result<Follower, Box<dyn std::error::Error>> {
+    fn start(robot: Option<&Server>) -> Result<Follower, Failure> {
         let Some(robot) = robot else {
             return Ok(Follower(None));
         };

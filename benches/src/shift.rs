@@ -3,7 +3,7 @@
 //! jumps. Over TCP most of the time is this waiting.
 
 use crate::contender::Contender;
-use crate::requests::{ECHO, Exchange, Server};
+use crate::server::{ECHO, Exchange, Server};
 use crate::table::median;
 use cpu_time::ProcessTime;
 use std::collections::BTreeMap;
