@@ -112,9 +112,11 @@ fn a_call_that_names_no_robot_is_told_how() {
 
 #[test]
 fn the_only_robot_of_a_process_has_a_name_too() {
-    let serve = Serve::start(&[]);
-    let named = answer(&serve, &["--robot", "robot-1", "key-switch"]);
-    assert_eq!(named, answer(&serve, &["key-switch"]));
+    for flags in [&[][..], &["--robots", "1"]] {
+        let serve = Serve::start(flags);
+        let named = answer(&serve, &["--robot", "robot-1", "key-switch"]);
+        assert_eq!(named, answer(&serve, &["key-switch"]));
+    }
 }
 
 #[test]

@@ -45,6 +45,8 @@ type Ended = Vec<(usize, Controller, u8)>;
 pub struct Fleet {
     config: FleetConfig,
     surroundings: Surroundings,
+    /// The name of the only robot.
+    only: Option<String>,
     /// Why one could not start is remembered: it would be the same the next time.
     slots: Vec<OnceLock<Result<Running, CannotStart>>>,
     tasks: Mutex<Vec<JoinHandle<anyhow::Result<Ended>>>>,
@@ -89,6 +91,7 @@ impl Fleet {
             tasks: Mutex::default(),
             wires: OnceLock::new(),
             stop: watch::Sender::new(false),
+            only: (count == 1).then(|| config.name(0)),
             config,
         });
         fleet.start_wired()?;
@@ -287,7 +290,7 @@ impl Robots for Fleet {
     }
 
     fn only(&self) -> Option<&str> {
-        None
+        self.only.as_deref()
     }
 
     fn info(&self, name: &str) -> Option<RobotInfo> {
