@@ -9,6 +9,7 @@ mod requests;
 mod server;
 mod shift;
 mod table;
+mod transfers;
 mod whole;
 
 use contender::Contender;
@@ -29,6 +30,7 @@ fn main() -> ExitCode {
             "--check" => check = true,
             "--shift" => only = Some(Only::Shift),
             "--fleet" => only = Some(Only::Fleet),
+            "--transfers" => only = Some(Only::Transfers),
             // cargo bench passes it.
             "--bench" => {}
             control::BARE => {
@@ -40,13 +42,23 @@ fn main() -> ExitCode {
                 };
                 return server::echo(length).map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
+            transfers::TERMINAL | transfers::TALK => {
+                let Some(number) = count() else {
+                    return failed("expected a number");
+                };
+                let served = match argument.as_str() {
+                    transfers::TALK => transfers::talk(number),
+                    _ => transfers::terminal_echo(number),
+                };
+                return served.map_or_else(|error| failed(&error.to_string()), |()| ExitCode::SUCCESS);
+            }
             "--rounds" => match count().filter(|count| *count > 0) {
                 Some(count) => rounds = count,
                 None => return failed("--rounds: expected a number from 1 up"),
             },
             other => {
                 return failed(&format!(
-                    "expected --check, --shift, --fleet or --rounds N, found {other}"
+                    "expected --check, --shift, --fleet, --transfers or --rounds N, found {other}"
                 ));
             }
         }
@@ -69,6 +81,7 @@ fn failed(message: &str) -> ExitCode {
 enum Only {
     Shift,
     Fleet,
+    Transfers,
 }
 
 /// Keeps this program and its children on one core: the cores of a busy machine differ by more than the margins.
@@ -97,6 +110,7 @@ fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
         let slow = match only {
             Only::Shift => shift::print(rounds)?,
             Only::Fleet => fleet::print(rounds)?,
+            Only::Transfers => transfers::print(rounds)?,
         };
         tell(check, &slow);
         return Ok(!check || slow.is_empty());
@@ -123,6 +137,7 @@ fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
     whole::print(rounds)?;
     let mut slow = control::print(rounds)?;
     slow.extend(requests::print(rounds)?);
+    slow.extend(transfers::print(rounds)?);
     slow.extend(fleet::print(rounds)?);
     slow.extend(shift::print(rounds)?);
     tell(check, &slow);

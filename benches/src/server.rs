@@ -16,7 +16,7 @@ pub const ECHO: &str = "--echo";
 /// Longest wait for an answer.
 pub const PATIENCE: Duration = Duration::from_secs(10);
 /// End of every text.
-const ETX: u8 = 3;
+pub const ETX: u8 = 3;
 
 /// What a host sends.
 #[derive(Clone, Copy)]
@@ -167,6 +167,11 @@ impl Server {
         Ok(began.elapsed())
     }
 
+    /// Its first connection, to be used beside it.
+    pub fn connection(&mut self) -> Result<TcpStream, Failure> {
+        self.streams.pop().ok_or_else(|| "no connection".into())
+    }
+
     pub fn exchange(&mut self, exchange: Exchange) -> Result<usize, Failure> {
         ask(self.streams.first_mut().ok_or("no connection")?, exchange)
     }
@@ -203,7 +208,7 @@ fn leading_number(text: &str) -> Result<u16, Failure> {
 }
 
 /// One exchange; the length of its reply.
-pub fn ask(stream: &mut TcpStream, exchange: Exchange) -> Result<usize, Failure> {
+pub fn ask(stream: &mut (impl Read + Write), exchange: Exchange) -> Result<usize, Failure> {
     stream.write_all(exchange.request)?;
     let length = read_text(stream)?;
     if let Some(confirm) = exchange.confirm {
