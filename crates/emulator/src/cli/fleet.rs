@@ -198,6 +198,8 @@ impl Fleet {
 
     /// Opens the ports of a robot.
     fn launch(&self, index: usize) -> anyhow::Result<(Launched, Ending, Running)> {
+        let span = self.span(index);
+        let _named = span.enter();
         let (args, settings) = self.config.settings(index)?;
         Ending::check(&args, &settings)?;
         let mut launched = Launched::open(&settings, &self.surroundings)?;
