@@ -329,7 +329,7 @@ fn terminal(own: &Path, binary: &Path, folder: &Path, rounds: usize) -> Result<R
             &mut (&echo, &mut || ask(&mut bare, SU).map(drop)),
         )?,
         bytes: None,
-        most: [2.6, 1.5],
+        most: [3.5, 2.0],
     })
 }
 
