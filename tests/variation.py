@@ -17,7 +17,7 @@ sys.path.insert(0, HERE)
 from wire import ADVISED_PAUSE, Emulator, Failed, ok  # noqa: E402
 
 # rough_weather looks at times, which are what varies. scara_client is a program of the field that takes five bytes of
-# one receive for OK: it leans on luck, and is run to show it.
+# one receive for OK: it relies on what the manual does not guarantee, and is run to show it.
 HOSTS = [("whole_job.py",), ("hosts/pick_dialogue.py",), ("hosts/library_client.py", "--short"),
          ("hosts/production.py", "--cycles", "20", "--hours", "0.05")]
 LUCKY = ("hosts/scara_client.py",)

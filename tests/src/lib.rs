@@ -42,7 +42,7 @@ pub struct Robot {
     pub outputs: Vec<Output>,
     /// After everything that happens it is written down and read back.
     round_trips: round_trip::RoundTrips,
-    /// What the host did that it had better not.
+    /// The protocol mistakes of the host.
     pub findings: Findings,
 }
 

@@ -193,7 +193,7 @@ impl Play {
             line: 0,
             time: at.since(begun),
             verdict: Verdict::Failed(format!(
-                "more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps bring each other about"
+                "more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly"
             )),
         });
         let mut entries: Vec<Entry> = expectations.chain(steps).chain(runaway).collect();

@@ -427,7 +427,7 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     let outcome = step.play.outcome(step.cell.controller.now());
     let failures: Vec<String> = outcome.failures().collect();
     assert!(
-        failures.len() == 1 && failures[0].contains("bring each other about"),
+        failures.len() == 1 && failures[0].contains("trigger each other endlessly"),
         "{failures:?}"
     );
 }
