@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
+use ts3100_controller::port::Port;
 
 /// Most series of one family; the rest is counted as [`OTHER`]. Hosts can send arbitrary commands, so labels must be
 /// bounded.
@@ -92,9 +93,24 @@ const DESCRIPTIONS: [Description; FAMILIES] = [
 /// Values of the labels of a series, empty where its family has fewer. Most are names that the program knows.
 type Labels = [Cow<'static, str>; 3];
 
+/// Directions on a port, as labels.
+const DIRECTIONS: [&str; 2] = ["in", "out"];
+const IN: usize = 0;
+const OUT: usize = 1;
+
+/// What every text counts, without looking anything up.
+#[derive(Debug, Clone, Copy, Default)]
+struct PortCounters {
+    /// By direction.
+    bytes: [u64; 2],
+    texts: [u64; 2],
+}
+
 /// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
+    /// In the order of [`Port::ALL`]. The series of [`Family::Bytes`] and [`Family::Texts`] are made of them.
+    ports: [PortCounters; Port::ALL.len()],
     /// The series of each family.
     counters: [BTreeMap<Labels, u64>; FAMILIES],
 }
@@ -111,6 +127,28 @@ pub struct Gauge {
 }
 
 impl Metrics {
+    fn port(&mut self, port: Port) -> &mut PortCounters {
+        &mut self.ports[port as usize]
+    }
+
+    /// The series of a family, in the order of their labels.
+    fn series(&self, family: usize) -> BTreeMap<Labels, u64> {
+        let of_port: fn(&PortCounters) -> [u64; 2] = match family {
+            _ if family == Family::Bytes as usize => |counters| counters.bytes,
+            _ if family == Family::Texts as usize => |counters| counters.texts,
+            _ => return self.counters.get(family).cloned().unwrap_or_default(),
+        };
+        let mut series = BTreeMap::new();
+        for (port, counters) in Port::ALL.into_iter().zip(&self.ports) {
+            for (direction, count) in DIRECTIONS.into_iter().zip(of_port(counters)) {
+                if count > 0 {
+                    series.insert([port.name().into(), direction.into(), Cow::default()], count);
+                }
+            }
+        }
+        series
+    }
+
     fn count<const N: usize>(&mut self, family: Family, labels: [&'static str; N], by: usize) {
         let mut key = Labels::default();
         for (value, label) in key.iter_mut().zip(labels) {
@@ -141,7 +179,7 @@ impl Metrics {
     /// Counts an input of the controller.
     pub fn count_input(&mut self, input: &Input) {
         if let Input::Received { port, bytes } = input {
-            self.count(Family::Bytes, [port.name(), "in"], bytes.len());
+            self.port(*port).bytes[IN] += bytes.len() as u64;
         } else if let Input::Connected { port, .. } = input {
             self.count(Family::Connections, [port.name()], 1);
         }
@@ -150,7 +188,7 @@ impl Metrics {
     /// Counts an output of the controller.
     pub fn count_output(&mut self, output: &Output) {
         if let Output::Send { port, bytes } = output {
-            self.count(Family::Bytes, [port.name(), "out"], bytes.len());
+            self.port(*port).bytes[OUT] += bytes.len() as u64;
         } else if let Output::Event(event) = output {
             self.count_event(event);
         }
@@ -158,8 +196,8 @@ impl Metrics {
 
     fn count_event(&mut self, event: &Event) {
         match event {
-            Event::TextIn { port, .. } => self.count(Family::Texts, [port.name(), "in"], 1),
-            Event::TextOut { port, .. } => self.count(Family::Texts, [port.name(), "out"], 1),
+            Event::TextIn { port, .. } => self.port(*port).texts[IN] += 1,
+            Event::TextOut { port, .. } => self.port(*port).texts[OUT] += 1,
             Event::Dropped { port, bytes, .. } => self.count(Family::Dropped, [port.name()], *bytes),
             Event::Answered {
                 port, row, verdict, ..
@@ -221,8 +259,8 @@ pub fn to_prometheus(samples: &[Sample]) -> String {
     for (index, family) in DESCRIPTIONS.iter().enumerate() {
         write_header(&mut text, family.name, family.help, "counter");
         for sample in samples {
-            for (labels, value) in sample.counters.counters.get(index).into_iter().flatten() {
-                let labels = sample.labels(family.labels.iter().copied().zip(labels));
+            for (labels, value) in sample.counters.series(index) {
+                let labels = sample.labels(family.labels.iter().copied().zip(&labels));
                 // Writing to a String cannot fail.
                 let _ = writeln!(text, "{}{labels} {value}", family.name);
             }
@@ -255,7 +293,6 @@ fn escape_label(value: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::port::Port;
 
     #[test]
     fn what_hosts_make_up_does_not_grow_without_end() {
