@@ -166,6 +166,29 @@ fn the_cell_is_saved_and_restored_as_a_whole() {
 }
 
 #[test]
+fn each_robot_has_a_seed_of_its_own() {
+    let directory = TempDir::new("fleet");
+    let path = directory.path().join("{robot}.txt").to_str().unwrap().to_owned();
+    let serve = Serve::start(&[
+        "--robots",
+        "3",
+        "--vary",
+        "7",
+        "--fault-seed",
+        "20",
+        "--transcript",
+        &path,
+    ]);
+    expect_code(&serve.signal("TERM"), 0);
+    for (robot, vary, faults) in [("robot-1", 7, 20), ("robot-3", 9, 22)] {
+        let text = std::fs::read_to_string(directory.path().join(format!("{robot}.txt"))).unwrap();
+        for flag in [format!("vary={vary}"), format!("fault-seed={faults}")] {
+            assert!(text.contains(&flag), "{robot}: {flag}\n{text}");
+        }
+    }
+}
+
+#[test]
 fn metrics_have_the_robot_as_a_label() {
     let serve = Serve::start(&["--robots", "2"]);
     host(&serve, "robot-2", &["su"]);

@@ -155,6 +155,12 @@ impl FleetConfig {
                 args.listen = Some(address_after(args.listen.unwrap_or(Settings::LISTEN), number));
             }
         }
+        if self.tables.is_empty() && args.restore.is_none() {
+            // Otherwise all robots would have the same luck.
+            let number = index as u64;
+            args.fault_seed = Some(args.fault_seed.unwrap_or(0).wrapping_add(number));
+            args.vary = args.vary.map(|seed| seed.after(number));
+        }
         // The process has one control interface, wherever that is.
         args.control = args.control.filter(|choice| *choice == ControlChoice::Off);
         args.control = args

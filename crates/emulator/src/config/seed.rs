@@ -22,6 +22,16 @@ pub enum Seed {
 }
 
 impl Seed {
+    /// The seed so many after this one.
+    #[must_use]
+    pub fn after(self, number: u64) -> Seed {
+        match self {
+            Seed::Off => Seed::Off,
+            Seed::Number(seed) => Seed::Number(seed.wrapping_add(number)),
+            Seed::Drawn(seed) => Seed::Drawn(seed.wrapping_add(number)),
+        }
+    }
+
     /// The seed; `None` if nothing varies.
     #[must_use]
     pub fn number(self) -> Option<u64> {
