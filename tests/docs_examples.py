@@ -86,22 +86,26 @@ def environment(binary):
 
 
 def shell(text, surroundings, directory, strict=True):
-    """Runs a block; what it printed. Whatever it has started in the background ends with it."""
-    process = subprocess.Popen(["bash", "-euo" if strict else "-uo", "pipefail", "-c", text], cwd=directory, env=surroundings,
-                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               start_new_session=True)
-    try:
-        printed, _ = process.communicate(timeout=LIMIT)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        printed, _ = process.communicate()
-        raise Failed("not ended within %d s; it printed\n%s" % (LIMIT, printed.decode(errors="replace")))
-    finally:
+    """Runs a block; what it printed until its end. Whatever it has started in the background ends with it."""
+    # A file, since a pipe has no end before the last process in the background has ended.
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(["bash", "-euo" if strict else "-uo", "pipefail", "-c", text], cwd=directory,
+                                   env=surroundings, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                                   start_new_session=True)
+        try:
+            process.wait(LIMIT)
+        except subprocess.TimeoutExpired:
+            pass
+        ended_in_time = process.poll() is not None
         try:
             os.killpg(process.pid, signal.SIGKILL)
         except ProcessLookupError:
             pass
-    printed = printed.decode(errors="replace")
+        process.wait()
+        output.seek(0)
+        printed = output.read().decode(errors="replace")
+    if not ended_in_time:
+        raise Failed("not ended within %d s; it printed\n%s" % (LIMIT, printed))
     if process.returncode != 0:
         raise Failed("exit code %d; it printed\n%s" % (process.returncode, printed))
     return printed

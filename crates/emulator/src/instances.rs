@@ -12,7 +12,6 @@ use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
 use std::process;
-use std::thread::{self, JoinHandle};
 use tracing::debug;
 use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
@@ -71,16 +70,14 @@ impl Instance {
         }
     }
 
-    /// Writes the state file in a thread, since a robot that is ready need not wait for the file system. Without one
-    /// everything else works, so an error is only logged.
+    /// Writes the state file, before anything says that the robot is ready: whoever reads that may look for the file.
+    /// Without one everything else works, so an error is only logged.
     #[must_use]
-    pub fn announce(self) -> Announced {
-        Announced(Some(thread::spawn(move || {
-            let written = directory(true).and_then(|directory| self.write(&directory));
-            written
-                .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
-                .ok()
-        })))
+    pub fn announce(&self) -> Option<StateFile> {
+        let written = directory(true).and_then(|directory| self.write(&directory));
+        written
+            .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
+            .ok()
     }
 
     fn write(&self, directory: &Path) -> io::Result<StateFile> {
@@ -108,16 +105,6 @@ impl Instance {
         ports
             .find(|(_, address)| addresses.contains(address))
             .map(|(name, _)| name.as_str())
-    }
-}
-
-/// A state file that is being written or has been; removed when it is dropped.
-#[derive(Debug)]
-pub struct Announced(Option<JoinHandle<Option<StateFile>>>);
-
-impl Drop for Announced {
-    fn drop(&mut self) {
-        drop(self.0.take().map(JoinHandle::join));
     }
 }
 
