@@ -5,7 +5,7 @@
 use super::body::{Json, NoBody, Path};
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
@@ -13,7 +13,6 @@ use ts3100_controller::input::PanelAction;
 use ts3100_driver::driver::request::View;
 use ts3100_recording::book;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Longest detail of an alarm in characters.
 const MAX_DETAIL: usize = 200;

@@ -7,14 +7,13 @@ use super::body::{Json, NoBody, Path, parse_hex};
 use super::event::hex;
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_driver::driver::request::{LinkAction, Request, View};
 use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -10,7 +10,7 @@ use super::event::seconds;
 use super::handle::{Answer, Handle};
 use super::lines::require_line;
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::http::StatusCode;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -22,7 +22,6 @@ use ts3100_driver::clock::{MAX_SCALE, TimeMode};
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Longest wall-clock time a call may wait.
 pub const MAX_WALL: Duration = Duration::from_secs(600);

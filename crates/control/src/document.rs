@@ -1,8 +1,15 @@
-//! The OpenAPI document: adds to the description of the calls what no handler knows: servers, security, examples.
+//! Makes the OpenAPI document: adds to the description of the calls what no handler knows: the refusals that all share,
+//! servers, security, examples.
 //!
 //! The calls and their schemas come from `route_table`. The examples are a recorded session, `assets/examples.json`;
-//! a test replays it, and `tests/openapi.py` records it again.
+//! a test replays it, and `tests/openapi.py` records it again. The result is `assets/openapi.json`, which the binary
+//! carries; after a change of the calls this writes it again:
+//!
+//! ```sh
+//! cargo test -p ts3100-control -- --ignored bless_openapi
+//! ```
 
+use super::problem::Problem;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use utoipa::openapi::example::ExampleBuilder;
@@ -10,7 +17,9 @@ use utoipa::openapi::path::{Operation, ParameterBuilder, PathItem, Paths};
 use utoipa::openapi::schema::{AdditionalProperties, Schema};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::server::{Server, ServerBuilder, ServerVariableBuilder};
-use utoipa::openapi::{Components, Content, Info, License, OpenApi, RefOr, Tag};
+use utoipa::openapi::{Components, Content, Info, License, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
+use utoipa::{PartialSchema as _, ToSchema as _};
+use utoipa_axum::router::UtoipaMethodRouter;
 
 /// The recorded session.
 const EXAMPLES: &str = include_str!("../assets/examples.json");
@@ -40,8 +49,50 @@ struct RecordedCall {
     response: Option<Value>,
 }
 
-/// Makes the document of the calls.
-pub fn build(
+/// What the resources say of their calls.
+pub struct DocumentParts {
+    paths: Paths,
+    schemas: Vec<(String, RefOr<Schema>)>,
+    tags: Vec<Tag>,
+}
+
+impl DocumentParts {
+    /// Empty.
+    pub fn new() -> DocumentParts {
+        DocumentParts {
+            paths: Paths::new(),
+            schemas: vec![(Problem::name().into_owned(), Problem::schema())],
+            tags: Vec::new(),
+        }
+    }
+
+    /// The calls added from now on belong together.
+    pub fn group(&mut self, name: &str, description: &str) {
+        let mut tag = Tag::new(name);
+        tag.description = Some(description.to_owned());
+        self.tags.push(tag);
+    }
+
+    /// Adds the calls of one path.
+    pub fn add(&mut self, (schemas, mut paths, _): UtoipaMethodRouter) {
+        self.schemas.extend(schemas);
+        let tag = self.tags.last().map(|tag| vec![tag.name.clone()]);
+        for item in paths.paths.values_mut() {
+            for (method, operation) in operations(item) {
+                operation.tags.clone_from(&tag);
+                add_error_responses(operation, method != "GET");
+            }
+        }
+        self.paths.merge(paths);
+    }
+
+    /// The document.
+    pub fn build(self, needs_token: bool) -> OpenApi {
+        build(self.paths, self.schemas, self.tags, needs_token)
+    }
+}
+
+fn build(
     mut paths: Paths,
     schemas: Vec<(String, RefOr<Schema>)>,
     tags: Vec<Tag>,
@@ -85,7 +136,7 @@ pub fn build(
 }
 
 /// The calls of a path with their methods.
-pub fn operations(item: &mut PathItem) -> impl Iterator<Item = (&'static str, &mut Operation)> {
+fn operations(item: &mut PathItem) -> impl Iterator<Item = (&'static str, &mut Operation)> {
     let PathItem {
         get,
         put,
@@ -203,4 +254,72 @@ fn add_value(content: &mut RefOr<Content>, example: &RecordedCall, value: &Value
     let name = example.name.as_deref().unwrap_or("example");
     let value = ExampleBuilder::new().value(Some(value.clone())).build();
     content.examples.insert(name.to_owned(), value.into());
+}
+
+/// Adds the refusals that every call shares.
+fn add_error_responses(operation: &mut Operation, changes: bool) {
+    let mut refusals = vec![
+        ("400", "The path, the query or the body is malformed."),
+        ("401", "The token is missing or wrong."),
+        (
+            "403",
+            "The header `Host`, `Origin` or `Sec-Fetch-Site` is that of a foreign web page.",
+        ),
+        ("404", "There is no such path, line, variable, file or alarm."),
+        ("405", "The path does not have this method."),
+        ("503", "The emulator is ending, or 32 event streams are open."),
+    ];
+    if changes {
+        refusals.extend([
+            (
+                "408",
+                "The body did not arrive in time, or a wait took longer than `wall` allows.",
+            ),
+            (
+                "409",
+                "The state of the controller forbids it, or the value does not fit.",
+            ),
+            ("413", "The body is too large."),
+            ("415", "The header `Content-Type` is not `application/json`."),
+            ("422", "The body is JSON, but does not match its schema."),
+            (
+                "507",
+                "The directory of `--drive` did not accept the change of a file.",
+            ),
+        ]);
+    }
+    for (status, description) in refusals {
+        let content = Content::new(Some(Ref::from_schema_name(Problem::name())));
+        let response = ResponseBuilder::new()
+            .description(description)
+            .content("application/json", content)
+            .build();
+        operation
+            .responses
+            .responses
+            .entry(status.to_owned())
+            .or_insert(response.into());
+    }
+}
+
+#[test]
+fn the_binary_carries_the_document_of_its_calls() {
+    let written = |needs_token| to_text(super::route_table().into_document(needs_token));
+    for needs_token in [false, true] {
+        let found = super::open_api_text(needs_token);
+        let stale = "assets/openapi.json is stale; write it with -- --ignored bless_openapi";
+        assert!(found == written(needs_token), "{stale}");
+    }
+}
+
+#[test]
+#[ignore = "writes assets/openapi.json"]
+fn bless_openapi() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/openapi.json");
+    std::fs::write(path, to_text(super::route_table().into_document(false))).unwrap();
+}
+
+fn to_text(document: OpenApi) -> String {
+    let value = serde_json::to_value(document).unwrap();
+    serde_json::to_string_pretty(&value).unwrap() + "\n"
 }

@@ -9,7 +9,7 @@ use super::handle::{Handle, MAX_STREAMS};
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
@@ -22,7 +22,6 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use utoipa::IntoParams;
-use utoipa_axum::routes;
 
 /// Events taken out of the journal at once.
 const BATCH: usize = 64;

@@ -6,7 +6,7 @@ use super::body::{Json, NoBody, Path, object_only, optional_whole, whole};
 use super::event::seconds;
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -18,7 +18,6 @@ use ts3100_controller::faults::{
 };
 use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;

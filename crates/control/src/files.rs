@@ -8,12 +8,11 @@ use super::event::hex;
 use super::handle::{Answer, Handle};
 use super::panel::ProgramStatus;
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]

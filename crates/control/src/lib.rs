@@ -10,10 +10,12 @@
 
 mod alarms;
 mod api_names;
+mod asset;
 mod body;
 mod channels;
 pub mod client;
 mod clock;
+#[cfg(test)]
 mod document;
 pub mod event;
 mod events;
@@ -46,8 +48,10 @@ pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
+use asset::{Asset, asset};
+use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
-use axum::response::IntoResponse;
+use axum::response::{IntoResponse as _, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
 use guard::Guard;
@@ -64,11 +68,17 @@ use tracing::error;
 /// The environment variable that says where `ts3100 ctl` finds the interface.
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
 /// The page for people.
-const PAGE: &str = include_str!("../assets/control.html");
+const PAGE: Asset = asset!("control.html");
 /// The page for people, where there are several robots.
-const ROBOTS_PAGE: &str = include_str!("../assets/robots.html");
+const ROBOTS_PAGE: Asset = asset!("robots.html");
 /// The explorer of the calls.
-const EXPLORER: &str = include_str!("../assets/docs.html");
+const EXPLORER: Asset = asset!("docs.html");
+/// The OpenAPI document of an interface without a token.
+const OPEN_API: Asset = asset!("openapi.json");
+/// How the document says that a call needs no token.
+const OPTIONAL_TOKEN: &str = "\"security\": [\n    {},\n";
+/// How the document says that every call needs the token.
+const REQUIRED_TOKEN: &str = "\"security\": [\n";
 /// What a page may do: connect to where it comes from.
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'unsafe-inline'; \
     script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -139,8 +149,8 @@ impl Server {
     /// Answers in tasks of the present runtime until that ends.
     pub fn serve(self, robots: Arc<dyn Robots>) {
         tokio::spawn(async move {
-            // The table of calls and its document take longer to build than everything else of a start: a robot whose
-            // interface nobody asks is up without them.
+            // The table of calls takes long to build beside everything else of a start: a robot whose interface nobody
+            // asks is up without it.
             let listener = BoundedListener::after_first_connection(self.listener).await;
             let router = router(robots, self.guard);
             let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
@@ -152,17 +162,13 @@ impl Server {
 }
 
 fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
-    let (calls, document) = route_table().into_parts(guard.token.is_some());
-    // It consists of texts and numbers only, which can always be written.
-    let document: Arc<str> = document.to_json().unwrap_or_default().into();
-    let open_api = move || {
-        let document = document.to_string();
-        async move { ([(CONTENT_TYPE, "application/json")], document) }
-    };
-    let calls = calls
+    let needs_token = guard.token.is_some();
+    let open_api = async move || ([(CONTENT_TYPE, "application/json")], open_api_text(needs_token));
+    let calls = route_table()
+        .into_router()
         .route("/openapi.json", get(open_api))
         .route("/", get(front_page))
-        .route("/docs", get(async || page(EXPLORER)));
+        .route("/docs", get(async |headers: HeaderMap| page(&EXPLORER, &headers)));
     Router::new()
         .fallback_service(calls)
         .layer(axum::middleware::from_fn_with_state(robots, robots::find))
@@ -173,20 +179,30 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .layer(axum::middleware::map_response(with_security_headers))
 }
 
-async fn front_page(one: Option<Extension<OfRobot>>) -> impl IntoResponse {
-    page(if one.is_some() { PAGE } else { ROBOTS_PAGE })
+/// The OpenAPI document. With a token, every call needs it.
+fn open_api_text(needs_token: bool) -> String {
+    let text = OPEN_API.text();
+    if needs_token {
+        text.replacen(OPTIONAL_TOKEN, REQUIRED_TOKEN, 1)
+    } else {
+        text
+    }
 }
 
-fn page(content: &'static str) -> impl IntoResponse {
+async fn front_page(one: Option<Extension<OfRobot>>, headers: HeaderMap) -> Response {
+    page(if one.is_some() { &PAGE } else { &ROBOTS_PAGE }, &headers)
+}
+
+fn page(page: &Asset, request: &HeaderMap) -> Response {
     let headers = [
         (CONTENT_TYPE, "text/html; charset=utf-8"),
         (CONTENT_SECURITY_POLICY, PAGE_POLICY),
     ];
-    (headers, content)
+    (headers, page.response(request)).into_response()
 }
 
 /// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.
-async fn with_security_headers(mut response: axum::response::Response) -> axum::response::Response {
+async fn with_security_headers(mut response: Response) -> Response {
     let headers = response.headers_mut();
     for (name, value) in [
         (CACHE_CONTROL, "no-store"),

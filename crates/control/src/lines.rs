@@ -5,14 +5,13 @@
 use super::body::{Json, NoBody, Path, Seconds};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::driver::request::View;
 use utoipa::{IntoParams, ToSchema};
-use utoipa_axum::routes;
 
 /// The inputs or outputs that are on or forced.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -5,14 +5,13 @@
 use super::api_names::{KeyPosition, RightHolder, StatusName};
 use super::body::{Json, NoBody};
 use super::handle::{Answer, Handle};
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
 use ts3100_driver::driver::request::View;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The key switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]

@@ -4,7 +4,7 @@
 
 use super::body::Json;
 use super::handle::{Answer, Handle};
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::Serialize;
 use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
@@ -12,7 +12,6 @@ use ts3100_driver::driver::request::View;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Parameters in effect.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -5,14 +5,13 @@
 use super::body::Json;
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use super::state::{PendantPage, ether_pages};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Most characters typed at once: the buffer holds 256 bytes.
 const MAX_KEYS: usize = 256;

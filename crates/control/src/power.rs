@@ -4,13 +4,12 @@
 
 use super::body::{Json, NoBody};
 use super::handle::{Answer, Handle};
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use ts3100_driver::driver::request::{LinkAction, Request, View};
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The power, and the ports that are open.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -6,7 +6,7 @@
 use super::body::{Json, Path};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -20,7 +20,6 @@ use std::sync::Arc;
 use ts3100_driver::driver::wired::WireHandle;
 use ts3100_proto::words::did_you_mean;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// What all paths of one robot begin with.
 const PREFIX: &str = "/robots/";

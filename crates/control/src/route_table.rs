@@ -1,26 +1,57 @@
 //! The table of all routes. A resource adds its handlers; the router and the OpenAPI document are both made from
 //! the `#[utoipa::path]` at each handler, so they cannot disagree.
 //!
-//! The error responses that all calls share are added here; `document` adds the rest.
+//! The binary carries the document as a file; only the test that compares them makes it (`document`).
 
-use super::document;
+#[cfg(test)]
+use super::document::DocumentParts;
 use super::problem::Problem;
 use axum::Router;
 use axum::http::{Method, StatusCode, Uri};
-use utoipa::openapi::path::{Operation, Paths};
-use utoipa::openapi::schema::Schema;
-use utoipa::openapi::{Content, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
-use utoipa::{PartialSchema as _, ToSchema as _};
-use utoipa_axum::router::UtoipaMethodRouter;
+use axum::routing::MethodRouter;
 
 /// All calls.
 pub struct RouteTable {
     router: Router,
-    paths: Paths,
-    schemas: Vec<(String, RefOr<Schema>)>,
-    tags: Vec<Tag>,
-    tag: String,
+    #[cfg(test)]
+    document: DocumentParts,
 }
+
+/// The handlers of one path: what [`routes!`] makes of them.
+pub struct PathRoutes {
+    /// The path, with its parameters in braces.
+    pub path: String,
+    /// The handlers by their methods.
+    pub methods: MethodRouter,
+    /// The same for the document.
+    #[cfg(test)]
+    pub described: utoipa_axum::router::UtoipaMethodRouter,
+}
+
+/// Makes [`PathRoutes`] of handlers with `#[utoipa::path]` that share a path.
+macro_rules! routes {
+    ($first:ident $(, $more:ident)*) => {{
+        use utoipa::Path as _;
+        let methods = axum::routing::MethodRouter::new();
+        utoipa_axum::paste! {
+            let path = [<__path_ $first>]::path();
+            let methods = $crate::route_table::routes!(@add [<__path_ $first>] $first methods);
+            $(let methods = $crate::route_table::routes!(@add [<__path_ $more>] $more methods);)*
+        }
+        $crate::route_table::PathRoutes {
+            path,
+            methods,
+            #[cfg(test)]
+            described: utoipa_axum::routes!($first $(, $more)*),
+        }
+    }};
+    (@add $description:ident $handler:ident $methods:ident) => {
+        $description::methods().iter().fold($methods, |methods, method| {
+            methods.on(utoipa_axum::PathItemExt::to_method_filter(method), $handler)
+        })
+    };
+}
+pub(crate) use routes;
 
 impl RouteTable {
     /// Empty.
@@ -28,92 +59,43 @@ impl RouteTable {
     pub fn new() -> RouteTable {
         RouteTable {
             router: Router::new(),
-            paths: Paths::new(),
-            schemas: vec![(Problem::name().into_owned(), Problem::schema())],
-            tags: Vec::new(),
-            tag: String::new(),
+            #[cfg(test)]
+            document: DocumentParts::new(),
         }
     }
 
     /// The calls added from now on belong together.
     #[must_use]
+    #[cfg_attr(
+        not(test),
+        expect(unused_variables, unused_mut, reason = "for the document only")
+    )]
     pub fn group(mut self, name: &str, description: &str) -> RouteTable {
-        let mut tag = Tag::new(name);
-        tag.description = Some(description.to_owned());
-        self.tags.push(tag);
-        name.clone_into(&mut self.tag);
+        #[cfg(test)]
+        self.document.group(name, description);
         self
     }
 
-    /// Adds what [`utoipa_axum::routes!`] makes of handlers of one path.
+    /// Adds the handlers of one path.
     #[must_use]
-    pub fn routes(mut self, (schemas, mut paths, methods): UtoipaMethodRouter) -> RouteTable {
-        self.schemas.extend(schemas);
-        for (path, item) in &mut paths.paths {
-            self.router = self.router.route(path, methods.clone());
-            for (method, operation) in document::operations(item) {
-                operation.tags = Some(vec![self.tag.clone()]);
-                add_error_responses(operation, method != "GET");
-            }
-        }
-        self.paths.merge(paths);
+    pub fn routes(mut self, routes: PathRoutes) -> RouteTable {
+        self.router = self.router.route(&routes.path, routes.methods);
+        #[cfg(test)]
+        self.document.add(routes.described);
         self
     }
 
-    /// The router, and the document of its calls. The document itself is not one of them yet.
-    pub fn into_parts(self, needs_token: bool) -> (Router, OpenApi) {
-        let document = document::build(self.paths, self.schemas, self.tags, needs_token);
-        let router = self
-            .router
+    /// The router of all calls.
+    pub fn into_router(self) -> Router {
+        self.router
             .fallback(no_such_path)
-            .method_not_allowed_fallback(no_such_method);
-        (router, document)
+            .method_not_allowed_fallback(no_such_method)
     }
-}
 
-/// Adds the refusals that every call shares.
-fn add_error_responses(operation: &mut Operation, changes: bool) {
-    let mut refusals = vec![
-        ("400", "The path, the query or the body is malformed."),
-        ("401", "The token is missing or wrong."),
-        (
-            "403",
-            "The header `Host`, `Origin` or `Sec-Fetch-Site` is that of a foreign web page.",
-        ),
-        ("404", "There is no such path, line, variable, file or alarm."),
-        ("405", "The path does not have this method."),
-        ("503", "The emulator is ending, or 32 event streams are open."),
-    ];
-    if changes {
-        refusals.extend([
-            (
-                "408",
-                "The body did not arrive in time, or a wait took longer than `wall` allows.",
-            ),
-            (
-                "409",
-                "The state of the controller forbids it, or the value does not fit.",
-            ),
-            ("413", "The body is too large."),
-            ("415", "The header `Content-Type` is not `application/json`."),
-            ("422", "The body is JSON, but does not match its schema."),
-            (
-                "507",
-                "The directory of `--drive` did not accept the change of a file.",
-            ),
-        ]);
-    }
-    for (status, description) in refusals {
-        let content = Content::new(Some(Ref::from_schema_name(Problem::name())));
-        let response = ResponseBuilder::new()
-            .description(description)
-            .content("application/json", content)
-            .build();
-        operation
-            .responses
-            .responses
-            .entry(status.to_owned())
-            .or_insert(response.into());
+    /// The document of all calls.
+    #[cfg(test)]
+    pub fn into_document(self, needs_token: bool) -> utoipa::openapi::OpenApi {
+        self.document.build(needs_token)
     }
 }
 

@@ -8,7 +8,7 @@ use super::handle::{Answer, DriverHandle, Handle};
 use super::metrics::{self, Gauge, Sample};
 use super::problem::Problem;
 use super::robots::{Robots, Scope};
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Serialize;
@@ -17,7 +17,6 @@ use ts3100_driver::driver::request::View;
 use ts3100_driver::store::backing::BackingStatus;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// Media type of the text format of Prometheus.
 const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";

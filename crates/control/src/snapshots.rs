@@ -8,7 +8,7 @@ use super::event::seconds;
 use super::handle::Answer;
 use super::problem::Problem;
 use super::robots::Scope;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -17,7 +17,6 @@ use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::{Request, View};
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The named snapshots.
 #[derive(Debug, Clone, Default, Serialize, ToSchema)]

@@ -13,7 +13,7 @@ use super::handle::{Answer, Handle};
 use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use super::variables::{self, VariableInfo};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -22,7 +22,6 @@ use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
 use ts3100_driver::driver::request::View;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The whole state at one moment.
 #[derive(Debug, Clone, Serialize, ToSchema)]

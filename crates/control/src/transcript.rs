@@ -5,14 +5,13 @@
 use super::body::Query;
 use super::handle::Handle;
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Deserialize;
 use ts3100_recording::transcript::Format;
 use utoipa::IntoParams;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
-use utoipa_axum::routes;
 
 /// The form of a transcript.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]

@@ -6,7 +6,7 @@ use super::body::{Json, Path};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::noise::numbers;
 use super::problem::Problem;
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use scol_mini::ValueKind;
 use serde::{Deserialize, Deserializer, Serialize};
 use ts3100_controller::action::Action;
@@ -16,7 +16,6 @@ use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
-use utoipa_axum::routes;
 
 /// Values a variable takes at most.
 const MAX_VALUES: usize = 16;

@@ -6,10 +6,9 @@ use super::body::{Json, Path};
 use super::handle::Answer;
 use super::problem::Problem;
 use super::robots::{Fleet, Robots, WireInfo};
-use super::route_table::RouteTable;
+use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
-use utoipa_axum::routes;
 
 /// The wires.
 #[derive(Debug, Clone, Serialize, ToSchema)]

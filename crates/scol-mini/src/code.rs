@@ -81,6 +81,11 @@ pub(crate) enum Op {
         a: Register,
         b: Register,
     },
+    Divide {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
     /// The operators that have no instruction of their own.
     Binary {
         operator: Binary,

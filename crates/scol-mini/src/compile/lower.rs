@@ -250,10 +250,10 @@ impl Lowering<'_> {
                     Binary::Add => Op::Add { to, a, b },
                     Binary::Subtract => Op::Subtract { to, a, b },
                     Binary::Multiply => Op::Multiply { to, a, b },
+                    Binary::Divide => Op::Divide { to, a, b },
                     operator @ (Binary::Or
                     | Binary::And
                     | Binary::Relation(_)
-                    | Binary::Divide
                     | Binary::Modulo
                     | Binary::Power) => Op::Binary { operator, to, a, b },
                 })

@@ -11,8 +11,9 @@ use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine};
 use crate::cell::{Cell, Held};
 use crate::code::{Array, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
+use crate::options::LanguageOptions;
 use crate::program::Program;
-use crate::tree::Relation;
+use crate::tree::{Binary, Relation};
 use crate::value::Number;
 
 /// Why the instructions stopped.
@@ -104,10 +105,16 @@ impl Machine {
             Op::Add { to, a, b } => registers.arithmetic(to, a, b, i32::checked_add, |a, b| a + b)?,
             Op::Subtract { to, a, b } => registers.arithmetic(to, a, b, i32::checked_sub, |a, b| a - b)?,
             Op::Multiply { to, a, b } => registers.arithmetic(to, a, b, i32::checked_mul, |a, b| a * b)?,
-            Op::Binary { operator, to, a, b } => {
-                let (a, b) = (registers.number(a)?, registers.number(b)?);
-                registers.put(to, binary(operator, a, b, &program.options).ok()?.into())?;
+            Op::Divide { to, a, b } => {
+                let [left, right] = [registers.get(a)?, registers.get(b)?];
+                if Cell::integers([left, right]).is_none() {
+                    // What is divided by zero is not finite, and left to the step.
+                    registers.put_real(to, left.single()? / right.single()?)?;
+                } else {
+                    registers.binary(Binary::Divide, to, a, b, &program.options)?;
+                }
             }
+            Op::Binary { operator, to, a, b } => registers.binary(operator, to, a, b, &program.options)?,
             Op::Unary { operator, to, a } => {
                 let value = unary(operator, registers.number(a)?).ok()?;
                 registers.put(to, value.into())?;
@@ -314,6 +321,19 @@ impl Registers<'_> {
     #[inline(always)]
     fn is_temporary(&self, register: Register) -> bool {
         usize::from(register).wrapping_sub(self.temporaries) < TEMPORARIES
+    }
+
+    #[inline(always)]
+    fn binary(
+        &mut self,
+        operator: Binary,
+        to: Register,
+        a: Register,
+        b: Register,
+        options: &LanguageOptions,
+    ) -> Option<()> {
+        let (a, b) = (self.number(a)?, self.number(b)?);
+        self.put(to, binary(operator, a, b, options).ok()?.into())
     }
 
     #[inline(always)]
