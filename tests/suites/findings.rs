@@ -58,7 +58,7 @@ fn a_finding_says_when_where_what_and_never_too_much() {
     let robot = after(|r| commands(r, &["IW,1,1"]));
     let (_, tally) = robot.findings.broken().next().unwrap();
     assert_eq!(tally.first[0].port, Some(Port::Ip0));
-    assert_eq!(tally.first[0].bytes, b"IW,1,1");
+    assert_eq!(tally.first[0].bytes, "IW,1,1");
     assert_eq!(tally.first[0].at.as_micros(), 60_000);
 }
 
@@ -154,7 +154,7 @@ fn a_refused_start_is_told_by_the_cause_that_refused_it() {
             panic!("{reason}: {found:#?}");
         };
         assert_eq!(
-            (found.id, tally.first[0].message.as_str()),
+            (found.id, tally.first[0].message.as_ref()),
             (rule.id, &*format!("RN: {reason}"))
         );
     }

@@ -66,7 +66,7 @@ fn findings(robot: &Robot, rule: &str) -> Vec<String> {
     let message = |output: &Output| match output {
         Output::Event(Event::Finding {
             rule: found, message, ..
-        }) if *found == rule => Some(message.clone()),
+        }) if *found == rule => Some(message.to_string()),
         _ => None,
     };
     robot.outputs.iter().filter_map(message).collect()

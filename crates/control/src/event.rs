@@ -216,7 +216,7 @@ impl ApiEvent {
                 self.rule = Some(rule);
                 self.severity = known.map(|rule| rule.severity.as_str());
                 self.source = known.map(|rule| rule.source);
-                self.message = Some(message.clone());
+                self.message = Some(message.to_string());
                 self.remedy = known.map(|rule| rule.remedy);
                 return self.with_bytes(bytes);
             }

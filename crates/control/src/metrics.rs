@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
+use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::port::Port;
 
 /// Most series of one family; the rest is counted as [`OTHER`]. Hosts can send arbitrary commands, so labels must be
@@ -98,20 +98,40 @@ const DIRECTIONS: [&str; 2] = ["in", "out"];
 const IN: usize = 0;
 const OUT: usize = 1;
 
-/// What every text counts, without looking anything up.
-#[derive(Debug, Clone, Copy, Default)]
+/// What every text counts, without comparing names.
+#[derive(Debug, Clone, Default)]
 struct PortCounters {
     /// By direction.
     bytes: [u64; 2],
     texts: [u64; 2],
+    /// Rows of the permission tables, by the verdict.
+    commands: [Names; Verdict::ALL.len()],
+}
+
+/// Names of a table, with how often each was met. There are few, and hosts repeat them.
+type Names = Vec<(&'static str, u64)>;
+
+fn count_name(names: &mut Names, name: &'static str) {
+    // A name comes from one place of the table: its address tells nearly all of them apart.
+    let same = names.iter_mut().find(|(counted, _)| std::ptr::eq(*counted, name));
+    if let Some((_, count)) = same {
+        *count += 1;
+    } else if let Some((_, count)) = names.iter_mut().find(|(counted, _)| *counted == name) {
+        *count += 1;
+    } else {
+        names.push((name, 1));
+    }
 }
 
 /// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
-    /// In the order of [`Port::ALL`]. The series of [`Family::Bytes`] and [`Family::Texts`] are made of them.
+    /// In the order of [`Port::ALL`]. The series of [`Family::Bytes`], [`Family::Texts`] and [`Family::Commands`] are made
+    /// of them.
     ports: [PortCounters; Port::ALL.len()],
-    /// The series of each family.
+    /// By their rules: the series of [`Family::Findings`].
+    findings: Names,
+    /// The series of each other family.
     counters: [BTreeMap<Labels, u64>; FAMILIES],
 }
 
@@ -133,20 +153,38 @@ impl Metrics {
 
     /// The series of a family, in the order of their labels.
     fn series(&self, family: usize) -> BTreeMap<Labels, u64> {
-        let of_port: fn(&PortCounters) -> [u64; 2] = match family {
-            _ if family == Family::Bytes as usize => |counters| counters.bytes,
-            _ if family == Family::Texts as usize => |counters| counters.texts,
-            _ => return self.counters.get(family).cloned().unwrap_or_default(),
+        let ports = Port::ALL.into_iter().zip(&self.ports);
+        let directions = |of_port: fn(&PortCounters) -> [u64; 2]| {
+            let counted = ports.clone().flat_map(|(port, counters)| {
+                let counts = DIRECTIONS.into_iter().zip(of_port(counters));
+                counts.map(move |(direction, count)| {
+                    ([port.name().into(), direction.into(), Cow::default()], count)
+                })
+            });
+            counted.filter(|(_, count)| *count > 0).collect()
         };
-        let mut series = BTreeMap::new();
-        for (port, counters) in Port::ALL.into_iter().zip(&self.ports) {
-            for (direction, count) in DIRECTIONS.into_iter().zip(of_port(counters)) {
-                if count > 0 {
-                    series.insert([port.name().into(), direction.into(), Cow::default()], count);
-                }
+        match family {
+            _ if family == Family::Bytes as usize => directions(|counters| counters.bytes),
+            _ if family == Family::Texts as usize => directions(|counters| counters.texts),
+            _ if family == Family::Commands as usize => ports
+                .flat_map(|(port, counters)| {
+                    let verdicts = Verdict::ALL.into_iter().zip(&counters.commands);
+                    verdicts.flat_map(move |(verdict, rows)| {
+                        let labels = move |row: &'static str| {
+                            [port.name().into(), row.into(), verdict.as_str().into()]
+                        };
+                        rows.iter().map(move |(row, count)| (labels(row), *count))
+                    })
+                })
+                .collect(),
+            _ if family == Family::Findings as usize => {
+                let rules = self.findings.iter();
+                rules
+                    .map(|(rule, count)| ([(*rule).into(), Cow::default(), Cow::default()], *count))
+                    .collect()
             }
+            _ => self.counters.get(family).cloned().unwrap_or_default(),
         }
-        series
     }
 
     fn count<const N: usize>(&mut self, family: Family, labels: [&'static str; N], by: usize) {
@@ -201,14 +239,12 @@ impl Metrics {
             Event::Dropped { port, bytes, .. } => self.count(Family::Dropped, [port.name()], *bytes),
             Event::Answered {
                 port, row, verdict, ..
-            } => {
-                self.count(Family::Commands, [port.name(), row, verdict.as_str()], 1);
-            }
+            } => count_name(&mut self.port(*port).commands[*verdict as usize], row),
             Event::Refused { port, command, .. } => {
                 let command = Cow::Owned(command.clone());
                 self.count_labels(Family::Refusals, [port.name().into(), command, Cow::default()], 1);
             }
-            Event::Finding { rule, .. } => self.count(Family::Findings, [rule], 1),
+            Event::Finding { rule, .. } => count_name(&mut self.findings, rule),
             Event::Alarm { number, .. } => {
                 let number = Cow::Owned(number.clone());
                 self.count_labels(Family::Alarms, [number, Cow::default(), Cow::default()], 1);

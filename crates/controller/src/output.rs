@@ -6,7 +6,7 @@ use crate::action::error::ActionError;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
-use alloc::vec::Vec;
+use alloc::sync::Arc;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;
@@ -145,9 +145,9 @@ pub enum Event {
         /// When it was found, in virtual time.
         at: Time,
         /// The bytes concerned, at most [`crate::findings::MAX_BYTES`].
-        bytes: Vec<u8>,
-        /// What happened.
-        message: String,
+        bytes: Bytes,
+        /// What happened. Shared by all who keep it: a host that breaks a rule breaks it with each text.
+        message: Arc<str>,
     },
     /// A fault on purpose was armed, or has fired.
     Fault {
@@ -233,6 +233,9 @@ impl Output {
 }
 
 impl Verdict {
+    /// All of them.
+    pub const ALL: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
+
     /// Its word in events and metrics.
     #[must_use]
     pub fn as_str(self) -> &'static str {

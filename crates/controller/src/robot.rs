@@ -136,10 +136,10 @@ impl Robot {
             rule: rule.id,
             port: port.into(),
             at: self.now,
-            bytes: bytes.get(..MAX_BYTES).unwrap_or(bytes).to_vec(),
+            bytes: Bytes::copy_from_slice(bytes.get(..MAX_BYTES).unwrap_or(bytes)),
             message: match message.char_indices().nth(MAX_MESSAGE) {
-                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()),
-                None => message,
+                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()).into(),
+                None => message.into(),
             },
         });
     }

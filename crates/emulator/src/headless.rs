@@ -236,7 +236,7 @@ impl Effects for Outcome<'_> {
                 rule: "panel-refused",
                 message,
                 ..
-            }) => self.refusal = Some(message),
+            }) => self.refusal = Some(message.to_string()),
             Output::Event(_)
             | Output::Send { .. }
             | Output::Persist { .. }

@@ -11,6 +11,7 @@ mod writer;
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
+use std::sync::Arc;
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
@@ -113,7 +114,7 @@ struct PendingFinding {
     t: Time,
     rule: &'static str,
     port: Option<&'static str>,
-    message: String,
+    message: Arc<str>,
 }
 
 impl EventLog {
@@ -410,8 +411,8 @@ mod tests {
             rule,
             port: Some(port),
             at: Time::ZERO,
-            bytes: Vec::new(),
-            message: message.to_owned(),
+            bytes: ts3100_controller::Bytes::new(),
+            message: message.into(),
         };
         let refused = Event::Refused {
             port: Port::Ip0,

@@ -210,3 +210,21 @@ fn the_examples_are_what_the_emulator_answers() {
         ]
     );
 }
+
+#[test]
+fn pages_come_compressed_to_who_takes_them() {
+    let robot = Bench::start(builder());
+    let page = |path: &str, coding: &str| {
+        let request = format!(
+            "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nAccept-Encoding: {coding}\r\n\r\n"
+        );
+        robot.raw(request.as_bytes())
+    };
+    for path in ["/", "/docs"] {
+        let (compressed, plain) = (page(path, "gzip, br"), page(path, "identity"));
+        assert!(compressed.contains("content-encoding: gzip"), "{path}");
+        assert!(!compressed.contains("<html"), "{path}");
+        assert!(plain.contains("<html") && plain.ends_with("</html>\n"), "{path}");
+        assert!(compressed.len() < plain.len(), "{path}");
+    }
+}

@@ -49,7 +49,7 @@ fn finding(robot: &Emulator, rule: &str) -> String {
     let found = robot.wait_for(LONG, |output| match output {
         Output::Event(Event::Finding {
             rule: found, message, ..
-        }) if *found == rule => Some(message.clone()),
+        }) if *found == rule => Some(message.to_string()),
         _ => None,
     });
     found.unwrap_or_else(|error| panic!("{rule}: {error}"))

@@ -15,8 +15,9 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
+use bytes::Bytes;
 
 /// Findings kept of one rule; further ones are only counted.
 pub const MAX_PER_RULE: usize = 10;
@@ -87,9 +88,9 @@ pub struct Finding {
     /// When, in virtual time.
     pub at: Time,
     /// The bytes concerned, at most [`MAX_BYTES`]; may be empty.
-    pub bytes: Vec<u8>,
+    pub bytes: Bytes,
     /// What happened, with values, in one line.
-    pub message: String,
+    pub message: Arc<str>,
 }
 
 /// The violations of one rule.
@@ -120,10 +121,11 @@ impl Findings {
         else {
             return;
         };
-        let Some(rule) = Rule::by_id(rule) else { return };
-        let tally = self.tallies.entry(rule.id).or_default();
+        let tally = self.tallies.entry(rule).or_default();
         tally.count = tally.count.saturating_add(1);
-        if tally.first.len() < MAX_PER_RULE {
+        if tally.first.len() < MAX_PER_RULE
+            && let Some(rule) = Rule::by_id(rule)
+        {
             tally.first.push(Finding {
                 rule,
                 port: *port,
@@ -186,8 +188,8 @@ mod tests {
                 rule: rules::NO_CR.id,
                 port: Some(Port::Ip0),
                 at: Time::from_millis(at),
-                bytes: b"SU".to_vec(),
-                message: String::new(),
+                bytes: Bytes::from_static(b"SU"),
+                message: "".into(),
             });
         }
         findings.record(&Event::AlarmsReset);

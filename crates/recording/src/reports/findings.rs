@@ -111,7 +111,7 @@ impl FindingView {
         FindingView {
             port: finding.port.map(Port::name),
             t: seconds(finding.at),
-            message: finding.message.clone(),
+            message: finding.message.to_string(),
             bytes: escape::hex(&finding.bytes),
             text: Escaped::for_reading(&finding.bytes).to_string(),
         }
