@@ -22,7 +22,7 @@ const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
     // Seven outside of the workspace, and rustix on Unix.
     ("driver", &[], 9),
     ("recording", &[], 13),
-    ("control", &[], 14),
+    ("control", &[], 15),
     ("emulator", &[], 20),
 ];
 

@@ -1,7 +1,7 @@
 //! The files that the binary carries. They are compressed by the build script and leave so, if the client takes it.
 
 use axum::body::Body;
-use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING, VARY};
+use axum::http::header::{ACCEPT_ENCODING, CONTENT_ENCODING};
 use axum::http::{HeaderMap, HeaderValue};
 use axum::response::{IntoResponse as _, Response};
 use flate2::read::GzDecoder;
@@ -30,16 +30,12 @@ impl Asset {
     /// The response, compressed if the request accepts that.
     pub fn response(&self, request: &HeaderMap) -> Response {
         let accepted = request.get_all(ACCEPT_ENCODING).iter();
-        let mut response = if accepted.filter_map(|value| value.to_str().ok()).any(accepts_gzip) {
-            let mut response = Body::from(self.0).into_response();
-            let gzip = HeaderValue::from_static("gzip");
-            response.headers_mut().insert(CONTENT_ENCODING, gzip);
-            response
-        } else {
-            Body::from(self.text()).into_response()
-        };
-        let header = HeaderValue::from_static("accept-encoding");
-        response.headers_mut().insert(VARY, header);
+        if !accepted.filter_map(|value| value.to_str().ok()).any(accepts_gzip) {
+            return Body::from(self.text()).into_response();
+        }
+        let mut response = Body::from(self.0).into_response();
+        let gzip = HeaderValue::from_static("gzip");
+        response.headers_mut().insert(CONTENT_ENCODING, gzip);
         response
     }
 }

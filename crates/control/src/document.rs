@@ -301,25 +301,3 @@ fn add_error_responses(operation: &mut Operation, changes: bool) {
             .or_insert(response.into());
     }
 }
-
-#[test]
-fn the_binary_carries_the_document_of_its_calls() {
-    let written = |needs_token| to_text(super::route_table().into_document(needs_token));
-    for needs_token in [false, true] {
-        let found = super::open_api_text(needs_token);
-        let stale = "assets/openapi.json is stale; write it with -- --ignored bless_openapi";
-        assert!(found == written(needs_token), "{stale}");
-    }
-}
-
-#[test]
-#[ignore = "writes assets/openapi.json"]
-fn bless_openapi() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/openapi.json");
-    std::fs::write(path, to_text(super::route_table().into_document(false))).unwrap();
-}
-
-fn to_text(document: OpenApi) -> String {
-    let value = serde_json::to_value(document).unwrap();
-    serde_json::to_string_pretty(&value).unwrap() + "\n"
-}
