@@ -154,9 +154,11 @@ def thousand(binary):
             equal("1000 robots answer (%s), after %.2f s" % (flags[0], seconds), {STATUS}, answers)
             each = (fleet.memory() - alone) / 999
             true("each further robot costs %.0f kB, at most 100" % each, each <= 100)
+            # On a busy machine the last OK texts are still on their way.
+            time.sleep(0.5)
             before = fleet.worked()
             time.sleep(2)
-            used = fleet.worked() - before
+            used = round(fleet.worked() - before, 2)
             true("idle they use %.2f s of 2 s" % used, used <= 0.02)
             for host in hosts:
                 host.close()
