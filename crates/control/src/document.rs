@@ -88,51 +88,47 @@ impl DocumentParts {
 
     /// The document.
     pub fn build(self, needs_token: bool) -> OpenApi {
-        build(self.paths, self.schemas, self.tags, needs_token)
-    }
-}
+        let DocumentParts {
+            mut paths,
+            schemas,
+            tags,
+        } = self;
+        let mut components = Components::new();
+        components.schemas.extend(schemas);
+        components
+            .schemas
+            .values_mut()
+            .for_each(forbid_additional_properties);
+        let scheme = HttpBuilder::new()
+            .scheme(HttpAuthScheme::Bearer)
+            .description(Some(TOKEN_DESCRIPTION))
+            .build();
+        components.add_security_scheme(TOKEN, SecurityScheme::Http(scheme));
 
-fn build(
-    mut paths: Paths,
-    schemas: Vec<(String, RefOr<Schema>)>,
-    tags: Vec<Tag>,
-    needs_token: bool,
-) -> OpenApi {
-    let mut components = Components::new();
-    components.schemas.extend(schemas);
-    components
-        .schemas
-        .values_mut()
-        .for_each(forbid_additional_properties);
-    let scheme = HttpBuilder::new()
-        .scheme(HttpAuthScheme::Bearer)
-        .description(Some(TOKEN_DESCRIPTION))
-        .build();
-    components.add_security_scheme(TOKEN, SecurityScheme::Http(scheme));
-
-    // The file is part of the source and a test reads it: there is nothing to report to whoever asks for the document.
-    let examples: Vec<RecordedCall> = serde_json::from_str(EXAMPLES).unwrap_or_default();
-    for (path, item) in &mut paths.paths {
-        for (method, operation) in operations(item) {
-            let call = format!("{method} {path}");
-            describe_success(operation, &components);
-            for example in examples.iter().filter(|example| example.call == call) {
-                add_example(operation, example);
+        // The file is part of the source and a test reads it: there is nothing to report to whoever asks for the document.
+        let examples: Vec<RecordedCall> = serde_json::from_str(EXAMPLES).unwrap_or_default();
+        for (path, item) in &mut paths.paths {
+            for (method, operation) in operations(item) {
+                let call = format!("{method} {path}");
+                describe_success(operation, &components);
+                for example in examples.iter().filter(|example| example.call == call) {
+                    add_example(operation, example);
+                }
             }
         }
-    }
 
-    let mut info = Info::new(TITLE, env!("CARGO_PKG_VERSION"));
-    info.description = Some(DESCRIPTION.to_owned());
-    let mut license = License::new("MIT OR Apache-2.0");
-    license.identifier = Some("MIT OR Apache-2.0".to_owned());
-    info.license = Some(license);
-    let mut document = OpenApi::new(info, paths);
-    document.components = Some(components);
-    document.tags = Some(tags);
-    document.servers = Some(servers());
-    document.security = Some(security(needs_token));
-    document
+        let mut info = Info::new(TITLE, env!("CARGO_PKG_VERSION"));
+        info.description = Some(DESCRIPTION.to_owned());
+        let mut license = License::new("MIT OR Apache-2.0");
+        license.identifier = Some("MIT OR Apache-2.0".to_owned());
+        info.license = Some(license);
+        let mut document = OpenApi::new(info, paths);
+        document.components = Some(components);
+        document.tags = Some(tags);
+        document.servers = Some(servers());
+        document.security = Some(security(needs_token));
+        document
+    }
 }
 
 /// The calls of a path with their methods.
