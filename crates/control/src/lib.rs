@@ -49,6 +49,7 @@ pub use clock::{DEFAULT_WALL, MAX_WALL};
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use asset::{Asset, asset};
+use axum::extract::Path;
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use axum::response::{IntoResponse as _, Response};
@@ -57,6 +58,7 @@ use axum::{Extension, Router};
 use guard::Guard;
 pub use handle::DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
+use problem::Problem;
 use robots::{OfRobot, Robots};
 use route_table::RouteTable;
 use std::io;
@@ -67,8 +69,10 @@ use tracing::error;
 
 /// The environment variable that says where `ts3100 ctl` finds the interface.
 pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
-/// The page for people.
-const PAGE: Asset = asset!("control.html");
+/// The page for people, its styles and its scripts by their names.
+const UI: &[(&str, Asset)] = &include!(concat!(env!("OUT_DIR"), "/ui.rs"));
+/// The file of [`UI`] that is the page.
+const PAGE: &str = "index.html";
 /// The page for people, where there are several robots.
 const ROBOTS_PAGE: Asset = asset!("robots.html");
 /// The explorer of the calls.
@@ -80,8 +84,8 @@ const OPTIONAL_TOKEN: &str = "\"security\": [\n    {},\n";
 /// How the document says that every call needs the token.
 const REQUIRED_TOKEN: &str = "\"security\": [\n";
 /// What a page may do: connect to where it comes from.
-const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'unsafe-inline'; \
-    script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
+    script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 /// Every call there is.
 fn route_table() -> RouteTable {
@@ -168,6 +172,10 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .into_router()
         .route("/openapi.json", get(open_api))
         .route("/", get(front_page))
+        .route(
+            "/ui/{file}",
+            get(async |Path(file): Path<String>, headers: HeaderMap| ui_file(&file, &headers)),
+        )
         .route("/docs", get(async |headers: HeaderMap| page(&EXPLORER, &headers)));
     Router::new()
         .fallback_service(calls)
@@ -190,7 +198,23 @@ fn open_api_text(needs_token: bool) -> String {
 }
 
 async fn front_page(one: Option<Extension<OfRobot>>, headers: HeaderMap) -> Response {
-    page(if one.is_some() { &PAGE } else { &ROBOTS_PAGE }, &headers)
+    match one {
+        Some(_) => ui_file(PAGE, &headers),
+        None => page(&ROBOTS_PAGE, &headers),
+    }
+}
+
+/// A file of the page for people.
+fn ui_file(name: &str, headers: &HeaderMap) -> Response {
+    let Some((_, asset)) = UI.iter().find(|(known, _)| *known == name) else {
+        return Problem::not_found("file", "a file of the page", name).into_response();
+    };
+    let media_type = match name.rsplit_once('.') {
+        Some((_, "js")) => "text/javascript; charset=utf-8",
+        Some((_, "css")) => "text/css; charset=utf-8",
+        _ => return page(asset, headers),
+    };
+    ([(CONTENT_TYPE, media_type)], asset.response(headers)).into_response()
 }
 
 fn page(page: &Asset, request: &HeaderMap) -> Response {

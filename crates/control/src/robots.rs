@@ -207,7 +207,7 @@ pub struct OfRobot;
 
 /// The pages ask for the token themselves and show nothing without it.
 pub fn is_page(path: &str) -> bool {
-    ["/", "/docs"].contains(&path)
+    ["/", "/docs"].contains(&path) || path.starts_with("/ui/")
 }
 
 /// The name of a robot and the path of its own that a path leads to.

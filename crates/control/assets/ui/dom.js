@@ -1,0 +1,70 @@
+// Makes elements, formats values, and shows why a call was refused. No view needs more of the DOM than this.
+
+/** An element: `make("button", {class: "big", onclick: f}, "START")`. Properties that are undefined are left out. */
+export function make(name, properties = {}, ...children) {
+  const element = document.createElement(name);
+  set(element, properties);
+  element.append(...children.filter(child => child !== undefined && child !== null));
+  return element;
+}
+
+/** The same in SVG. */
+export function makeSvg(name, properties = {}, ...children) {
+  const element = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(properties)) if (value !== undefined) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
+}
+
+function set(element, properties) {
+  for (const [key, value] of Object.entries(properties)) {
+    if (value === undefined) continue;
+    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+    else if (key === "class") element.className = value;
+    else if (key in element && typeof value === "boolean") element[key] = value;
+    else element.setAttribute(key, value);
+  }
+}
+
+/** Sets the text if it is another one: what has not changed is not laid out again. */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/** Sets an attribute if it is another one. */
+export function mark(element, name, value) {
+  const text = String(value);
+  if (element.getAttribute(name) !== text) element.setAttribute(name, text);
+}
+
+/** A number with three decimals, never minus zero. */
+export function fixed(value, digits = 3) {
+  return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
+}
+
+/** Replaces the children by those of `items`, and keeps those whose key is still there. */
+export function list(parent, items, key, build, update) {
+  const old = new Map([...parent.children].map(child => [child.dataset.key, child]));
+  const next = items.map(item => {
+    const name = String(key(item));
+    const child = old.get(name) ?? build(item);
+    child.dataset.key = name;
+    update?.(child, item);
+    return child;
+  });
+  if (next.length !== parent.children.length || next.some((child, at) => child !== parent.children[at]))
+    parent.replaceChildren(...next);
+}
+
+/** Something to press. While the call is on its way the button is busy; why it was refused stands next to it. */
+export function button(label, call, properties = {}) {
+  const reason = make("output", {class: "reason", role: "alert"});
+  const pressed = make("button", {type: "button", ...properties, onclick: async () => {
+    say(reason, "");
+    pressed.setAttribute("aria-busy", "true");
+    try { await call(); } catch (error) { say(reason, error.message); }
+    pressed.removeAttribute("aria-busy");
+  }}, label);
+  const box = make("span", {class: "action"}, pressed, reason);
+  return {element: box, button: pressed, reason};
+}
