@@ -127,4 +127,6 @@ tabs();
 layout();
 addEventListener("hashchange", layout);
 WIDE.addEventListener("change", layout);
+// The view of the program takes files that are dropped anywhere on the page. It is loaded when one first comes.
+addEventListener("dragenter", () => import("./program.js").then(module => module.takeDrops(robot)), {once: true});
 robot.start();

@@ -11,7 +11,7 @@ const KEPT = 5000;       // events kept for views that are opened later
 /** Why a call was refused: the words of the emulator. */
 export class Refusal extends Error {
   constructor(status, problem) {
-    super(problem.detail ?? problem.message ?? problem.title ?? ("refused: " + status));
+    super(problem.error ?? problem.detail ?? ("refused: " + status));
     this.status = status;
     this.problem = problem;
   }
