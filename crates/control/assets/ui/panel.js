@@ -1,9 +1,9 @@
 // The operator panel: the key switch, the buttons and the lamps of the cabinet. What a call refuses stands beside its button.
 
-import {make, button, mark, say} from "./dom.js";
+import {make, button, list, mark, say} from "./dom.js";
 
 /** Several of which one is on: `[word, label]`. */
-function choice(label, words, call) {
+export function choice(label, words, call) {
   const buttons = words.map(([word, text]) => ({word, ...button(text, () => call(word), {role: "radio", "aria-checked": "false"})}));
   const group = make("div", {class: "row", role: "radiogroup", "aria-label": label}, ...buttons.map(one => one.element));
   const element = make("div", {class: "field"}, label, group);
@@ -11,9 +11,42 @@ function choice(label, words, call) {
 }
 
 /** Something that is on or off. */
-function toggle(label, call, properties) {
+export function toggle(label, call, properties) {
   const made = button(label, () => call(made.button.getAttribute("aria-pressed") !== "true"), {"aria-pressed": "false", ...properties});
   return {...made, show: on => mark(made.button, "aria-pressed", on)};
+}
+
+/** Asks whether the emulator has `path`. Only a 404 means that it has not: a token may be missing yet. */
+export async function has(robot, path) {
+  try { await robot.get(path); return true; } catch (error) { return error.status !== 404; }
+}
+
+/** The override as a slider. It is sent when the slider is let go, so that a drag is one call. */
+function override(robot) {
+  const slider = make("input", {id: "override", type: "range", min: "1", max: "100", step: "1"});
+  const shown = make("output", {for: "override", class: "mono"}), reason = make("output", {class: "reason", role: "alert"});
+  const element = make("div", {class: "field"}, make("label", {for: "override"}, "Override"), make("div", {class: "override"}, slider, shown), reason);
+  let dragged = false;
+  slider.addEventListener("input", () => { dragged = true; say(shown, slider.value + " %"); });
+  slider.addEventListener("change", async () => {
+    say(reason, "");
+    try { await robot.put("override", {percent: Number(slider.value)}); } catch (error) { say(reason, error.message); }
+    dragged = false;
+    if (robot.state) show(robot.state.override_percent);
+  });
+  function show(percent) {
+    if (dragged) return;
+    if (slider.value !== String(percent)) slider.value = percent;
+    say(shown, percent + " %");
+  }
+  return {element, show, absent() {
+    slider.disabled = true;
+    say(reason, "This emulator cannot set the override here.");
+  }};
+}
+
+function alarm(item) {
+  return make("li", {}, make("strong", {}, item.number + " " + item.text), make("p", {}, item.cause), make("p", {}, "Remedy: " + item.remedy));
 }
 
 export function create(robot) {
@@ -22,6 +55,10 @@ export function create(robot) {
     position => robot.put("key-switch", {position}));
   const right = choice("Control right in EXT", [["ether", "Ethernet"], ["serial", "Serial"], ["signal", "Signals"]],
     holder => robot.put("control-right", {holder}));
+  const mode = choice("Run mode", [["continuous", "Continuous"], ["cycle", "Cycle"], ["step", "Step"], ["segment", "Segment"]],
+    mode => robot.put("run-mode", {mode}));
+  const noMode = make("p", {class: "empty", hidden: true}, "This emulator cannot set the run mode here.");
+  const speed = override(robot);
   const servo = toggle("SERVO", on => robot.put("servo", {on}));
   const start = button("START", () => robot.post("program/start"), {class: "start"});
   const stop = button("STOP", () => robot.post("program/stop"), {class: "stop"});
@@ -35,7 +72,9 @@ export function create(robot) {
   const element = make("div", {class: "panel"},
     make("div", {class: "row"}, emergency.element, start.element, stop.element, servo.element),
     make("div", {class: "row"}, hold.element, reset.element, lock.element, safety.element, power.element),
-    key.element, right.element, file, alarms);
+    alarms, key.element, right.element, mode.element, noMode, speed.element, file);
+  has(robot, "run-mode").then(found => { mode.element.hidden = !found; noMode.hidden = found; });
+  has(robot, "override").then(found => { if (!found) speed.absent(); });
   return {
     element,
     state(state) {
@@ -43,11 +82,15 @@ export function create(robot) {
       say(emergency.button, state.emergency_stop ? "Release EMERGENCY STOP" : "EMERGENCY STOP");
       key.show(state.key_switch);
       right.show(state.control_right);
+      mode.show(state.run_mode);
+      speed.show(state.override_percent);
       servo.show(state.servo);
       hold.show(state.feed_hold);
       lock.show(state.machine_lock);
       safety.show(state.safety_open);
       power.show(state.power);
+      list(alarms, state.alarms, item => item.number, alarm);
+      alarms.hidden = !state.alarms.length;
       say(file, state.file ? state.file + ", line " + state.line + ": " + state.status : "no file selected");
     },
   };
