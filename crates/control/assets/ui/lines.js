@@ -4,7 +4,7 @@
 
 import {make, list, mark, say} from "./dom.js";
 
-const GROUPS = [["General", 1, 64], ["Extension", 101, 164], ["System", 201, 264]];
+const GROUPS = [["General", 1, 64], ["System signals", 249, 264], ["Extension", 101, 164], ["System", 201, 248]];
 const FRAME_EVERY = 500;   // ms between two readings of the status frame
 const PULSE = 0.5;         // seconds of a pulse
 

@@ -39,6 +39,9 @@ function printed(text) {
 
 const numbers = values => values.map(value => fixed(value, 2)).join(" ");
 
+/** A position as DATA writes it: coordinates, then the configuration. */
+const position = values => values.slice(0, -1).map(value => fixed(value, 2)).join("  ") + "  /" + values.at(-1);
+
 function statusRows(state) {
   const arm = state.arm;
   const rows = [
@@ -384,7 +387,7 @@ function makeTeach(robot) {
     list(rows, positions.slice(0, POSITIONS), one => one.name, one => {
       const made = button("TEACH", () => teach(one.name), {"aria-label": "Teach " + one.name});
       return make("tr", {}, make("th", {scope: "row", class: "mono"}, one.name), make("td", {class: "mono"}), make("td", {}, made.element));
-    }, (row, one) => say(row.children[1], one.value ? one.value.map(value => fixed(value, 2)).join("  ") : "not taught"));
+    }, (row, one) => say(row.children[1], one.value ? position(one.value) : "not taught"));
     table.hidden = !positions.length;
     none.hidden = positions.length > 0;
     say(none, file ? file + " has no positions." : "No file is selected.");
