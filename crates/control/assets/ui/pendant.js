@@ -11,6 +11,7 @@ const POSITIONS = 200;             // positions that are listed
 const HISTORY = 99;                // alarms that are listed
 const TYPED = 60;                  // characters of a value that is being typed
 const TAUGHT = 1500;               // how long a taught position is highlighted, in ms
+const GRACE = 60;                  // how long a call may still answer after its key was let go, in ms
 const PAGES = [["status", "STATUS"], ["ether", "ETHER"], ["alarms", "ERROR"], ["files", "FILES"], ["tp", "TP"]];
 const NAMES = {status: "STATUS", alarms: "ERROR HISTORY", files: "DIRECTORY", tp: "TP OUTPUT"};
 const CARTESIAN = {4: ["X", "Y", "Z", "C"], 5: ["X", "Y", "Z", "C", "T"], 6: ["X", "Y", "Z", "A", "B", "C"]};
@@ -217,12 +218,15 @@ function makeJog(robot) {
   const notice = make("div", {class: "notice", hidden: true}, locked, turn.element);
   const rowsOf = [];
 
-  /** Ends the motion. Ending the call is enough for the emulator; the second call is for a call that got lost. */
-  function end(word) {
+  /**
+   * Ends the motion with two calls: `jog/stop`, and the end of the call that moves. When a key is let go, the latter has
+   * `grace` ms, so that a refusal of a short press still arrives.
+   */
+  function end(word, grace = 0) {
     if (!held) return;
     const last = held;
     held = null;
-    last.abort.abort();
+    if (grace) setTimeout(() => last.abort.abort(), grace); else last.abort.abort();
     mark(last.key, "data-held", false);
     say(moving, word ?? "");
     robot.fetch("POST", "jog/stop", {}, {keepalive: true}).catch(() => {});
@@ -240,8 +244,8 @@ function makeJog(robot) {
       await robot.fetch("POST", "jog", {axis, direction, coordinates, speed, inching, hold: !inching}, {signal: mine.abort.signal});
       if (held === mine) say(moving, inching ? "" : name + " has stopped.");
     } catch (error) {
-      if (held !== mine) return;
-      say(moving, "");
+      if (held !== mine && !error.status) return;
+      if (held === mine) say(moving, "");
       say(reason, error.status === 404 ? "This emulator cannot jog." : error.message);
     } finally {
       robot.lookSoon();
@@ -251,7 +255,7 @@ function makeJog(robot) {
   }
 
   // A step of inching is finished even when the key is let go early: it is bounded.
-  const letGo = () => { if (!inching) end(); };
+  const letGo = () => { if (!inching) end("", GRACE); };
 
   function axisKey(row, direction) {
     const key = make("button", {type: "button", class: "jog"});

@@ -284,7 +284,8 @@ function makeVariables(robot) {
     list(rows, fits.slice(0, VARIABLES), row => row.name, build, (element, row) => {
       const input = element.querySelector("input"), value = row.values ? shownValue(row.values) : "";
       say(element.children[1], row.kind);
-      input.readOnly = row.fixed === true;
+      input.disabled = row.fixed === true;
+      input.placeholder = row.fixed ? "array" : "no value";
       if (input.dataset.live === value) return;
       input.dataset.live = value;
       if (document.activeElement !== input) input.value = value;
