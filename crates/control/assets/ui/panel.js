@@ -25,7 +25,8 @@ export async function has(robot, path) {
 function override(robot) {
   const slider = make("input", {id: "override", type: "range", min: "1", max: "100", step: "1"});
   const shown = make("output", {for: "override", class: "mono"}), reason = make("output", {class: "reason", role: "alert"});
-  const element = make("div", {class: "field"}, make("label", {for: "override"}, "Override"), make("div", {class: "override"}, slider, shown), reason);
+  const absent = make("p", {class: "empty", hidden: true}, "This emulator cannot set the override here.");
+  const element = make("div", {class: "field"}, make("label", {for: "override"}, "Override"), make("div", {class: "override"}, slider, shown), absent, reason);
   let dragged = false;
   slider.addEventListener("input", () => { dragged = true; say(shown, slider.value + " %"); });
   slider.addEventListener("change", async () => {
@@ -41,7 +42,7 @@ function override(robot) {
   }
   return {element, show, absent() {
     slider.disabled = true;
-    say(reason, "This emulator cannot set the override here.");
+    absent.hidden = false;
   }};
 }
 

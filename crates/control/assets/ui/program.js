@@ -365,15 +365,19 @@ export function create(robot) {
       here();
       files(robot.state);
       source.readBreakpoints();
-      if (canCheck && lastText && !wanted.endsWith(".PAR")) {
-        const all = await check(robot, {file: wanted});
-        if (mine === reading) source.diagnostics(all, true);
-      }
     } catch (error) {
       if (mine !== reading) return;
-      if (error.status === 404 && lastText) { canCheck = false; source.diagnostics([], false); return; }
       told.hidden = false;
       say(told, error.message);
+      return;
+    }
+    if (!canCheck || !lastText || wanted.endsWith(".PAR")) return;
+    try {
+      const all = await check(robot, {file: wanted});
+      if (mine === reading) source.diagnostics(all, true);
+    } catch (error) {
+      canCheck = error.status !== 404;
+      source.diagnostics([], canCheck);
     }
   }
 
@@ -410,7 +414,7 @@ export function create(robot) {
     make("div", {class: "row run"}, start.element, stop.element, step.element, runTo.element, make("label", {for: "program-line", class: "sr"}, "Line"), line, status),
     make("div", {class: "columns"},
       make("section", {class: "code", "aria-label": "Program"}, make("div", {class: "head"}, title, edit.element), told, work, editor.element,
-        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed. A line number sets a breakpoint; arrow keys move in the line numbers.")),
+        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed. Press a line number to choose the line and its breakpoint; arrow keys move.")),
       make("aside", {class: "side", "aria-label": "Drive, tasks and variables"},
         make("section", {"aria-label": "RAM drive"}, make("h3", {}, "RAM drive"), make("div", {class: "scroll"}, rows), make("div", {class: "row new"},
           make("label", {for: "program-new"}, "New file"), name, fresh.element), used),
