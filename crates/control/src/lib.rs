@@ -10,6 +10,7 @@
 
 mod alarms;
 mod api_names;
+mod arm;
 mod asset;
 mod body;
 mod channels;
@@ -95,6 +96,7 @@ fn route_table() -> RouteTable {
         state::add,
         panel::add,
         pendant::add,
+        arm::add,
         alarms::add,
         lines::add,
         variables::add,

@@ -25,6 +25,7 @@ mod wear;
 pub use jog::{Jog, JogFrame};
 use memo::Memo;
 use settings::{MotionSettings, load_part};
+pub use trajectory::PATH_POINTS;
 pub use wear::Wear;
 
 /// Bounds on the speed of every motion, besides its own conditions.

@@ -66,7 +66,7 @@ pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
 pub use action_text::{ACTION_FORMS, ActionParseError};
-pub use arm::ArmPose;
+pub use arm::{ArmPose, Frames, PATH_POINTS};
 pub use bytes::Bytes;
 pub use command_coverage::CommandCoverage;
 pub use condition::{Condition, ConditionWatch};

@@ -11,7 +11,7 @@ use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::position::CurrentPosition;
 
 use crate::alarm::Alarms;
-use crate::arm::ArmPose;
+use crate::arm::{ArmPose, Frames};
 use crate::drive::Drive;
 use crate::endpoint::session::Exchange;
 pub use crate::executor::TaskView;
@@ -166,8 +166,20 @@ impl Controller {
     /// Name of the work coordinate system in which the pose is given; empty if it has none.
     #[must_use]
     pub fn work_name(&self) -> String {
-        let frames = self.robot.arm.frames(self.robot.executor.memory().conditions());
-        self.robot.arm.work_name(&frames)
+        self.robot.arm.work_name(&self.frames())
+    }
+
+    /// The coordinate systems in force.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
+        self.robot.arm.frames(self.robot.executor.memory().conditions())
+    }
+
+    /// Tool points in world coordinates along the path of the motion under way, at most
+    /// [`PATH_POINTS`](crate::PATH_POINTS); empty when none is under way.
+    #[must_use]
+    pub fn motion_path(&self) -> Vec<[f64; 3]> {
+        self.robot.arm.path(&self.frames())
     }
 
     /// Whether a motion is under way or held.

@@ -511,3 +511,30 @@ fn a_fault_is_armed_fires_and_is_reported() {
     robot.post("/faults", r#"{"kind":"ng"}"#);
     assert_eq!(robot.ok("DELETE", "/faults", "")["faults"], json!([]));
 }
+
+#[test]
+fn the_arm_shows_the_path_of_the_motion_under_way() {
+    let robot = Bench::start(
+        builder()
+            .file(
+                "TEST",
+                "PROGRAM TEST\nSPEED = 5\nMOVES HERE + POINT(-60, 0, 0)\nEND\n",
+            )
+            .select("TEST")
+            .servo_on(true),
+    );
+    let arm = robot.get("/arm");
+    assert_eq!(
+        (&arm["model"]["kind"], &arm["model"]["geometry"]["upper_arm"]),
+        (&json!("six-axis"), &json!(370.0))
+    );
+    assert_eq!((&arm["path"], &arm["moving"]), (&json!([]), &json!(false)));
+    let begin = arm["tool_point"][0].as_f64().unwrap();
+    robot.post("/program/start", "");
+    let arm = robot.get("/arm");
+    let path = arm["path"].as_array().unwrap();
+    assert_eq!((path.len(), &arm["moving"]), (64, &json!(true)));
+    let ends = [&path[0][0], &path[63][0]].map(|x| x.as_f64().unwrap() - begin);
+    assert!(ends[0].abs() < 1e-3 && (ends[1] + 60.0).abs() < 1e-3, "{ends:?}");
+    assert_eq!(robot.get("/arm/pose")["moving"], true);
+}

@@ -5,8 +5,12 @@
 
 use super::{Arm, Frames};
 use crate::time::Time;
+use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::Position;
+
+/// Points of the path of a motion, both ends among them.
+pub const PATH_POINTS: u16 = 64;
 
 impl Arm {
     /// MOTIONT: how long the motion has gone on, a hold counted; of motions that overlap, the one begun last; zero when none is under way.
@@ -37,5 +41,19 @@ impl Arm {
             Some(active) => self.position_of(&active.motion.target(), frames),
             None => self.here(now, frames),
         }
+    }
+
+    /// Tool points in world coordinates along the path of the motion under way, in mm; empty when none is under way.
+    #[must_use]
+    pub fn path(&self, frames: &Frames) -> Vec<[f64; 3]> {
+        let Some(active) = &self.active else {
+            return Vec::new();
+        };
+        let point = |step: u16| {
+            let part = f64::from(step) / f64::from(PATH_POINTS - 1);
+            let joints = active.motion.joints_along(part);
+            self.pose_in(joints, frames, &frames.work).world.xyz
+        };
+        (0..PATH_POINTS).map(point).collect()
     }
 }

@@ -205,6 +205,13 @@ impl Motion {
         self.path.joints_at(self.state_at(t).place)
     }
 
+    /// Joints at this part of the path, 0 to 1, whenever the motion gets there; of motions blended or of an arch, at
+    /// this part of the time.
+    #[must_use]
+    pub fn joints_along(&self, part: f64) -> Joints {
+        self.path.joints_at(part)
+    }
+
     /// What the axes do between two times after the start. `load` is the part of their acceleration that the load
     /// leaves them.
     #[must_use]

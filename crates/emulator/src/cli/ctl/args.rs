@@ -106,6 +106,10 @@ pub enum Command {
         #[arg(value_parser = ["start", "stop"])]
         action: Option<String>,
     },
+    /// Show the arm: model, posture, coordinate systems, path
+    Arm,
+    /// Show the posture of the arm
+    Pose,
     /// Show the teach pendant, or type on it
     Pendant {
         #[command(subcommand)]

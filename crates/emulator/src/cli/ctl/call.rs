@@ -143,6 +143,8 @@ impl Call {
             Command::MachineLock { state } => switch("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
             Command::Program { action } => button("/program", action.as_ref()),
+            Command::Arm => get("/arm"),
+            Command::Pose => get("/arm/pose"),
             Command::Pendant { action: None } => get("/pendant"),
             Command::Pendant {
                 action: Some(PendantCommand::Keys { text }),
