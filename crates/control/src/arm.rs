@@ -187,7 +187,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 }
 
 /// Get what a picture of the arm needs
-#[utoipa::path(get, path = "/arm", responses((status = 200, body = ArmPicture)))]
+#[utoipa::path(get, path = "/arm", responses((status = 200, description = "The arm with its model.", body = ArmPicture)))]
 async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
     handle.query(ArmPicture::new).await.map(Json)
 }
