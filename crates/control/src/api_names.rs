@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use ts3100_controller::{ControlRight, KeySwitch, Port};
+use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::openapi::{RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
@@ -26,6 +27,21 @@ pub enum RightHolder {
     Sig,
     Rs232c,
     Ether,
+}
+
+/// Operation mode.
+#[derive(Serialize, Deserialize, ToSchema)]
+#[serde(remote = "RunMode", rename_all = "lowercase")]
+#[schema(as = RunMode)]
+pub enum RunModeName {
+    /// Starts again after the last statement.
+    Continuous,
+    /// Runs once to the end.
+    Cycle,
+    /// Runs one statement for each start.
+    Step,
+    /// Runs through the next motion for each start.
+    Segment,
 }
 
 /// A communication port. Calls accept lower case too.

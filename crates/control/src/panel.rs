@@ -2,14 +2,16 @@
 //!
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
-use super::api_names::{KeyPosition, RightHolder, StatusName};
+use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
 use super::body::{Json, NoBody};
 use super::handle::{Answer, Handle};
+use super::problem::Problem;
 use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
 use ts3100_driver::driver::request::View;
+use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
 
@@ -65,6 +67,25 @@ pub struct Battery {
     low: bool,
 }
 
+/// The speed override.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Override {
+    /// In percent.
+    #[schema(minimum = 1, maximum = 100)]
+    percent: u8,
+}
+
+/// The operation mode.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OperationMode {
+    /// Which.
+    #[serde(with = "RunModeName")]
+    #[schema(value_type = RunModeName)]
+    mode: RunMode,
+}
+
 /// The selected program and its status.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct ProgramStatus {
@@ -106,6 +127,8 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(press_feed_hold))
         .routes(routes!(get_machine_lock, put_machine_lock))
         .routes(routes!(get_battery, put_battery))
+        .routes(routes!(get_override, put_override))
+        .routes(routes!(get_run_mode, put_run_mode))
         .routes(routes!(get_program))
         .routes(routes!(start))
         .routes(routes!(stop))
@@ -277,6 +300,49 @@ fn battery(view: &View<'_>) -> Battery {
 async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
     handle.act(Action::Panel(panel), battery).await.map(Json)
+}
+
+/// Get the speed override
+#[utoipa::path(get, path = "/override", responses((status = 200, body = Override)))]
+async fn get_override(handle: Handle) -> Answer<Override> {
+    handle.query(speed_override).await.map(Json)
+}
+
+fn speed_override(view: &View<'_>) -> Override {
+    let percent = view.controller.state().override_percent;
+    Override { percent }
+}
+
+/// Set the speed override
+///
+/// The motion under way goes on with it. The command `EC,OVRD` does the same.
+#[utoipa::path(put, path = "/override", request_body = Override, responses((status = 200, body = Override)))]
+async fn put_override(handle: Handle, Json(body): Json<Override>) -> Answer<Override> {
+    if !(1..=100).contains(&body.percent) {
+        return Err(Problem::invalid("percent", "1 to 100", body.percent));
+    }
+    let panel = PanelAction::Override(body.percent);
+    handle.act(Action::Panel(panel), speed_override).await.map(Json)
+}
+
+/// Get the operation mode
+#[utoipa::path(get, path = "/run-mode", responses((status = 200, body = OperationMode)))]
+async fn get_run_mode(handle: Handle) -> Answer<OperationMode> {
+    handle.query(run_mode).await.map(Json)
+}
+
+fn run_mode(view: &View<'_>) -> OperationMode {
+    let mode = view.controller.state().run_mode;
+    OperationMode { mode }
+}
+
+/// Set the operation mode
+///
+/// Only while the robot is stopped, as the command `EC,MODE`.
+#[utoipa::path(put, path = "/run-mode", request_body = OperationMode, responses((status = 200, body = OperationMode)))]
+async fn put_run_mode(handle: Handle, Json(body): Json<OperationMode>) -> Answer<OperationMode> {
+    let panel = PanelAction::RunMode(body.mode);
+    handle.act(Action::Panel(panel), run_mode).await.map(Json)
 }
 
 /// Get the selected program and its status

@@ -13,12 +13,12 @@ use alloc::string::{FromUtf8Error, String, ToString};
 use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
-use ts3100_proto::command::Number;
+use ts3100_proto::command::{Number, RunMode};
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::Word;
 
 /// Every form of an action, as the page of scenarios lists it.
-pub const ACTION_FORMS: [&str; 33] = [
+pub const ACTION_FORMS: [&str; 35] = [
     "key-switch teaching|internal|ext",
     "control-right sig|rs232c|ether",
     "emergency-stop press|release",
@@ -28,6 +28,8 @@ pub const ACTION_FORMS: [&str; 33] = [
     "feed-hold press",
     "machine-lock on|off",
     "battery low|ok",
+    "override PERCENT",
+    "run-mode continuous|cycle|step|segment",
     "program start",
     "program stop",
     "alarms raise NUMBER [TEXT]",
@@ -101,6 +103,8 @@ impl fmt::Display for PanelAction {
             PanelAction::MachineLock(on) => write!(f, "machine-lock {}", on.word()),
             PanelAction::InputLine { line, on } => write!(f, "input {line} {}", on.word()),
             PanelAction::Battery(low) => write!(f, "battery {}", BATTERY.word(*low)),
+            PanelAction::Override(percent) => write!(f, "override {percent}"),
+            PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
             PanelAction::Keys(keys) => write!(f, "pendant keys {}", Escaped::new(keys.as_bytes())),
             PanelAction::PowerCycle => f.write_str("power cycle"),
         }
@@ -175,6 +179,8 @@ impl FromStr for Action {
             }
             "machine-lock" => Action::Panel(PanelAction::MachineLock(switch(rest)?)),
             "battery" => Action::Panel(PanelAction::Battery(BATTERY.read(rest)?)),
+            "override" => Action::Panel(PanelAction::Override(percent(rest)?)),
+            "run-mode" => Action::Panel(PanelAction::RunMode(run_mode(rest)?)),
             "program" => Action::Panel(match rest {
                 "start" => PanelAction::Start,
                 "stop" => PanelAction::Stop,
@@ -197,6 +203,16 @@ impl FromStr for Action {
             _ => return Err(ActionParseError::Unknown(words.to_string())),
         })
     }
+}
+
+fn percent(rest: &str) -> ParseResult<u8> {
+    let percent = rest.parse().ok().filter(|percent| (1..=100).contains(percent));
+    percent.ok_or_else(|| expected("a whole number from 1 to 100", rest))
+}
+
+fn run_mode(rest: &str) -> ParseResult<RunMode> {
+    let mode = RunMode::ALL.into_iter().find(|mode| mode.as_str() == rest);
+    mode.ok_or_else(|| expected("continuous, cycle, step or segment", rest))
 }
 
 /// The two words of a thing with words of its own.
@@ -471,6 +487,8 @@ mod tests {
             "machine-lock on",
             "battery low",
             "battery ok",
+            "override 35",
+            "run-mode step",
             "program start",
             "program stop",
             "alarms raise 2-046",
@@ -526,6 +544,9 @@ mod tests {
             "servo maybe",
             "emergency-stop down",
             "battery full",
+            "override 0",
+            "override 101",
+            "run-mode fast",
             "input x on",
             "program",
             "program start now",
@@ -553,7 +574,9 @@ mod tests {
         all.extend([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext].map(PanelAction::Key));
         let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
         all.extend(rights.map(PanelAction::ControlRight));
+        all.extend(RunMode::ALL.map(PanelAction::RunMode));
         all.extend([
+            PanelAction::Override(35),
             PanelAction::Start,
             PanelAction::Stop,
             PanelAction::FeedHold,

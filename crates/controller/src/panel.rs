@@ -43,6 +43,10 @@ pub enum PanelAction {
         /// Its state.
         on: bool,
     },
+    /// The speed override is set, in percent: 1 to 100.
+    Override(u8),
+    /// The operation mode is chosen; refused while the robot runs.
+    RunMode(RunMode),
     /// The battery of the RAM drive is low (true) or good again.
     Battery(bool),
     /// Figures typed at the teach pendant, for INPUT without a channel.

@@ -66,6 +66,7 @@ use ts3100_driver::snapshot;
 pub use ts3100_driver::snapshot::SnapshotRequestError;
 use ts3100_driver::snapshot::SnapshotTask;
 pub use ts3100_proto::command::Number;
+pub use ts3100_proto::command::RunMode;
 pub use ts3100_proto::status::ExecutionStatus;
 pub use ts3100_recording::reports::{CoverageReport, RunRecord};
 pub use ts3100_recording::transcript::FormatError;

@@ -538,3 +538,15 @@ fn the_arm_shows_the_path_of_the_motion_under_way() {
     assert!(ends[0].abs() < 1e-3 && (ends[1] + 60.0).abs() < 1e-3, "{ends:?}");
     assert_eq!(robot.get("/arm/pose")["moving"], true);
 }
+
+#[test]
+fn override_and_run_mode_are_those_of_the_commands() {
+    let robot = Bench::start(builder());
+    let mut host = robot.host();
+    assert_eq!(robot.put("/override", r#"{"percent":35}"#)["percent"], 35);
+    assert_eq!(robot.put("/run-mode", r#"{"mode":"step"}"#)["mode"], "step");
+    let text = format!("{:?}", host.command("SU"));
+    assert!(text.contains("OVRD:35%") && text.contains("/step"), "{text}");
+    robot.refused(422, "PUT", "/override", r#"{"percent":0}"#);
+    robot.refused(422, "PUT", "/run-mode", r#"{"mode":"fast"}"#);
+}

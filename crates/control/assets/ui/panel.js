@@ -54,7 +54,7 @@ export function create(robot) {
   const emergency = toggle("EMERGENCY STOP", pressed => robot.put("emergency-stop", {pressed}), {class: "emergency"});
   const key = choice("Key switch", [["teaching", "TEACHING"], ["internal", "INTERNAL"], ["ext", "EXT"]],
     position => robot.put("key-switch", {position}));
-  const right = choice("Control right in EXT", [["ether", "Ethernet"], ["serial", "Serial"], ["signal", "Signals"]],
+  const right = choice("Control right in EXT", [["ether", "Ethernet"], ["rs232c", "Serial"], ["sig", "Signals"]],
     holder => robot.put("control-right", {holder}));
   const mode = choice("Run mode", [["continuous", "Continuous"], ["cycle", "Cycle"], ["step", "Step"], ["segment", "Segment"]],
     mode => robot.put("run-mode", {mode}));

@@ -137,6 +137,8 @@ impl Endpoints {
                     robot.raise(alarm::BATTERY, String::new());
                 }
             }
+            PanelAction::Override(percent) => robot.set_override(percent.clamp(1, 100)),
+            PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
             PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
             PanelAction::PowerCycle => {
                 self.power_off(robot);

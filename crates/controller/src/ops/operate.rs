@@ -28,17 +28,10 @@ impl Robot {
     pub(super) fn op_internal(&mut self, internal: InternalCommand) -> Outcome {
         match internal {
             InternalCommand::Override(percent) => {
-                self.panel.set_override(percent);
-                self.arm.set_speed_limits(self.now, self.pace());
+                self.set_override(percent);
                 Outcome::Ok
             }
-            InternalCommand::Mode(_) if self.executor.status() == ExecutionStatus::Running => {
-                Outcome::ng("the operation mode can be set only while the robot is stopped")
-            }
-            InternalCommand::Mode(mode) => {
-                self.panel.set_run_mode(mode);
-                Outcome::Ok
-            }
+            InternalCommand::Mode(mode) => Outcome::of(self.set_run_mode(mode)),
             InternalCommand::Break => {
                 self.interrupt(StopCause::Host);
                 Outcome::Ok

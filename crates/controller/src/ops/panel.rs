@@ -15,7 +15,9 @@ use crate::robot::Robot;
 use alloc::format;
 use alloc::string::String;
 use thiserror::Error;
+use ts3100_proto::command::RunMode;
 use ts3100_proto::name::FileName;
+use ts3100_proto::status::ExecutionStatus;
 
 /// Why something at the panel had no effect, or the command or signal that does the same.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -46,6 +48,8 @@ pub(crate) enum OperateError {
     ServoOn,
     #[error("a reset is accepted only in stop mode")]
     NotStopped,
+    #[error("the operation mode can be set only while the robot is stopped")]
+    Running,
     #[error("of several inputs at once only the first is processed")]
     NotFirst,
     #[error(transparent)]
@@ -64,6 +68,21 @@ impl Robot {
             self.panel.set_key(key);
             self.arm.set_speed_limits(self.now, self.pace());
         }
+        Ok(())
+    }
+
+    /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
+    pub(crate) fn set_override(&mut self, percent: u8) {
+        self.panel.set_override(percent);
+        self.arm.set_speed_limits(self.now, self.pace());
+    }
+
+    /// The operation mode (CMD-EC-02).
+    pub(crate) fn set_run_mode(&mut self, mode: RunMode) -> Result<(), OperateError> {
+        if self.executor.status() == ExecutionStatus::Running {
+            return Err(OperateError::Running);
+        }
+        self.panel.set_run_mode(mode);
         Ok(())
     }
 

@@ -21,6 +21,7 @@ use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_proto::command::Number;
+use ts3100_proto::command::RunMode;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -326,6 +327,10 @@ actions! {
     set_machine_lock(on: bool) => Action::Panel(PanelAction::MachineLock(on));
     /// Makes the battery of the RAM drive low, or good again.
     set_battery_low(low: bool) => Action::Panel(PanelAction::Battery(low));
+    /// Sets the speed override in percent: 1 to 100.
+    set_override(percent: u8) => Action::Panel(PanelAction::Override(percent));
+    /// Sets the operation mode; only while the robot is stopped.
+    set_run_mode(mode: RunMode) => Action::Panel(PanelAction::RunMode(mode));
     /// Starts the selected program.
     start_program() => Action::Panel(PanelAction::Start);
     /// Stops the program.

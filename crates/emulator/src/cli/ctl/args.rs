@@ -101,6 +101,16 @@ pub enum Command {
         #[arg(value_parser = ["low", "ok"])]
         state: Option<String>,
     },
+    /// Show or set the speed override in percent
+    Override {
+        #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
+        percent: Option<u8>,
+    },
+    /// Show or set the operation mode
+    RunMode {
+        #[arg(value_parser = ["continuous", "cycle", "step", "segment"])]
+        mode: Option<String>,
+    },
     /// Show, start or stop the selected program
     Program {
         #[arg(value_parser = ["start", "stop"])]

@@ -142,6 +142,12 @@ impl Call {
             Command::FeedHold { state } => feed_hold(state.as_deref()),
             Command::MachineLock { state } => switch("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
+            Command::Override { percent: None } => get("/override"),
+            Command::Override {
+                percent: Some(percent),
+            } => put("/override", json!({"percent": percent})),
+            Command::RunMode { mode: None } => get("/run-mode"),
+            Command::RunMode { mode: Some(mode) } => put("/run-mode", json!({"mode": mode})),
             Command::Program { action } => button("/program", action.as_ref()),
             Command::Arm => get("/arm"),
             Command::Pose => get("/arm/pose"),
