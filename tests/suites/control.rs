@@ -5,5 +5,6 @@ mod document;
 #[cfg(unix)]
 mod drive;
 mod guard;
+mod pendant;
 mod resources;
 mod whole;

@@ -137,7 +137,7 @@ fn a_refused_start_is_told_by_the_cause_that_refused_it() {
         (&[nothing][..], state, "no file is selected"),
         (&[nothing, off], state, "no file is selected"),
         (&[nothing, off, emergency], state, "no file is selected"),
-        (&[jogging], state, "the arm is being guided by JG"),
+        (&[jogging], state, "the arm is being jogged"),
         (&[emergency], state, "the emergency stop is pressed"),
         (&[off, emergency], state, "the emergency stop is pressed"),
         (&[off, open], state, "the safety switch is open"),

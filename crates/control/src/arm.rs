@@ -146,7 +146,8 @@ impl ModelInfo {
 }
 
 impl ArmPosture {
-    fn new(view: &View<'_>) -> ArmPosture {
+    /// As they are now.
+    pub(super) fn new(view: &View<'_>) -> ArmPosture {
         let controller = view.controller;
         let pose = controller.arm_pose();
         ArmPosture {

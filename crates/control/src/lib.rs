@@ -13,6 +13,7 @@ mod api_names;
 mod arm;
 mod asset;
 mod body;
+mod breakpoints;
 mod channels;
 pub mod client;
 mod clock;
@@ -24,6 +25,7 @@ mod faults;
 mod files;
 mod guard;
 mod handle;
+mod jog;
 pub mod journal;
 mod lines;
 mod listener;
@@ -95,8 +97,10 @@ fn route_table() -> RouteTable {
         wires::add,
         state::add,
         panel::add,
+        breakpoints::add,
         pendant::add,
         arm::add,
+        jog::add,
         alarms::add,
         lines::add,
         variables::add,

@@ -99,6 +99,12 @@ pub enum Action {
         /// Its name.
         name: String,
     },
+    /// The program stops before these lines of the selected file, and before no others.
+    Breakpoints(Vec<u32>),
+    /// The program runs one step, whatever the operation mode.
+    Step,
+    /// The program runs until it comes to this line, from 1.
+    RunTo(u32),
     /// Faults are armed and disarmed.
     Fault(FaultAction),
 }
@@ -129,6 +135,7 @@ impl Action {
                     | PanelAction::Stop
                     | PanelAction::FeedHold
                     | PanelAction::AlarmReset
+                    | PanelAction::Jog { .. }
                     | PanelAction::Keys(_)
                     | PanelAction::ControlRight(_)
             ),
@@ -139,7 +146,10 @@ impl Action {
             | Action::Teach { .. }
             | Action::PutFile { .. }
             | Action::EraseFile { .. }
-            | Action::Select { .. } => true,
+            | Action::Select { .. }
+            | Action::Breakpoints(_)
+            | Action::Step
+            | Action::RunTo(_) => true,
         }
     }
 }

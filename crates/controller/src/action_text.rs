@@ -6,10 +6,11 @@
 
 use crate::action::{Action, IoKind};
 use crate::faults::{Fault, FaultAction, FaultError};
-use crate::input::{ControlRight, KeySwitch, PanelAction};
+use crate::input::{ControlRight, JogMode, KeySwitch, PanelAction};
 use crate::time::parse_duration;
 use alloc::boxed::Box;
 use alloc::string::{FromUtf8Error, String, ToString};
+use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
@@ -18,7 +19,7 @@ use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::Word;
 
 /// Every form of an action, as the page of scenarios lists it.
-pub const ACTION_FORMS: [&str; 35] = [
+pub const ACTION_FORMS: [&str; 40] = [
     "key-switch teaching|internal|ext",
     "control-right sig|rs232c|ether",
     "emergency-stop press|release",
@@ -30,8 +31,13 @@ pub const ACTION_FORMS: [&str; 35] = [
     "battery low|ok",
     "override PERCENT",
     "run-mode continuous|cycle|step|segment",
+    "jog AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
+    "jog stop",
     "program start",
     "program stop",
+    "program step",
+    "program run-to LINE",
+    "breakpoints none|LINE [LINE ...]",
     "alarms raise NUMBER [TEXT]",
     "alarms reset",
     "power on|off|cycle",
@@ -105,6 +111,16 @@ impl fmt::Display for PanelAction {
             PanelAction::Battery(low) => write!(f, "battery {}", BATTERY.word(*low)),
             PanelAction::Override(percent) => write!(f, "override {percent}"),
             PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
+            PanelAction::Jog { axis, positive, mode } => {
+                let ([coordinates, rate], sign) = (mode.words(), if *positive { "plus" } else { "minus" });
+                let step = if mode.mode == JogMode::INCHING {
+                    " inching"
+                } else {
+                    ""
+                };
+                write!(f, "jog {axis} {sign} {coordinates} {rate}{step}")
+            }
+            PanelAction::JogStop => f.write_str("jog stop"),
             PanelAction::Keys(keys) => write!(f, "pendant keys {}", Escaped::new(keys.as_bytes())),
             PanelAction::PowerCycle => f.write_str("power cycle"),
         }
@@ -152,6 +168,13 @@ impl fmt::Display for Action {
             Action::PutFile { name, content } => write!(f, "file put {name} {}", Escaped::new(content)),
             Action::EraseFile { name } => write!(f, "file erase {name}"),
             Action::Select { name } => write!(f, "file select {name}"),
+            Action::Breakpoints(lines) if lines.is_empty() => f.write_str("breakpoints none"),
+            Action::Breakpoints(lines) => {
+                f.write_str("breakpoints")?;
+                lines.iter().try_for_each(|line| write!(f, " {line}"))
+            }
+            Action::Step => f.write_str("program step"),
+            Action::RunTo(line) => write!(f, "program run-to {line}"),
             Action::Fault(FaultAction::Arm(fault)) if fault.id == 0 => write!(f, "faults arm {fault}"),
             Action::Fault(FaultAction::Arm(fault)) => write!(f, "faults arm {} {fault}", fault.id),
             Action::Fault(FaultAction::Disarm(id)) => write!(f, "faults disarm {id}"),
@@ -181,11 +204,11 @@ impl FromStr for Action {
             "battery" => Action::Panel(PanelAction::Battery(BATTERY.read(rest)?)),
             "override" => Action::Panel(PanelAction::Override(percent(rest)?)),
             "run-mode" => Action::Panel(PanelAction::RunMode(run_mode(rest)?)),
-            "program" => Action::Panel(match rest {
-                "start" => PanelAction::Start,
-                "stop" => PanelAction::Stop,
-                _ => return Err(expected("start or stop", rest)),
-            }),
+            "jog" if rest == "stop" => Action::Panel(PanelAction::JogStop),
+            "jog" => Action::Panel(jog(rest)?),
+            "program" => program(rest)?,
+            "breakpoints" if rest == "none" => Action::Breakpoints(Vec::new()),
+            "breakpoints" => Action::Breakpoints(rest.split(' ').map(file_line).collect::<ParseResult<_>>()?),
             "alarms" => alarms_action(rest)?,
             "power" => match rest {
                 "on" => Action::PowerOn,
@@ -213,6 +236,48 @@ fn percent(rest: &str) -> ParseResult<u8> {
 fn run_mode(rest: &str) -> ParseResult<RunMode> {
     let mode = RunMode::ALL.into_iter().find(|mode| mode.as_str() == rest);
     mode.ok_or_else(|| expected("continuous, cycle, step or segment", rest))
+}
+
+fn program(rest: &str) -> ParseResult<Action> {
+    let (verb, line) = split(rest);
+    Ok(match (verb, line) {
+        ("start", "") => Action::Panel(PanelAction::Start),
+        ("stop", "") => Action::Panel(PanelAction::Stop),
+        ("step", "") => Action::Step,
+        ("run-to", line) => Action::RunTo(file_line(line)?),
+        _ => return Err(expected("start, stop, step or run-to LINE", rest)),
+    })
+}
+
+fn file_line(word: &str) -> ParseResult<u32> {
+    let line = word.parse().ok().filter(|line| *line > 0);
+    line.ok_or_else(|| expected("the number of a line", word))
+}
+
+fn jog(rest: &str) -> ParseResult<PanelAction> {
+    let mut words = rest.split(' ');
+    let mut word = || words.next().unwrap_or_default();
+    let (axis, sign, coordinates, rate, step) = (word(), word(), word(), word(), word());
+    let expected = || {
+        expected(
+            "stop, or an axis, plus or minus, a coordinate system and a rate",
+            rest,
+        )
+    };
+    let positive = match sign {
+        "plus" => true,
+        "minus" => false,
+        _ => return Err(expected()),
+    };
+    if !matches!(step, "" | "inching") || words.next().is_some() {
+        return Err(expected());
+    }
+    let mode = JogMode::from_words(coordinates, rate, step == "inching");
+    Ok(PanelAction::Jog {
+        axis: axis.parse().map_err(|_| expected())?,
+        positive,
+        mode: mode.ok_or_else(expected)?,
+    })
 }
 
 /// The two words of a thing with words of its own.
@@ -489,6 +554,13 @@ mod tests {
             "battery ok",
             "override 35",
             "run-mode step",
+            "jog 1 plus joint slow",
+            "jog 6 minus tool fast inching",
+            "jog stop",
+            "program step",
+            "program run-to 12",
+            "breakpoints none",
+            "breakpoints 3 17",
             "program start",
             "program stop",
             "alarms raise 2-046",
@@ -547,9 +619,17 @@ mod tests {
             "override 0",
             "override 101",
             "run-mode fast",
+            "jog",
+            "jog 1 up joint slow",
+            "jog 1 plus base slow",
+            "jog 1 plus joint slow inching on",
             "input x on",
             "program",
             "program start now",
+            "program run-to",
+            "program run-to 0",
+            "breakpoints",
+            "breakpoints 3 x",
             "alarms reset now",
             "pendant 5",
             "pendant keys <FF>",
@@ -577,6 +657,16 @@ mod tests {
         all.extend(RunMode::ALL.map(PanelAction::RunMode));
         all.extend([
             PanelAction::Override(35),
+            PanelAction::Jog {
+                axis: 3,
+                positive: false,
+                mode: JogMode {
+                    coordinate: 2,
+                    rate: 1,
+                    mode: 0,
+                },
+            },
+            PanelAction::JogStop,
             PanelAction::Start,
             PanelAction::Stop,
             PanelAction::FeedHold,

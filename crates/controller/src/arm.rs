@@ -8,7 +8,6 @@ mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
-use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -22,7 +21,7 @@ mod retry;
 mod settings;
 mod wear;
 
-pub use jog::{Jog, JogFrame};
+pub use jog::{Guide, Jog, JogError, JogFrame};
 use memo::Memo;
 use settings::{MotionSettings, load_part};
 pub use trajectory::PATH_POINTS;
@@ -94,9 +93,9 @@ pub struct Arm {
     interrupted: Option<ActiveMotion>,
     /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
-    /// The port whose host guides the arm by JG; a snapshot has it apart.
+    /// Who guides the arm; a snapshot has it apart.
     #[cfg_attr(feature = "serde", serde(skip))]
-    jogging: Option<Port>,
+    guide: Option<Guide>,
     /// What the axes have done so far.
     #[cfg_attr(feature = "serde", serde(default))]
     wear: Wear,
@@ -170,18 +169,18 @@ impl Arm {
             active: None,
             interrupted: None,
             position_work: None,
-            jogging: None,
+            guide: None,
             wear: Wear::default(),
             memo: Memo::default(),
         }
     }
 
-    /// The same arm with this model, guided from this port: a snapshot has both apart.
+    /// The same arm with this model, guided so: a snapshot has both apart.
     #[cfg(feature = "serde")]
-    pub(crate) fn with_model(self, model: ArmModel, jogging: Option<Port>) -> Arm {
+    pub(crate) fn with_model(self, model: ArmModel, guide: Option<Guide>) -> Arm {
         Arm {
             model,
-            jogging,
+            guide,
             memo: Memo::default(),
             ..self
         }
@@ -264,7 +263,7 @@ impl Arm {
             self.rest = active.motion.end();
         }
         // Whatever moves next is no guided motion any more.
-        self.jogging = None;
+        self.guide = None;
     }
 
     /// Percentage of the motion completed; 100 when none is under way.
@@ -470,7 +469,7 @@ impl Arm {
 
     /// Gives up the motion: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
-        self.jogging = None;
+        self.guide = None;
         self.change_motion(now, |active, at| active.motion.stop(at));
     }
 

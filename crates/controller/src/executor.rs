@@ -3,6 +3,7 @@
 //! `run_state` has the states of automatic operation with their diagram, `scheduler` runs the tasks, `requests` serves
 //! what they ask for, `run_control` starts and stops. Commands reach it through `ops`.
 
+mod breakpoints;
 pub(crate) mod direct;
 pub(crate) mod monitors;
 #[cfg(feature = "serde")]
@@ -17,6 +18,7 @@ pub(crate) mod step;
 mod task;
 pub(crate) mod tasks;
 
+pub use breakpoints::Breakpoints;
 use direct::Direct;
 pub use run_state::{Operation, RunState, Standstill, StopCause};
 use selection::Selected;
@@ -89,6 +91,12 @@ pub struct Executor {
     #[cfg(feature = "serde")]
     #[serde(default, skip_serializing)]
     direct_done: serde::de::IgnoredAny,
+    /// Where the program stops besides its end.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Breakpoints::is_default")
+    )]
+    breakpoints: Breakpoints,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
     #[cfg_attr(feature = "serde", serde(default))]
     direct_ended: u8,
@@ -129,6 +137,7 @@ impl Executor {
             direct: None,
             #[cfg(feature = "serde")]
             direct_done: serde::de::IgnoredAny,
+            breakpoints: Breakpoints::default(),
             direct_ended: 0,
             run_shown_until: None,
             spare_program,
@@ -229,6 +238,11 @@ impl Executor {
         program
             .chain(self.direct.iter().map(|direct| direct.task.view(true)))
             .collect()
+    }
+
+    /// Where the program stops besides its end.
+    pub(crate) fn breakpoints(&self) -> &Breakpoints {
+        &self.breakpoints
     }
 
     /// File line at which the program stands; 0 when no file is selected (SF-24).

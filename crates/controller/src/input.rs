@@ -6,7 +6,7 @@ use crate::action::Action;
 use crate::drive::PersistError;
 use crate::endpoint::serial_line::HostEnd;
 use crate::faults::FaultAction;
-pub use crate::panel::{ControlRight, KeySwitch, PanelAction};
+pub use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -60,6 +60,8 @@ pub const INCHING_STEP: [f64; 3] = [0.1, 1.0, 10.0];
 pub const MAX_JOG_DISTANCE: f64 = 2_000.0;
 /// Longest jog that turns the tool, in degrees.
 pub const MAX_JOG_ANGLE: f64 = 170.0;
+/// Breakpoints of a file.
+pub const MAX_BREAKPOINTS: usize = 1_000;
 /// Bisection steps in the search for the limit of the reach when jogging.
 pub const JOG_BISECTIONS: u32 = 16;
 /// Faults that can be armed, those that have fired included.

@@ -49,6 +49,17 @@ pub enum PanelAction {
     RunMode(RunMode),
     /// The battery of the RAM drive is low (true) or good again.
     Battery(bool),
+    /// A key of the teach pendant that moves the arm is held from now; in TEACHING only.
+    Jog {
+        /// From 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
+        axis: u8,
+        /// Towards larger values.
+        positive: bool,
+        /// The settings of the pendant; mode 2 is refused.
+        mode: JogMode,
+    },
+    /// The key is let go: the arm slows and rests.
+    JogStop,
     /// Figures typed at the teach pendant, for INPUT without a channel.
     Keys(String),
     /// Power off and on again.
@@ -115,6 +126,44 @@ pub struct JogMode {
     pub rate: u16,
     /// 0 jog, 1 inching, 2 free.
     pub mode: u16,
+}
+
+impl JogMode {
+    /// Words for the values of `coordinate`.
+    pub const COORDINATES: [&str; 4] = ["joint", "tool", "work", "world"];
+    /// Words for the values of `rate`.
+    pub const RATES: [&str; 3] = ["slow", "mid", "fast"];
+    /// `mode` of motions.
+    pub const JOG: u16 = 0;
+    /// `mode` of steps.
+    pub const INCHING: u16 = 1;
+    /// `mode` in which the arm is moved by hand alone.
+    pub const FREE: u16 = 2;
+
+    /// Settings by their words; `None` if there are no such words.
+    #[must_use]
+    pub fn from_words(coordinates: &str, rate: &str, inching: bool) -> Option<JogMode> {
+        let number = |words: &[&str], word| {
+            let place = words.iter().position(|known| *known == word)?;
+            u16::try_from(place).ok()
+        };
+        Some(JogMode {
+            coordinate: number(&JogMode::COORDINATES, coordinates)?,
+            rate: number(&JogMode::RATES, rate)?,
+            mode: if inching { JogMode::INCHING } else { JogMode::JOG },
+        })
+    }
+
+    /// The word of the coordinate system and that of the rate.
+    #[must_use]
+    pub fn words(&self) -> [&'static str; 2] {
+        let word =
+            |words: &[&'static str], number: u16| words.get(usize::from(number)).copied().unwrap_or_default();
+        [
+            word(&JogMode::COORDINATES, self.coordinate),
+            word(&JogMode::RATES, self.rate),
+        ]
+    }
 }
 
 /// The watchdog a host set by WD: it must send a text within the timeout (ste80722 S11).

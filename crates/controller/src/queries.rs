@@ -114,6 +114,11 @@ impl Controller {
         self.robot.executor.file()
     }
 
+    /// Lines of the selected file before which the program stops, from 1, in ascending order.
+    pub fn breakpoints(&self) -> impl Iterator<Item = u32> {
+        self.robot.executor.breakpoints().lines()
+    }
+
     /// Execution status, as SU and SF show it.
     #[must_use]
     pub fn status(&self) -> ExecutionStatus {
@@ -186,6 +191,12 @@ impl Controller {
     #[must_use]
     pub fn is_arm_moving(&self) -> bool {
         self.robot.arm.is_moving()
+    }
+
+    /// Whether the arm moves because a host or somebody at the teach pendant guides it.
+    #[must_use]
+    pub fn is_jogging(&self) -> bool {
+        self.robot.arm.is_jogging()
     }
 
     /// Percentage of the motion completed; 100 if none is under way.

@@ -51,7 +51,7 @@ pub use ts3100_control::ControlSettings;
 pub use ts3100_controller::action::{Action, ActionError, ActionErrorKind, IoKind};
 pub use ts3100_controller::faults::{FaultError, FaultReport};
 pub use ts3100_controller::findings::{Findings, Rule, rules};
-pub use ts3100_controller::input::PanelAction;
+pub use ts3100_controller::input::{JogMode, PanelAction};
 pub use ts3100_controller::model::ArmModel;
 pub use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
 pub use ts3100_controller::output::{Event, Output};

@@ -325,11 +325,17 @@ fn with_a_token_every_call_needs_it() {
         for attribute in ["src=\"", "href=\""] {
             for value in page.split(attribute).skip(1) {
                 let own = ["ui/", "#", "../", "openapi.json", "docs", "./"];
-                assert!(own.iter().any(|own| value.starts_with(own)), "{path}: {attribute}{value:.40}");
+                assert!(
+                    own.iter().any(|own| value.starts_with(own)),
+                    "{path}: {attribute}{value:.40}"
+                );
             }
         }
         for loads in ["http://", "https://", "@import", "innerHTML", "localStorage"] {
-            assert!(!page.replace("http://www.w3.org/", "").contains(loads), "{path}: {loads}");
+            assert!(
+                !page.replace("http://www.w3.org/", "").contains(loads),
+                "{path}: {loads}"
+            );
         }
     }
 }

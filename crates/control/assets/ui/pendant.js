@@ -206,11 +206,11 @@ function makeDisplay(robot) {
 
 /** Moving the arm by hand. */
 function makeJog(robot) {
-  let coordinates = "joint", speed = "low", inching = false, held = null, axes = 0, shown = false;
+  let coordinates = "joint", speed = "slow", inching = false, held = null, axes = 0, shown = false;
   const reason = make("output", {class: "reason", role: "alert"});
   const moving = make("p", {class: "moving", role: "status"});
   const frame = choice("Coordinates", [["joint", "Joint"], ["tool", "Tool"], ["work", "Work"], ["world", "World"]], word => { coordinates = word; end(); draw(); });
-  const rate = choice("Speed", [["low", "Low"], ["middle", "Middle"], ["high", "High"]], word => { speed = word; end(); draw(); });
+  const rate = choice("Speed", [["slow", "Slow"], ["mid", "Mid"], ["fast", "Fast"]], word => { speed = word; end(); draw(); });
   const inch = toggle("Inching", on => { inching = on; end(); draw(); });
   const keys = make("div", {class: "axes", role: "group", "aria-label": "Axis keys"});
   const turn = button("Turn it to TEACHING", () => robot.put("key-switch", {position: "teaching"}));

@@ -38,11 +38,26 @@ impl JogFrame {
     }
 }
 
+/// Who guides the arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(Serialize, Deserialize),
+    serde(rename_all = "lowercase")
+)]
+pub enum Guide {
+    /// Somebody at the teach pendant.
+    Pendant,
+    /// The host at this port, by JG.
+    #[cfg_attr(feature = "serde", serde(untagged))]
+    Host(Port),
+}
+
 /// A request to jog the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
-    /// The port whose host asks for it.
-    pub port: Port,
+    /// Who asks for it.
+    pub by: Guide,
     /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
     pub axis: u8,
     /// +1 or -1.
@@ -124,23 +139,28 @@ impl Arm {
             frames: None,
         };
         self.set_off(jogged, from);
-        self.jogging = Some(jog.port);
+        self.guide = Some(jog.by);
         Ok(())
     }
 
-    /// Whether a host guides the arm right now.
+    /// Whether somebody guides the arm right now.
     pub(crate) fn is_jogging(&self) -> bool {
-        self.jogging.is_some() && self.is_moving()
+        self.guide.is_some() && self.is_moving()
     }
 
-    /// The port whose host guides the arm, or did and has not ended that.
-    pub(crate) fn jogging(&self) -> Option<Port> {
-        self.jogging
+    /// Who guides the arm, or did and has not ended that.
+    pub(crate) fn guide(&self) -> Option<Guide> {
+        self.guide
+    }
+
+    /// Whether that is the host at this port.
+    pub(crate) fn is_guided_from(&self, port: Port) -> bool {
+        self.guide == Some(Guide::Host(port))
     }
 
     /// A guided motion ends: the arm slows and rests.
     pub(crate) fn stop_jog(&mut self, now: Time) {
-        if self.jogging.is_some() {
+        if self.guide.is_some() {
             self.stop(now);
         }
     }

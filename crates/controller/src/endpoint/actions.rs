@@ -74,6 +74,9 @@ impl Endpoints {
             Action::PutFile { name, content } => robot.put_file(&name, &content),
             Action::EraseFile { name } => robot.erase_file(&name),
             Action::Select { name } => robot.select_by_name(&name),
+            Action::Breakpoints(lines) => robot.set_breakpoints(&lines),
+            Action::Step => robot.step(),
+            Action::RunTo(line) => robot.run_to(line),
             Action::Fault(order) => self.fault_order(robot, order),
         };
         let Err(mut error) = done else {
@@ -139,6 +142,8 @@ impl Endpoints {
             }
             PanelAction::Override(percent) => robot.set_override(percent.clamp(1, 100)),
             PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
+            PanelAction::Jog { axis, positive, mode } => robot.jog_by_key(axis, positive, mode)?,
+            PanelAction::JogStop => robot.arm.stop_jog(robot.now),
             PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
             PanelAction::PowerCycle => {
                 self.power_off(robot);
@@ -172,6 +177,8 @@ fn place_at_panel(panel: &PanelAction) -> &'static str {
         "key switch"
     } else if *panel == PanelAction::Start {
         "start"
+    } else if let PanelAction::Jog { .. } = panel {
+        "jog"
     } else {
         "panel"
     }
@@ -185,6 +192,8 @@ fn verb_at_panel(panel: &PanelAction) -> String {
         format!("turn the key switch to {}", key.word())
     } else if *panel == PanelAction::Start {
         "start the program".to_string()
+    } else if let PanelAction::Jog { axis, .. } = panel {
+        format!("jog axis {axis}")
     } else {
         format!("do `{panel}`")
     }

@@ -68,7 +68,7 @@ impl Endpoints {
             };
         }
         self.forget_peer(port);
-        if robot.arm.jogging() == Some(port) {
+        if robot.arm.is_guided_from(port) {
             robot.arm.stop_jog(robot.now);
         }
         if port.protocol().is_some() {

@@ -52,6 +52,13 @@ impl Executor {
             &expected,
             count,
         )?;
+        let expected = "breakpoints within their bounds";
+        check(
+            self.breakpoints.is_valid(),
+            "execution.breakpoints",
+            expected,
+            "more",
+        )?;
         let last = self.tasks.keys().next_back().copied().unwrap_or_default();
         let (place, next) = ("execution.next_task", self.next_task);
         check(next >= last, place, &format!("more than {last}"), next)?;

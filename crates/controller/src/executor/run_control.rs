@@ -16,6 +16,7 @@ impl Robot {
     /// Automatic operation starts or goes on.
     pub(crate) fn run_program(&mut self) {
         self.take_up_motion();
+        self.executor.leave_breakpoints();
         self.executor.operation.start();
         self.executor.run_shown_until = None;
         self.notices.push(RunNotice::Started);
@@ -37,6 +38,7 @@ impl Robot {
     /// Automatic operation has come to a stand.
     pub(crate) fn stop_program(&mut self, place: Standstill, by: StopCause) {
         self.executor.operation.stand(place);
+        self.executor.drop_target();
         self.executor.paused = false;
         self.panel.run_ends(self.now);
         self.report_status();

@@ -31,7 +31,9 @@ impl Robot {
         let RunState::Running { stop } = self.executor.operation.state() else {
             return false;
         };
-        let single = self.traced || self.panel.state().run_mode == RunMode::Step;
+        let single = self.traced
+            || self.panel.state().run_mode == RunMode::Step
+            || self.executor.breakpoints().are_set();
         let mut standing = true;
         for id in self.executor.order() {
             if stop.is_none() && self.executor.task(id).is_some_and(|task| task.sleeps(self.now)) {
@@ -89,7 +91,7 @@ impl Robot {
             RunMode::Segment => motion,
             RunMode::Cycle | RunMode::Continuous => false,
         };
-        if stops {
+        if stops || self.executor.breakpoints().stops_after_step() {
             self.stop_after_step(StopCause::Other);
         }
     }
@@ -166,6 +168,9 @@ impl Robot {
         }
         if !task.has_budget(self.now) {
             return Step::Blocked;
+        }
+        if self.executor.stops_before(task) {
+            return Step::Stopped;
         }
         if self.traced && task.begins_statement() {
             let (line, task) = (task.line(), task.id());

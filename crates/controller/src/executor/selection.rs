@@ -182,6 +182,9 @@ impl Robot {
             });
         };
         let memory = Memory::new(&program);
+        if self.executor.file() != name.as_str() {
+            self.executor.breakpoints.clear();
+        }
         self.executor.selected = Some(Selected {
             name: label(),
             source,
@@ -209,6 +212,7 @@ impl Robot {
     /// No file is selected any more (RS,SEL).
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;
+        self.executor.breakpoints.clear();
         self.executor.main = None;
         self.executor.drop_tasks();
         self.executor.operation.stand(Standstill::FirstStep);

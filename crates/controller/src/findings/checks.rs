@@ -268,7 +268,7 @@ impl Endpoints {
 
     /// Checks in what state the peer of a port disconnected.
     pub(crate) fn check_disconnect(&mut self, robot: &mut Robot, port: Port) {
-        if robot.arm.jogging() == Some(port) && robot.arm.is_jogging() {
+        if robot.arm.is_guided_from(port) && robot.arm.is_jogging() {
             let text = "the connection ended while JG guided the arm; it stops";
             robot.report(&rules::LEFT_JOGGING, port, &[], text);
         }

@@ -7,11 +7,13 @@ use crate::action::ActionError;
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
+use crate::limits::MAX_BREAKPOINTS;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
+use core::fmt::Display;
 use core::time::Duration;
 use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
@@ -19,11 +21,62 @@ use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{Word, did_you_mean};
 
+fn no_statement(line: u32) -> String {
+    format!("no statement is in line {line} or after it")
+}
+
 impl Robot {
     /// Raises an alarm of the table by its number.
     pub(crate) fn raise_by_number(&mut self, number: &str, detail: String) -> Result<(), ActionError> {
         let row = AlarmCode::from_number(number).ok_or_else(|| unknown_alarm(number))?;
         self.raise(row, detail);
+        Ok(())
+    }
+
+    /// Sets the breakpoints of the selected file.
+    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), ActionError> {
+        let refused = |reason: String| {
+            ActionError::conflict("breakpoints", format!("cannot set the breakpoints: {reason}"))
+        };
+        if self.executor.selected().is_none() && !lines.is_empty() {
+            return Err(refused("no file is selected".into()));
+        }
+        if lines.len() > MAX_BREAKPOINTS {
+            return Err(refused(format!(
+                "there can be {MAX_BREAKPOINTS}, and these are {}",
+                lines.len()
+            )));
+        }
+        let set = self.executor.set_breakpoints(lines);
+        set.map_err(|line| refused(no_statement(line)))
+    }
+
+    /// Runs one step of the program.
+    pub(crate) fn step(&mut self) -> Result<(), ActionError> {
+        let refused =
+            |reason: &dyn Display| ActionError::conflict("step", format!("cannot run a step: {reason}"));
+        if self.executor.program_runs() {
+            return Err(refused(&"the program is running"));
+        }
+        self.start().map_err(|reason| refused(&reason))?;
+        self.executor.stop_after_next_step();
+        Ok(())
+    }
+
+    /// Runs the program until it comes to the line.
+    pub(crate) fn run_to(&mut self, line: u32) -> Result<(), ActionError> {
+        let refused = |reason: &dyn Display| {
+            ActionError::conflict("run-to", format!("cannot run to line {line}: {reason}"))
+        };
+        if !self.executor.stop_before_line(line) {
+            return Err(refused(&no_statement(line)));
+        }
+        if !self.executor.program_runs()
+            && let Err(reason) = self.start()
+        {
+            self.executor.drop_target();
+            return Err(refused(&reason));
+        }
         Ok(())
     }
 

@@ -1,58 +1,89 @@
-//! MD RT SC JG: jogging from the host. The arm moves until JG ! ends it or the host disconnects.
+//! Jogging from the host (MD RT SC JG) and by the keys of the teach pendant. The arm moves until JG ! or the key that is
+//! let go ends it, or the host disconnects.
 
 use super::{Outcome, first_reason};
-use crate::arm::{Jog, JogFrame};
+use crate::arm::{Guide, Jog, JogError, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
+use crate::panel::{JogMode, KeySwitch};
 use crate::port::Port;
 use crate::robot::Robot;
+use thiserror::Error;
 use ts3100_proto::command::JogDirection;
 use ts3100_proto::status::ExecutionStatus;
 
-/// Guide mode in which the arm is moved by hand alone.
-const FREE: u16 = 2;
-/// Guide mode of steps.
-const INCHING: u16 = 1;
+/// Why the arm was not jogged.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(crate) enum JogRefusal {
+    #[error("the key switch is not in TEACHING")]
+    NotTeaching,
+    #[error("a program or a DO statement is under way")]
+    Running,
+    #[error("servo power is off")]
+    ServoOff,
+    #[error("feed hold is on")]
+    FeedHold,
+    #[error("the guide mode is FREE")]
+    Free,
+    #[error("the arm is being guided; JG ! ends that")]
+    Guided,
+    #[error(transparent)]
+    Arm(#[from] JogError),
+}
 
 impl Robot {
     /// MD, RT, SC: mode, rate and coordinate system of jogging (SF-14 to SF-16).
-    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::panel::JogMode)) -> Outcome {
+    pub(super) fn op_guide(&mut self, change: impl Fn(&mut JogMode)) -> Outcome {
         self.panel.change_jog_mode(change);
         Outcome::Ok
     }
 
     /// JG.
     pub(super) fn op_jog(&mut self, port: Port, axis: u8, motion: JogDirection) -> Outcome {
-        let sign = match motion {
-            JogDirection::Plus => 1.0,
-            JogDirection::Minus => -1.0,
+        let positive = match motion {
+            JogDirection::Plus => true,
+            JogDirection::Minus => false,
             JogDirection::Stop => {
                 self.arm.stop_jog(self.now);
                 return Outcome::Ok;
             }
         };
-        let guide = self.panel.state().jog_mode;
+        let mode = self.panel.state().jog_mode;
+        Outcome::of(self.jog(Guide::Host(port), axis, positive, mode))
+    }
+
+    /// Jogging by the keys of the teach pendant, in TEACHING only; the settings are shown by SF from then on.
+    pub(crate) fn jog_by_key(&mut self, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
+        if self.panel.state().key != KeySwitch::Teaching {
+            return Err(JogRefusal::NotTeaching);
+        }
+        self.jog(Guide::Pendant, axis, positive, mode)?;
+        self.panel.change_jog_mode(|present| *present = mode);
+        Ok(())
+    }
+
+    fn jog(&mut self, by: Guide, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
         let running = self.executor.status() == ExecutionStatus::Running;
         if let Some(reason) = first_reason([
-            (running, "a program or a DO statement is under way"),
-            (!self.panel.state().servo, "servo power is off"),
-            (self.panel.state().feed_hold, "feed hold is on"),
-            (guide.mode == FREE, "the guide mode is FREE"),
-            (self.arm.is_jogging(), "the arm is being guided; JG ! ends that"),
+            (running, JogRefusal::Running),
+            (!self.panel.state().servo, JogRefusal::ServoOff),
+            (self.panel.state().feed_hold, JogRefusal::FeedHold),
+            (mode.mode == JogMode::FREE, JogRefusal::Free),
+            (self.arm.is_jogging(), JogRefusal::Guided),
         ]) {
-            return Outcome::ng(reason);
+            return Err(reason);
         }
-        let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
+        let rate = usize::from(mode.rate).min(JOG_SPEED.len() - 1);
         let jog = Jog {
-            port,
+            by,
             axis,
-            sign,
-            step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
+            sign: if positive { 1.0 } else { -1.0 },
+            step: (mode.mode == JogMode::INCHING).then_some(INCHING_STEP[rate]),
             speed: JOG_SPEED[rate],
-            frame: JogFrame::from_number(guide.coordinate),
+            frame: JogFrame::from_number(mode.coordinate),
         };
         let (now, pace) = (self.now, self.pace());
         let conditions = self.executor.memory().conditions();
         let locked = self.panel.state().machine_lock;
-        Outcome::of(self.arm.jog(now, &jog, conditions, pace, locked))
+        Ok(self.arm.jog(now, &jog, conditions, pace, locked)?)
     }
 }

@@ -43,7 +43,7 @@ impl Robot {
     pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
         if let Some(reason) = first_reason([
             (self.executor.program_runs(), "a program is running"),
-            (self.arm.is_jogging(), "the arm is being guided by JG"),
+            (self.arm.is_jogging(), "the arm is being jogged"),
             (self.executor.has_direct(), "another DO statement is under way"),
             (!self.panel.state().servo, "servo power is off"),
             (self.panel.state().feed_hold, "feed hold is on"),

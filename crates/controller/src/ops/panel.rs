@@ -4,6 +4,7 @@
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
 use super::first_reason;
+use super::jog::JogRefusal;
 use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
@@ -38,7 +39,7 @@ pub(crate) enum OperateError {
     FeedHold,
     #[error("a DO statement is under way")]
     Direct,
-    #[error("the arm is being guided by JG")]
+    #[error("the arm is being jogged")]
     Jogging,
     #[error("no file is selected")]
     NoFile,
@@ -54,6 +55,8 @@ pub(crate) enum OperateError {
     NotFirst,
     #[error(transparent)]
     Select(#[from] SelectError),
+    #[error(transparent)]
+    Jog(#[from] JogRefusal),
 }
 
 impl Robot {

@@ -4,6 +4,7 @@
 
 use super::{SnapshotError, check};
 use crate::alarm::Alarms;
+use crate::arm::Guide;
 use crate::drive::Drive;
 use crate::endpoint::{Endpoints, fresh_lines};
 use crate::io::signals::Signals;
@@ -101,7 +102,7 @@ pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckRes
     check_endpoints(endpoints, &robot.config)?;
     let arm = robot.arm.validate(robot.now);
     arm.map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
-    if let Some(port) = robot.arm.jogging() {
+    if let Some(Guide::Host(port)) = robot.arm.guide() {
         check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
     check_faults(endpoints, &robot.config)?;

@@ -16,7 +16,7 @@ use error::check;
 
 use crate::Controller;
 use crate::alarm::Alarms;
-use crate::arm::Arm;
+use crate::arm::{Arm, Guide};
 use crate::drive::Drive;
 use crate::endpoint::Endpoints;
 use crate::endpoint::send_queue::SendQueue;
@@ -89,7 +89,7 @@ pub struct Snapshot {
     #[serde(rename = "execution")]
     executor: Executor,
     arm: Arm,
-    jogging: Option<Port>,
+    jogging: Option<Guide>,
     ethernet: EthernetParameters,
     user: UserParameters,
     network: NetworkConfig,
@@ -132,7 +132,7 @@ impl Controller {
             pendant: pendant.clone(),
             executor: self.robot.executor.clone(),
             arm: self.robot.arm.clone(),
-            jogging: self.robot.arm.jogging(),
+            jogging: self.robot.arm.guide(),
             ethernet: self.robot.parameters.ethernet().clone(),
             user: *self.robot.parameters.user(),
             network: *self.robot.parameters.network(),

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::action::{Action, ActionError, IoKind};
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
-use ts3100_controller::input::PanelAction;
+use ts3100_controller::input::{JogMode, PanelAction};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
@@ -335,6 +335,16 @@ actions! {
     start_program() => Action::Panel(PanelAction::Start);
     /// Stops the program.
     stop_program() => Action::Panel(PanelAction::Stop);
+    /// Runs one step of the program, whatever the operation mode.
+    step_program() => Action::Step;
+    /// Runs the program until it comes to the line, from 1.
+    run_program_to(line: u32) => Action::RunTo(line);
+    /// Sets the breakpoints of the selected file: lines from 1. An empty list ends them.
+    set_breakpoints(lines: &[u32]) => Action::Breakpoints(lines.to_vec());
+    /// Presses a key of the teach pendant that moves the arm; in TEACHING only. Axes count from 1.
+    press_jog_key(axis: u8, positive: bool, mode: JogMode) => Action::Panel(PanelAction::Jog { axis, positive, mode });
+    /// Lets the key go: the arm slows and rests.
+    release_jog_key() => Action::Panel(PanelAction::JogStop);
     /// Types on the teach pendant; `\r` is the Enter key.
     type_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
     /// Presses ALARM RESET.

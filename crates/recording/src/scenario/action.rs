@@ -142,6 +142,9 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
         | Action::PutFile { .. }
         | Action::EraseFile { .. }
         | Action::Select { .. }
+        | Action::Breakpoints(_)
+        | Action::Step
+        | Action::RunTo(_)
         | Action::Fault(_) => {}
     }
     Ok(found)

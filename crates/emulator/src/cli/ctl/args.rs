@@ -111,10 +111,24 @@ pub enum Command {
         #[arg(value_parser = ["continuous", "cycle", "step", "segment"])]
         mode: Option<String>,
     },
-    /// Show, start or stop the selected program
+    /// Show, start, stop or step the selected program, or run it to a line
     Program {
-        #[arg(value_parser = ["start", "stop"])]
-        action: Option<String>,
+        #[command(subcommand)]
+        action: Option<ProgramCommand>,
+    },
+    /// Show or set the breakpoints of the selected program
+    Breakpoints {
+        /// Lines of the file, from 1
+        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        lines: Vec<u32>,
+        /// Remove all
+        #[arg(long, conflicts_with = "lines")]
+        none: bool,
+    },
+    /// Move the arm as with the keys of the teach pendant, in TEACHING
+    Jog {
+        #[command(subcommand)]
+        key: JogCommand,
     },
     /// Show the arm: model, posture, coordinate systems, path
     Arm,
@@ -257,6 +271,44 @@ pub enum HttpMethod {
 pub enum PendantCommand {
     /// Type text; `\r` is the Enter key
     Keys { text: String },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum ProgramCommand {
+    /// Press START
+    Start,
+    /// Press STOP
+    Stop,
+    /// Run one step
+    Step,
+    /// Run to a line and stop before it
+    RunTo {
+        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        line: u32,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum JogCommand {
+    /// Towards larger values, until `ctl jog stop`
+    Plus(JogKey),
+    /// Towards smaller values, until `ctl jog stop`
+    Minus(JogKey),
+    /// Let the key go
+    Stop,
+}
+
+#[derive(Debug, Args)]
+pub struct JogKey {
+    /// Axis from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them
+    pub axis: u8,
+    #[arg(long, value_parser = ["joint", "tool", "work", "world"], default_value = "joint")]
+    pub coordinates: String,
+    #[arg(long, value_parser = ["slow", "mid", "fast"], default_value = "slow")]
+    pub speed: String,
+    /// Move one step
+    #[arg(long)]
+    pub inching: bool,
 }
 
 #[derive(Debug, Subcommand)]

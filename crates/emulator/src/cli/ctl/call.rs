@@ -5,7 +5,7 @@
 
 use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
-    LineCommand, PendantCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
@@ -19,7 +19,7 @@ use ts3100_controller::faults::Fault;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::files;
 use ts3100_proto::escape::{Escaped, hex_byte};
-use ts3100_proto::words::{UnexpectedWord, Word as _};
+use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
 
@@ -63,9 +63,14 @@ fn delete(path: impl Into<String>) -> Call {
     call("DELETE", path, None)
 }
 
+/// A setting: shown, or changed.
+fn setting(path: &str, key: &str, value: Option<impl Into<Value>>) -> Call {
+    value.map_or_else(|| get(path), |value| put(path, json!({ key: value.into() })))
+}
+
 /// A switch: shown, or set.
 fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
-    state.map_or_else(|| get(path), |state| put(path, json!({ key: state })))
+    setting(path, key, state)
 }
 
 /// A switch with words of its own: `on` is the word for true.
@@ -83,6 +88,38 @@ fn feed_hold(state: Option<&str>) -> Call {
 /// Something shown, or one of the actions on it.
 fn button(path: &str, action: Option<&String>) -> Call {
     action.map_or_else(|| get(path), |action| post(format!("{path}/{action}"), json!({})))
+}
+
+fn program(action: &ProgramCommand) -> Call {
+    match action {
+        ProgramCommand::Start => post("/program/start", json!({})),
+        ProgramCommand::Stop => post("/program/stop", json!({})),
+        ProgramCommand::Step => post("/program/step", json!({})),
+        ProgramCommand::RunTo { line } => post("/program/run-to", json!({"line": line})),
+    }
+}
+
+fn breakpoints(lines: &[u32], none: bool) -> Call {
+    if lines.is_empty() && !none {
+        return get("/breakpoints");
+    }
+    put("/breakpoints", json!({"lines": lines}))
+}
+
+fn jog(key: &JogCommand) -> Call {
+    let (direction, key) = match key {
+        JogCommand::Plus(key) => ("plus", key),
+        JogCommand::Minus(key) => ("minus", key),
+        JogCommand::Stop => return post("/jog/stop", json!({})),
+    };
+    let body = json!({
+        "axis": key.axis,
+        "direction": direction,
+        "coordinates": key.coordinates,
+        "speed": key.speed,
+        "inching": key.inching,
+    });
+    post("/jog", body)
 }
 
 /// Calls about all robots of a process, whichever is named.
@@ -126,12 +163,8 @@ impl Call {
                 put(path, json!({"on": state.unwrap_or_default()}))
             }
             Command::Wire { outside: None, .. } => get("/wires"),
-            Command::KeySwitch { position: None } => get("/key-switch"),
-            Command::KeySwitch { position: Some(key) } => put("/key-switch", json!({"position": key.word()})),
-            Command::ControlRight { holder: None } => get("/control-right"),
-            Command::ControlRight { holder: Some(right) } => {
-                put("/control-right", json!({"holder": right.word()}))
-            }
+            Command::KeySwitch { position } => setting("/key-switch", "position", position.map(Word::word)),
+            Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
             Command::EmergencyStop { action } => {
                 named_switch("/emergency-stop", "pressed", "press", action.as_ref())
             }
@@ -142,13 +175,12 @@ impl Call {
             Command::FeedHold { state } => feed_hold(state.as_deref()),
             Command::MachineLock { state } => switch("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
-            Command::Override { percent: None } => get("/override"),
-            Command::Override {
-                percent: Some(percent),
-            } => put("/override", json!({"percent": percent})),
-            Command::RunMode { mode: None } => get("/run-mode"),
-            Command::RunMode { mode: Some(mode) } => put("/run-mode", json!({"mode": mode})),
-            Command::Program { action } => button("/program", action.as_ref()),
+            Command::Override { percent } => setting("/override", "percent", *percent),
+            Command::RunMode { mode } => setting("/run-mode", "mode", mode.as_deref()),
+            Command::Program { action: None } => get("/program"),
+            Command::Program { action: Some(action) } => program(action),
+            Command::Breakpoints { lines, none } => breakpoints(lines, *none),
+            Command::Jog { key } => jog(key),
             Command::Arm => get("/arm"),
             Command::Pose => get("/arm/pose"),
             Command::Pendant { action: None } => get("/pendant"),

@@ -1,0 +1,83 @@
+//! `/breakpoints`, `/program/step` and `/program/run-to`: the selected program, stopped where one wants it.
+
+use super::body::{Json, NoBody};
+use super::handle::{Answer, Handle};
+use super::panel::ProgramStatus;
+use super::problem::Problem;
+use super::route_table::{RouteTable, routes};
+use serde::{Deserialize, Serialize};
+use ts3100_controller::action::Action;
+use ts3100_driver::driver::request::View;
+use utoipa::ToSchema;
+
+/// The breakpoints of the selected file.
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Breakpoints {
+    /// Lines of the file, from 1; the program stops before each.
+    lines: Vec<u32>,
+}
+
+/// A line of the selected file.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RunToRequest {
+    /// From 1.
+    #[schema(minimum = 1)]
+    line: u32,
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table
+        .group(
+            "breakpoints",
+            "Stop the selected program at a line, and run it step by step.",
+        )
+        .routes(routes!(get_breakpoints, put_breakpoints))
+        .routes(routes!(step))
+        .routes(routes!(run_to))
+}
+
+fn breakpoints(view: &View<'_>) -> Breakpoints {
+    Breakpoints {
+        lines: view.controller.breakpoints().collect(),
+    }
+}
+
+/// List the breakpoints
+#[utoipa::path(get, path = "/breakpoints", responses((status = 200, body = Breakpoints)))]
+async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
+    handle.query(breakpoints).await.map(Json)
+}
+
+/// Set the breakpoints of the selected file
+///
+/// The program stops before each of these lines, and before no others, as after STOP. A line without a statement stands for
+/// the next with one; the response has the lines that were set. POST /program/start goes on. They end when another file is
+/// selected. The robot has no such function; an emulator has.
+#[utoipa::path(put, path = "/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))]
+async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
+    let set = handle.act(Action::Breakpoints(body.lines), breakpoints);
+    set.await.map(Json)
+}
+
+/// Run one step of the program
+///
+/// It starts or continues and stops after one step, whatever the operation mode.
+#[utoipa::path(post, path = "/program/step", operation_id = "step_program", responses((status = 200, body = ProgramStatus)))]
+async fn step(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+    handle.act(Action::Step, ProgramStatus::new).await.map(Json)
+}
+
+/// Run the program to a line
+///
+/// It starts or continues and stops before the line, or before the next one with a statement.
+#[utoipa::path(post, path = "/program/run-to", operation_id = "run_program_to", request_body = RunToRequest, responses((status = 200, body = ProgramStatus)))]
+async fn run_to(handle: Handle, Json(body): Json<RunToRequest>) -> Answer<ProgramStatus> {
+    if body.line == 0 {
+        return Err(Problem::invalid("line", "1 or more", body.line));
+    }
+    let action = Action::RunTo(body.line);
+    handle.act(action, ProgramStatus::new).await.map(Json)
+}

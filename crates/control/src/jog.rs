@@ -1,0 +1,139 @@
+//! `/jog`: the keys of the teach pendant that move the arm.
+//!
+//! A call with `hold` is a key that is held: whatever ends the call lets it go.
+
+use super::arm::ArmPosture;
+use super::body::{Json, NoBody};
+use super::handle::{Answer, DriverHandle, Handle};
+use super::route_table::{RouteTable, routes};
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+use tokio::time::sleep;
+use ts3100_controller::action::Action;
+use ts3100_controller::input::{JogMode, PanelAction};
+use ts3100_driver::driver::request::View;
+use utoipa::ToSchema;
+
+/// Between two looks whether the arm still moves, while a key is held.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A key of the teach pendant that moves the arm.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JogRequest {
+    /// Axis of the arm from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them.
+    #[schema(minimum = 1, maximum = 8)]
+    axis: u8,
+    /// Towards larger or smaller values.
+    direction: JogWay,
+    /// The coordinate system.
+    coordinates: JogCoordinates,
+    /// 2, 10 or 30 % of full speed, at most 250 mm/s; of inching steps of 0.1, 1 or 10 mm or degrees.
+    speed: JogSpeed,
+    /// One step instead of a motion as far as limits and reach allow.
+    #[serde(default)]
+    inching: bool,
+    /// The call lasts as long as the motion. When the client ends it before, the arm stops.
+    #[serde(default)]
+    hold: bool,
+}
+
+/// Towards larger or smaller values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[schema(as = JogDirection)]
+enum JogWay {
+    Plus,
+    Minus,
+}
+
+/// The coordinate system of a jog, in the order of the command SC.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+enum JogCoordinates {
+    Joint,
+    Tool,
+    Work,
+    World,
+}
+
+/// The speed of a jog, in the order of the command RT.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+enum JogSpeed {
+    Slow,
+    Mid,
+    Fast,
+}
+
+/// Lets the key go if its call ends before the motion does.
+struct HeldKey {
+    handle: DriverHandle,
+    is_held: bool,
+}
+
+impl Drop for HeldKey {
+    fn drop(&mut self) {
+        if self.is_held {
+            let handle = self.handle.clone();
+            tokio::spawn(async move {
+                // Fails only while the emulator shuts down.
+                let _ = handle.act(Action::Panel(PanelAction::JogStop), |_| ()).await;
+            });
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table
+        .group(
+            "jog",
+            "Move the arm by hand, as with the keys of the teach pendant.",
+        )
+        .routes(routes!(jog))
+        .routes(routes!(stop_jog))
+}
+
+/// Press a key that moves the arm
+///
+/// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
+/// reach allow, until POST /jog/stop.
+#[utoipa::path(post, path = "/jog", operation_id = "jog", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
+async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
+    let mode = JogMode {
+        coordinate: body.coordinates as u16,
+        rate: body.speed as u16,
+        mode: if body.inching {
+            JogMode::INCHING
+        } else {
+            JogMode::JOG
+        },
+    };
+    let positive = body.direction == JogWay::Plus;
+    let press = PanelAction::Jog {
+        axis: body.axis,
+        positive,
+        mode,
+    };
+    let mut key = HeldKey {
+        handle: handle.0,
+        is_held: body.hold,
+    };
+    let mut pose = key.handle.act(Action::Panel(press), ArmPosture::new).await?;
+    while key.is_held {
+        sleep(LOOK).await;
+        let look = |view: &View<'_>| (ArmPosture::new(view), view.controller.is_jogging());
+        (pose, key.is_held) = key.handle.query(look).await?;
+    }
+    Ok(Json(pose))
+}
+
+/// Let the key go
+///
+/// The arm slows and rests.
+#[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
+async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
+    let panel = PanelAction::JogStop;
+    handle.act(Action::Panel(panel), ArmPosture::new).await.map(Json)
+}

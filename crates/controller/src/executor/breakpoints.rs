@@ -1,0 +1,123 @@
+//! Breakpoints of the selected file, and the line or step up to which the program runs once.
+//!
+//! The controller of the manual has none: they are for the owner of the emulator. A stop at one is a STOP between two
+//! steps, in every operation mode, and hosts are told of it as of any other (CMD-SP-05). A start goes on with the line at
+//! which each task stands, even if it has a breakpoint.
+
+use crate::executor::{Executor, MAIN_TASK, Task};
+use crate::limits::MAX_BREAKPOINTS;
+use alloc::collections::BTreeSet;
+use alloc::vec::Vec;
+
+/// Up to where the program runs once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+enum Target {
+    /// To the end of the step that ends next.
+    NextStep,
+    /// To the beginning of this line.
+    Line(u32),
+}
+
+/// Where the program stops besides its end.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+pub struct Breakpoints {
+    /// Lines with a statement, from 1.
+    lines: BTreeSet<u32>,
+    target: Option<Target>,
+    /// The line from which each task went on, until it has left it.
+    left: Vec<(u16, u32)>,
+}
+
+impl Breakpoints {
+    /// Whether the program has to be looked at before each statement.
+    pub(crate) fn are_set(&self) -> bool {
+        !self.lines.is_empty() || self.target.is_some()
+    }
+
+    /// The lines, from 1.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = u32> {
+        self.lines.iter().copied()
+    }
+
+    /// Whether a task stops before the statement that it would begin now in this line.
+    fn stops_before(&mut self, task: u16, line: u32) -> bool {
+        if self.left.contains(&(task, line)) {
+            return false;
+        }
+        self.left.retain(|(left, _)| *left != task);
+        self.lines.contains(&line) || self.target == Some(Target::Line(line))
+    }
+
+    /// Whether the program stops after the step that has just ended.
+    pub(super) fn stops_after_step(&self) -> bool {
+        self.target == Some(Target::NextStep)
+    }
+
+    /// Nothing is left of them: another file is selected.
+    pub(super) fn clear(&mut self) {
+        *self = Breakpoints::default();
+    }
+
+    /// Whether a snapshot can do without them.
+    #[cfg(feature = "serde")]
+    pub(super) fn is_default(&self) -> bool {
+        *self == Breakpoints::default()
+    }
+
+    /// Whether they can be those of a run.
+    #[cfg(feature = "serde")]
+    pub(super) fn is_valid(&self) -> bool {
+        self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= scol_mini::MAX_TASKS
+    }
+}
+
+impl Executor {
+    /// Sets the breakpoints, each at the first line from there on that has a statement, and ends all others. `Err` gives
+    /// the line for which there is none.
+    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), u32> {
+        let statements = self.program().statement_lines();
+        let found = lines
+            .iter()
+            .map(|line| next_statement(&statements, *line).ok_or(*line));
+        let found = found.take(MAX_BREAKPOINTS).collect::<Result<_, _>>()?;
+        self.breakpoints.lines = found;
+        Ok(())
+    }
+
+    /// The program, which starts now, stops after one step.
+    pub(crate) fn stop_after_next_step(&mut self) {
+        self.breakpoints.target = Some(Target::NextStep);
+    }
+
+    /// The program stops before the first line from here on that has a statement; false if there is none.
+    pub(crate) fn stop_before_line(&mut self, line: u32) -> bool {
+        let found = next_statement(&self.program().statement_lines(), line);
+        self.breakpoints.target = found.map(Target::Line);
+        found.is_some()
+    }
+
+    /// The program, which has come to a stand, runs as usual at the next start.
+    pub(crate) fn drop_target(&mut self) {
+        self.breakpoints.target = None;
+    }
+
+    /// Whether a task stops before the statement that it would begin now. A statement of DO has no line of the file.
+    pub(super) fn stops_before(&mut self, task: &Task) -> bool {
+        self.breakpoints.are_set()
+            && task.id() >= MAIN_TASK
+            && task.begins_statement()
+            && self.breakpoints.stops_before(task.id(), task.line())
+    }
+
+    /// The program starts or goes on: with the line at which each task stands, whatever is set there.
+    pub(crate) fn leave_breakpoints(&mut self) {
+        let tasks = self.program_tasks().map(|task| (task.id(), task.line()));
+        self.breakpoints.left = tasks.collect();
+    }
+}
+
+fn next_statement(statements: &[u32], line: u32) -> Option<u32> {
+    statements.iter().copied().find(|statement| *statement >= line)
+}
