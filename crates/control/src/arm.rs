@@ -30,7 +30,7 @@ pub struct ArmPicture {
     work_frame: Vec<f64>,
     /// X Y Z of the tool point in world.
     tool_point: Vec<f64>,
-    /// X Y Z of tool points in world along the motion under way, at most 64; empty when none is under way.
+    /// X Y Z of tool points in world along the motion under way or else the last one, at most 64.
     path: Vec<Vec<f64>>,
 }
 

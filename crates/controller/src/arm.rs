@@ -261,6 +261,7 @@ impl Arm {
             && !active.locked
         {
             self.rest = active.motion.end();
+            self.memo.ended = Some(active.motion);
         }
         // Whatever moves next is no guided motion any more.
         self.guide = None;

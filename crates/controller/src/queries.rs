@@ -180,8 +180,8 @@ impl Controller {
         self.robot.arm.frames(self.robot.executor.memory().conditions())
     }
 
-    /// Tool points in world coordinates along the path of the motion under way, at most
-    /// [`PATH_POINTS`](crate::PATH_POINTS); empty when none is under way.
+    /// Tool points in world coordinates along the path of the motion under way or else of the last one, at most
+    /// [`PATH_POINTS`](crate::PATH_POINTS); empty before the first, and after a restore.
     #[must_use]
     pub fn motion_path(&self) -> Vec<[f64; 3]> {
         self.robot.arm.path(&self.frames())

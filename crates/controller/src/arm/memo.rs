@@ -30,6 +30,8 @@ pub(super) struct Memo {
     plans: BTreeMap<Key, Plan>,
     /// The motion planned last.
     last: Key,
+    /// The motion that ended last, for a picture of its path.
+    pub ended: Option<Motion>,
 }
 
 impl Memo {

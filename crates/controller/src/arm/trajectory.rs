@@ -43,15 +43,17 @@ impl Arm {
         }
     }
 
-    /// Tool points in world coordinates along the path of the motion under way, in mm; empty when none is under way.
+    /// Tool points in world coordinates along the path of the motion under way or else of the last one, in mm; empty
+    /// before the first.
     #[must_use]
     pub fn path(&self, frames: &Frames) -> Vec<[f64; 3]> {
-        let Some(active) = &self.active else {
+        let active = self.active.as_ref().map(|active| &active.motion);
+        let Some(motion) = active.or(self.memo.ended.as_ref()) else {
             return Vec::new();
         };
         let point = |step: u16| {
             let part = f64::from(step) / f64::from(PATH_POINTS - 1);
-            let joints = active.motion.joints_along(part);
+            let joints = motion.joints_along(part);
             self.pose_in(joints, frames, &frames.work).world.xyz
         };
         (0..PATH_POINTS).map(point).collect()

@@ -127,6 +127,13 @@ fn every_form_of_an_action_is_one() {
             ("teaching|internal|ext", "ext"),
             ("sig|rs232c|ether", "sig"),
             ("press|release", "release"),
+            (
+                "AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
+                "6 minus tool mid",
+            ),
+            ("none|LINE [LINE ...]", "3 17"),
+            ("PERCENT", "35"),
+            ("continuous|cycle|step|segment", "step"),
             ("open|close", "close"),
             ("on|off|cycle", "cycle"),
             ("on|off", "off"),
