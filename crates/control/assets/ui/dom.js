@@ -56,11 +56,17 @@ export function list(parent, items, key, build, update) {
     parent.replaceChildren(...next);
 }
 
-/** Something to press. While the call is on its way the button is busy; why it was refused stands next to it. */
+let lastReason;
+
+/**
+ * Something to press. While the call is on its way the button is busy. Why it was refused stands next to it until the next
+ * button is pressed.
+ */
 export function button(label, call, properties = {}) {
   const reason = make("output", {class: "reason", role: "alert"});
   const pressed = make("button", {type: "button", ...properties, onclick: async () => {
-    say(reason, "");
+    if (lastReason) say(lastReason, "");
+    lastReason = reason;
     pressed.setAttribute("aria-busy", "true");
     try { await call(); } catch (error) { say(reason, error.message); }
     pressed.removeAttribute("aria-busy");

@@ -1,0 +1,243 @@
+"""A person's whole session at the page, on one kind of arm: power, servo, a program dropped on the page, a run with an INPUT,
+an emergency stop, jogging, teaching, a forced line, a fault and its finding. The clock of the robot is stepped."""
+
+import json
+import socket
+import sys
+
+from playwright.sync_api import expect
+
+POINTS = {
+    "six-axis": ("300.,0.,400.,0.,0.,0.,0.,0.", "350.,150.,300.,0.,0.,0.,0.,0."),
+    "scara": ("250.,150.,50.,0.,0.", "200.,-200.,80.,90.,0."),
+}
+PROGRAM = """GLOBAL
+  N = 0
+END
+PROGRAM PART
+  PRINT "HOW MANY?",CR
+  INPUT N
+AGAIN:
+  MOVES P1
+  DOUT(5)
+  MOVES P2
+  DOUT(-5)
+  N = N - 1
+  IF N > 0 THEN GOTO AGAIN
+  PRINT "DONE",CR
+END
+DATA
+  POINT P1 = %s
+  POINT P2 = %s
+END
+"""
+MOVES_P1, MOVES_P2 = 8, 10
+
+
+def said(condition, words):
+    """Ends the test with these words unless the condition holds."""
+    if not condition:
+        sys.exit("the session failed: " + words)
+
+
+class Session:
+    """One page and its robot."""
+
+    def __init__(self, page, found, kind):
+        self.page, self.found, self.kind = page, found, kind
+
+    def view(self, name):
+        """Opens a view by its tab, unless it stays beside the others."""
+        tab = self.page.get_by_role("tab", name=name, exact=True)
+        if tab.is_visible():
+            tab.click()
+        return self.page.locator("section.view:not([hidden])").filter(has=self.page.get_by_role("heading", name=name, exact=True))
+
+    def lamp(self, words):
+        expect(self.page.locator("#lamps")).to_contain_text(words)
+
+    def no_lamp(self, words):
+        expect(self.page.locator("#lamps")).not_to_contain_text(words)
+
+    def answered(self, call):
+        """Within it, a call that changes something is made and answered."""
+        return self.page.expect_response(lambda answer: answer.request.method != "GET" and answer.url.endswith("/" + call))
+
+    def press(self, button, call):
+        """Presses a button and waits until its call has been answered."""
+        with self.answered(call):
+            button.click()
+
+    def pose(self):
+        return self.found.call("GET", "/arm/pose")
+
+    def state(self):
+        return self.found.call("GET", "/state")
+
+    def advance_until(self, holds, words, step=0.1, most=600):
+        for _ in range(most):
+            if holds():
+                return
+            self.found.advance(step)
+        said(False, words)
+
+    # The steps.
+
+    def power_and_servo(self):
+        panel = self.view("Panel")
+        panel.get_by_role("button", name="POWER", exact=True).click()
+        self.lamp("power off")
+        self.press(panel.get_by_role("button", name="START"), "program/start")
+        expect(panel).to_contain_text("the power is off")
+        panel.get_by_role("button", name="POWER", exact=True).click()
+        self.no_lamp("power off")
+        self.lamp("servo off")
+        panel.get_by_role("button", name="SERVO", exact=True).click()
+        self.lamp("servo on")
+
+    def drop_and_select(self):
+        text = PROGRAM % POINTS[self.kind]
+        self.page.evaluate("""text => {
+            const data = new DataTransfer();
+            data.items.add(new File([text], "part.scol"));
+            window.drag = kind => document.body.dispatchEvent(new DragEvent(kind, {bubbles: true, cancelable: true, dataTransfer: data}));
+            window.drag("dragenter");
+        }""", text)
+        # A browser repeats this as long as the pointer is over the page.
+        self.page.wait_for_function("""() => {
+            window.drag("dragover");
+            return [...document.querySelectorAll(".drop")].some(one => !one.hidden);
+        }""")
+        expect(self.page.get_by_text("Drop here to write onto the RAM drive")).to_be_visible()
+        self.page.evaluate("window.drag('drop')")
+        expect(self.page.get_by_text("part.scol is on the RAM drive as PART")).to_be_visible()
+        program = self.view("Program")
+        program.get_by_role("button", name="Select PART").click()
+        expect(program.get_by_role("region", name="Source")).to_contain_text("MOVES P1")
+        expect(program.get_by_role("heading", name="PART", exact=True)).to_be_visible()
+
+    def line_is(self, number):
+        """The line that is executed is marked in the source."""
+        row = self.page.locator(".codeline[data-executed=true] .gutter")
+        expect(row).to_have_text(str(number))
+
+    def run_and_answer(self):
+        program = self.view("Program")
+        self.press(program.get_by_role("button", name="START"), "program/start")
+        self.lamp("running")
+        self.line_is(6)
+        pendant = self.view("Pendant")
+        pendant.get_by_role("button", name="TP", exact=True).click()
+        display = pendant.get_by_role("region", name="Display")
+        expect(display).to_contain_text("HOW MANY?")
+        expect(display).to_contain_text("INPUT waits")
+        display.focus()
+        self.page.keyboard.press("2")
+        with self.answered("pendant/keys"):
+            self.page.keyboard.press("Enter")
+        expect(display).not_to_contain_text("INPUT waits")
+        said(self.state()["tasks"][0]["doing"] == "moving", "the answer did not let the program go on")
+        self.view("Program")
+        self.line_is(MOVES_P1)
+        before = self.pose()["world"]
+        self.advance_until(lambda: self.state()["executed_line"] == MOVES_P2, "the first motion did not end")
+        said(self.pose()["world"] != before, "the arm has not moved")
+        self.line_is(MOVES_P2)
+
+    def emergency_stop(self):
+        self.found.advance(0.1)
+        panel = self.view("Panel")
+        self.press(panel.get_by_role("button", name="EMERGENCY STOP", exact=True), "emergency-stop")
+        self.lamp("EMERGENCY STOP")
+        self.lamp("servo off")
+        expect(panel).to_contain_text("Remedy:")
+        self.found.advance(1)
+        there = self.pose()["joints"]
+        self.found.advance(1)
+        said(self.pose()["joints"] == there, "the arm moves in an emergency stop")
+        panel.get_by_role("button", name="SERVO", exact=True).click()
+        expect(panel).to_contain_text("cannot turn the servo on: the emergency stop is pressed")
+        self.press(panel.get_by_role("button", name="Release EMERGENCY STOP"), "emergency-stop")
+        panel.get_by_role("button", name="ALARM RESET").click()
+        self.no_lamp("8-027")
+        panel.get_by_role("button", name="SERVO", exact=True).click()
+        self.lamp("servo on")
+        self.press(panel.get_by_role("button", name="START"), "program/start")
+        self.lamp("running")
+        self.advance_until(lambda: self.state()["status"] != "running", "the program did not end after it was resumed")
+        self.lamp("stop (reset)")
+        pendant = self.view("Pendant")
+        pendant.get_by_role("button", name="TP", exact=True).click()
+        expect(pendant.get_by_role("region", name="Display")).to_contain_text("DONE")
+        pendant.get_by_role("button", name="ERROR", exact=True).click()
+        expect(pendant.get_by_role("region", name="Display")).to_contain_text("REMEDY")
+
+    def breakpoint_and_step(self):
+        program = self.view("Program")
+        program.get_by_role("button", name="Breakpoint, line %d" % (MOVES_P1 - 1)).click()
+        mark = program.get_by_role("button", name="Breakpoint, line %d" % MOVES_P1)
+        expect(mark).to_have_attribute("aria-pressed", "true")
+        self.press(program.get_by_role("button", name="START"), "program/start")
+        self.found.call("POST", "/pendant/keys", {"keys": "1\r"})
+        self.advance_until(lambda: self.state()["status"] != "running", "the breakpoint did not stop the program")
+        self.line_is(MOVES_P1)
+        self.press(program.get_by_role("button", name="Step", exact=True), "program/step")
+        self.advance_until(lambda: self.state()["status"] != "running", "the step did not end")
+        self.line_is(MOVES_P1 + 1)
+        self.press(mark, "breakpoints")
+        expect(mark).to_have_attribute("aria-pressed", "false")
+        program.get_by_role("spinbutton", name="Line").fill("12")
+        self.press(program.get_by_role("button", name="Run to line"), "program/run-to")
+        self.advance_until(lambda: self.state()["status"] != "running", "the program did not come to line 12")
+        self.line_is(12)
+        self.found.call("POST", "/program/start", {})
+        self.advance_until(lambda: self.state()["status"] != "running", "the program did not end")
+
+    def jog_and_teach(self):
+        pendant = self.view("Pendant")
+        pendant.get_by_role("button", name="Turn it to TEACHING").click()
+        self.lamp("TEACHING")
+        key = pendant.get_by_role("button", name="J1 plus")
+        before = self.pose()["joints"][0]
+        key.hover()
+        self.page.mouse.down()
+        self.advance_until(lambda: self.pose()["moving"], "the key did not move the arm", step=0.001)
+        self.found.advance(1)
+        self.page.mouse.up()
+        self.advance_until(lambda: not self.pose()["moving"], "the arm did not stop when the key was let go")
+        there = self.pose()["joints"][0]
+        said(there > before + 1, "axis 1 was not jogged: %s, %s" % (before, there))
+        self.found.advance(1)
+        said(self.pose()["joints"][0] == there, "the arm goes on after the key was let go")
+        key.focus()
+        self.page.keyboard.down("Space")
+        self.advance_until(lambda: self.pose()["moving"], "Space did not move the arm", step=0.001)
+        self.page.keyboard.up("Space")
+        self.advance_until(lambda: not self.pose()["moving"], "the arm did not stop when Space was let go")
+        old = self.found.call("GET", "/files/PART")["text"]
+        self.press(pendant.get_by_role("button", name="Teach P1"), "positions/P1/teach")
+        expect(pendant).to_contain_text("P1 is taught and in DATA of PART.")
+        said(self.found.call("GET", "/files/PART")["text"] != old, "the file has not the point that was taught")
+        self.found.call("PUT", "/key-switch", {"position": "ext"})
+
+    def force_an_input(self):
+        lines = self.view("I/O")
+        lines.get_by_role("button", name="More for Input 7", exact=False).first.click()
+        self.press(self.page.get_by_role("menuitem", name="Force on"), "inputs/7/force")
+        expect(lines.get_by_role("switch", name="Input 7", exact=False).first).to_have_accessible_name("Input 7, forced")
+        said(self.found.call("GET", "/inputs/7")["on"], "input 7 is not forced on")
+        lines.get_by_role("button", name="More for Input 7", exact=False).first.click()
+        self.page.get_by_role("menuitem", name="Release").click()
+        expect(lines.get_by_role("switch", name="Input 7", exact=True)).to_be_visible()
+
+
+def session(page, found, kind):
+    """Everything, in the order of a working day."""
+    steps = Session(page, found, kind)
+    steps.power_and_servo()
+    steps.drop_and_select()
+    steps.run_and_answer()
+    steps.emergency_stop()
+    steps.breakpoint_and_step()
+    steps.jog_and_teach()
+    steps.force_an_input()
