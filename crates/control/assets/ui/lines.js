@@ -195,22 +195,22 @@ export function create(robot) {
   const inputs = side(robot, "inputs", "Inputs", menu), outputs = side(robot, "outputs", "Outputs", menu);
   const search = make("input", {id: "lines-search", type: "search", placeholder: "number or name", autocomplete: "off"});
   const only = make("input", {id: "lines-only", type: "checkbox"});
-  const note = make("p", {class: "empty", hidden: true}, "This emulator does not tell the names of the lines.");
   const rows = make("tbody");
-  const noFrame = make("p", {class: "empty", hidden: true}, "This emulator does not show its status frame here.");
   const table = make("table", {}, make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Field"), make("th", {scope: "col"}, "Value"),
     make("th", {scope: "col"}, "Meaning"))), rows);
-  const frame = make("section", {class: "frame", "aria-label": "What the host sees"}, make("h3", {}, "What the host sees (status frame SF)"), table, noFrame);
+  const frame = make("section", {class: "frame", "aria-label": "What the host sees"}, make("h3", {}, "What the host sees (status frame SF)"), table);
   const element = make("div", {class: "io"},
     make("div", {class: "row tools"}, make("label", {for: "lines-search"}, "Search"), search, make("label", {}, only, " only on or forced")),
     make("p", {class: "hint"}, "Click or press Space to set or clear. \u22ee pulses, forces and releases. Arrow keys move."),
-    note, make("div", {class: "both"}, inputs.element, outputs.element, frame), menu.element);
+    make("div", {class: "both"}, inputs.element, outputs.element, frame), menu.element);
 
   const filter = () => { inputs.filter(search.value, only.checked); outputs.filter(search.value, only.checked); };
   search.addEventListener("input", filter);
   only.addEventListener("change", filter);
 
-  let hasFrame = true, read = -Infinity, shown = false, named = false;
+  let read = -Infinity, shown = false, named = false;
+
+  // Both are read again if a call fails: the token may be missing yet.
   async function names() {
     try {
       const found = await robot.get("lines");
@@ -218,21 +218,17 @@ export function create(robot) {
       outputs.names(found.outputs);
       named = true;
       filter();
-    } catch (error) { note.hidden = error.status !== 404; named = error.status === 404; }
+    } catch { /* at the next state */ }
   }
   async function readFrame() {
-    if (!hasFrame || !shown || performance.now() - read < FRAME_EVERY) return;
+    if (performance.now() - read < FRAME_EVERY) return;
     read = performance.now();
     try {
       const fields = await robot.get("status-frame");
       list(rows, fields, field => field.name, () => make("tr", {}, make("th", {scope: "row"}), make("td", {class: "mono"}), make("td")), (row, field) => {
         [field.name, field.value, field.meaning].forEach((text, at) => say(row.children[at], String(text ?? "")));
       });
-    } catch (error) {
-      hasFrame = error.status !== 404;
-      noFrame.hidden = hasFrame;
-      table.hidden = !hasFrame;
-    }
+    } catch { /* at the next state */ }
   }
   return {
     element,
@@ -241,11 +237,11 @@ export function create(robot) {
       inputs.state(state.inputs);
       outputs.state(state.outputs);
       if (only.checked) filter();
+      if (!named) names();
       readFrame();
     },
     show() {
       shown = true;
-      if (!named) names();
       if (robot.state) this.state(robot.state);
     },
     hide() { shown = false; menu.close(false); },

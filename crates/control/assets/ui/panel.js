@@ -16,17 +16,11 @@ export function toggle(label, call, properties) {
   return {...made, show: on => mark(made.button, "aria-pressed", on)};
 }
 
-/** Asks whether the emulator has `path`. Only a 404 means that it has not: a token may be missing yet. */
-export async function has(robot, path) {
-  try { await robot.get(path); return true; } catch (error) { return error.status !== 404; }
-}
-
 /** The override as a slider. It is sent when the slider is let go, so that a drag is one call. */
 function override(robot) {
   const slider = make("input", {id: "override", type: "range", min: "1", max: "100", step: "1"});
   const shown = make("output", {for: "override", class: "mono"}), reason = make("output", {class: "reason", role: "alert"});
-  const absent = make("p", {class: "empty", hidden: true}, "This emulator cannot set the override here.");
-  const element = make("div", {class: "field"}, make("label", {for: "override"}, "Override"), make("div", {class: "override"}, slider, shown), absent, reason);
+  const element = make("div", {class: "field"}, make("label", {for: "override"}, "Override"), make("div", {class: "override"}, slider, shown), reason);
   let dragged = false;
   slider.addEventListener("input", () => { dragged = true; say(shown, slider.value + " %"); });
   slider.addEventListener("change", async () => {
@@ -40,10 +34,7 @@ function override(robot) {
     if (slider.value !== String(percent)) slider.value = percent;
     say(shown, percent + " %");
   }
-  return {element, show, absent() {
-    slider.disabled = true;
-    absent.hidden = false;
-  }};
+  return {element, show};
 }
 
 function alarm(item) {
@@ -58,7 +49,6 @@ export function create(robot) {
     holder => robot.put("control-right", {holder}));
   const mode = choice("Run mode", [["continuous", "Continuous"], ["cycle", "Cycle"], ["step", "Step"], ["segment", "Segment"]],
     mode => robot.put("run-mode", {mode}));
-  const noMode = make("p", {class: "empty", hidden: true}, "This emulator cannot set the run mode here.");
   const speed = override(robot);
   const servo = toggle("SERVO", on => robot.put("servo", {on}));
   const start = button("START", () => robot.post("program/start"), {class: "start"});
@@ -73,9 +63,7 @@ export function create(robot) {
   const element = make("div", {class: "panel"},
     make("div", {class: "row"}, emergency.element, start.element, stop.element, servo.element),
     make("div", {class: "row"}, hold.element, reset.element, lock.element, safety.element, power.element),
-    alarms, key.element, right.element, mode.element, noMode, speed.element, file);
-  has(robot, "run-mode").then(found => { mode.element.hidden = !found; noMode.hidden = found; });
-  has(robot, "override").then(found => { if (!found) speed.absent(); });
+    alarms, key.element, right.element, mode.element, speed.element, file);
   return {
     element,
     state(state) {

@@ -246,7 +246,7 @@ function makeJog(robot) {
     } catch (error) {
       if (held !== mine && !error.status) return;
       if (held === mine) say(moving, "");
-      say(reason, error.status === 404 ? "This emulator cannot jog." : error.message);
+      say(reason, error.message);
     } finally {
       robot.lookSoon();
     }

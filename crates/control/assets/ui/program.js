@@ -53,11 +53,9 @@ function diagnostic(found) {
 /** The source: a row for each line. The gutter has one stop of the tab key; arrow keys move in it. */
 function makeSource(robot) {
   const element = make("div", {class: "source", role: "region", "aria-label": "Source", tabindex: "0"});
-  const noBreakpoints = make("p", {class: "empty", hidden: true}, "This emulator has no breakpoints.");
-  const noCheck = make("p", {class: "empty", hidden: true}, "This emulator does not check programs here.");
   const reason = make("output", {class: "reason", role: "alert"});
   const cut = make("p", {class: "empty", hidden: true});
-  let rows = [], breakpoints = new Set(), able = true, executed = 0, analysed = 0, chosen = 1, onChoose = () => {};
+  let rows = [], breakpoints = new Set(), executed = 0, analysed = 0, chosen = 1, onChoose = () => {};
 
   function choose(line, focus) {
     if (rows[chosen - 1]) rows[chosen - 1].gutter.tabIndex = -1;
@@ -71,7 +69,6 @@ function makeSource(robot) {
 
   async function flip(line) {
     say(reason, "");
-    if (!able) return;
     const next = new Set(breakpoints);
     if (!next.delete(line)) next.add(line);
     try { take(await robot.put("breakpoints", {lines: [...next].sort((a, b) => a - b)})); } catch (error) { say(reason, error.message); }
@@ -84,12 +81,7 @@ function makeSource(robot) {
   }
 
   async function readBreakpoints() {
-    if (!able) return;
-    try { take(await robot.get("breakpoints")); } catch (error) {
-      able = error.status !== 404;
-      noBreakpoints.hidden = able;
-      if (!able) for (const row of rows) row.gutter.removeAttribute("aria-pressed");
-    }
+    try { take(await robot.get("breakpoints")); } catch (error) { say(reason, error.message); }
   }
 
   element.addEventListener("keydown", event => {
@@ -112,7 +104,7 @@ function makeSource(robot) {
   }
 
   return {
-    element: make("div", {}, element, cut, reason, noBreakpoints, noCheck),
+    element: make("div", {}, element, cut, reason),
     get chosen() { return chosen; },
     set onChoose(call) { onChoose = call; },
     readBreakpoints,
@@ -123,7 +115,7 @@ function makeSource(robot) {
       rows = lines.slice(0, LINES).map((line, at) => {
         const number = at + 1;
         const gutter = make("button", {type: "button", class: "gutter", tabindex: "-1", "aria-label": "Breakpoint, line " + number,
-          "aria-pressed": able ? String(breakpoints.has(number)) : undefined, onclick: () => { choose(number); flip(number); }}, String(number));
+          "aria-pressed": String(breakpoints.has(number)), onclick: () => { choose(number); flip(number); }}, String(number));
         return {gutter, line, element: make("div", {class: "codeline"}, gutter, make("code", {}, ...(colour ? coloured(line) : [line])))};
       });
       element.replaceChildren(...rows.map(row => row.element));
@@ -133,8 +125,7 @@ function makeSource(robot) {
       executed = analysed = 0;
       choose(Math.min(chosen, rows.length) || 1);
     },
-    diagnostics(found, can) {
-      noCheck.hidden = can;
+    diagnostics(found) {
       for (const row of rows) if (row.notes) { row.notes.remove(); row.notes = undefined; mark(row.element, "data-severity", ""); }
       for (const one of found) {
         const row = rows[one.line - 1];
@@ -166,7 +157,7 @@ function makeEditor(robot, done) {
   const text = make("textarea", {"aria-label": "Text of the file", spellcheck: "false", wrap: "off", autocomplete: "off"});
   const found = make("ul", {class: "notes", "aria-label": "Diagnostics"});
   const told = make("p", {class: "hint", role: "status"});
-  let file = "", stored = "", ends = "\n", timer, asked = 0, can = true;
+  let file = "", stored = "", ends = "\n", timer, asked = 0;
 
   function count() {
     const lines = text.value.split("\n").length;
@@ -186,7 +177,6 @@ function makeEditor(robot, done) {
   }
 
   async function look() {
-    if (!can) return;
     const mine = asked += 1;
     try {
       const all = await check(robot, {text: text.value});
@@ -196,8 +186,7 @@ function makeEditor(robot, done) {
       say(told, all.length ? all.length + (all.length === 1 ? " diagnostic" : " diagnostics") : "The check finds nothing.");
     } catch (error) {
       if (mine !== asked) return;
-      can = error.status !== 404;
-      say(told, can ? error.message : "This emulator does not check programs here.");
+      say(told, error.message);
     }
   }
 
@@ -304,7 +293,7 @@ function makeVariables(robot) {
 
 export function create(robot) {
   takeDrops(robot);
-  let open = "", follow = true, shown = false, reading = 0, lastText = "", seenFiles = "", canCheck = true;
+  let open = "", follow = true, shown = false, reading = 0, lastText = "", seenFiles = "";
   const title = make("h3", {class: "mono"}), told = make("p", {class: "empty", hidden: true});
   const source = makeSource(robot);
   const editor = makeEditor(robot, name => { work.hidden = false; read(name, true); });
@@ -312,10 +301,9 @@ export function create(robot) {
 
   const start = button("START", () => robot.post("program/start"), {class: "start"});
   const stop = button("STOP", () => robot.post("program/stop"));
-  const absent = (error, text) => { throw error.status === 404 ? new Error(text) : error; };
-  const step = button("Step", () => robot.post("program/step").catch(error => absent(error, "This emulator cannot step here.")));
+  const step = button("Step", () => robot.post("program/step"));
   const line = make("input", {id: "program-line", type: "number", min: "1", max: "99999", value: "1", inputmode: "numeric"});
-  const runTo = button("Run to line", () => robot.post("program/run-to", {line: Number(line.value)}).catch(error => absent(error, "This emulator cannot run to a line here.")));
+  const runTo = button("Run to line", () => robot.post("program/run-to", {line: Number(line.value)}));
   source.onChoose = number => { line.value = number; };
   const edit = button("Edit", async () => {
     const found = await robot.get(path(open));
@@ -371,13 +359,14 @@ export function create(robot) {
       say(told, error.message);
       return;
     }
-    if (!canCheck || !lastText || wanted.endsWith(".PAR")) return;
+    if (!lastText || wanted.endsWith(".PAR")) return;
     try {
       const all = await check(robot, {file: wanted});
-      if (mine === reading) source.diagnostics(all, true);
+      if (mine === reading) source.diagnostics(all);
     } catch (error) {
-      canCheck = error.status !== 404;
-      source.diagnostics([], canCheck);
+      if (mine === reading) source.diagnostics([]);
+      told.hidden = false;
+      say(told, error.message);
     }
   }
 
