@@ -5,8 +5,8 @@ import {make, button, list, mark, say} from "./dom.js";
 /** Several of which one is on: `[word, label]`. */
 export function choice(label, words, call) {
   const buttons = words.map(([word, text]) => ({word, ...button(text, () => call(word), {role: "radio", "aria-checked": "false"})}));
-  const group = make("div", {class: "row", role: "radiogroup", "aria-label": label}, ...buttons.map(one => one.element));
-  const element = make("div", {class: "field"}, label, group);
+  const group = make("div", {class: "choice", role: "radiogroup", "aria-label": label}, ...buttons.map(one => one.button));
+  const element = make("div", {class: "field"}, label, group, ...buttons.map(one => one.reason));
   return {element, show: found => { for (const one of buttons) mark(one.button, "aria-checked", one.word === found); }};
 }
 
@@ -50,20 +50,20 @@ export function create(robot) {
   const mode = choice("Run mode", [["continuous", "Continuous"], ["cycle", "Cycle"], ["step", "Step"], ["segment", "Segment"]],
     mode => robot.put("run-mode", {mode}));
   const speed = override(robot);
-  const servo = toggle("SERVO", on => robot.put("servo", {on}));
+  const servo = toggle("SERVO", on => robot.put("servo", {on}), {class: "lit ok"});
   const start = button("START", () => robot.post("program/start"), {class: "start"});
   const stop = button("STOP", () => robot.post("program/stop"), {class: "stop"});
-  const hold = toggle("FEED HOLD", on => robot.put("feed-hold", {on}));
+  const hold = toggle("FEED HOLD", on => robot.put("feed-hold", {on}), {class: "lit warn"});
   const reset = button("ALARM RESET", () => robot.post("alarms/reset"));
-  const lock = toggle("MACHINE LOCK", on => robot.put("machine-lock", {on}));
-  const safety = toggle("Safety switch open", open => robot.put("safety-switch", {open}));
-  const power = toggle("POWER", on => robot.post(on ? "power/on" : "power/off"));
+  const lock = toggle("MACHINE LOCK", on => robot.put("machine-lock", {on}), {class: "lit warn"});
+  const safety = toggle("SAFETY OPEN", open => robot.put("safety-switch", {open}), {class: "lit bad"});
+  const power = toggle("POWER", on => robot.post(on ? "power/on" : "power/off"), {class: "lit ok"});
   const file = make("p", {class: "mono"});
   const alarms = make("ul", {class: "alarms", "aria-label": "Active alarms"});
+  const keys = [start, stop, servo, hold, reset, power, lock, safety].map(one => one.element);
   const element = make("div", {class: "panel"},
-    make("div", {class: "row"}, emergency.element, start.element, stop.element, servo.element),
-    make("div", {class: "row"}, hold.element, reset.element, lock.element, safety.element, power.element),
-    alarms, key.element, right.element, mode.element, speed.element, file);
+    make("div", {class: "deck"}, emergency.element, make("div", {class: "keys"}, ...keys)), alarms,
+    make("div", {class: "settings"}, key.element, right.element, mode.element, speed.element), file);
   return {
     element,
     state(state) {
