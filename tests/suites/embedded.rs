@@ -4,7 +4,8 @@ mod api;
 mod control;
 mod faults;
 mod recordings;
-mod rust_page;
+#[path = "../../clients/rust-example/tests/robot.rs"]
+mod rust_example;
 #[cfg(unix)]
 mod serial;
 mod snapshots;

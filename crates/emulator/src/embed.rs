@@ -58,7 +58,7 @@ pub use ts3100_controller::output::{Event, Output};
 pub use ts3100_controller::panel::PanelState;
 pub use ts3100_controller::port::Port;
 pub use ts3100_controller::queries::VariableView;
-pub use ts3100_controller::{ConditionParseError, ControlRight, Controller, KeySwitch};
+pub use ts3100_controller::{ArmPose, ConditionParseError, ControlRight, Controller, KeySwitch};
 pub use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::Request;
 pub use ts3100_driver::serial::SerialEndpoint;
@@ -491,6 +491,13 @@ impl Emulator {
     #[must_use]
     pub fn evidence(&self) -> &RunRecord {
         &self.started.evidence
+    }
+
+    /// What the controller has put out since the last look, in order: texts sent, [events](Event), files stored. Of many
+    /// that nobody looked at the oldest are forgotten ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
+    #[must_use]
+    pub fn outputs(&self) -> Vec<Output> {
+        self.watch.take()
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

@@ -90,6 +90,12 @@ impl Drop for WatchSender {
 }
 
 impl Watch {
+    /// The outputs that nobody has looked at yet; they are consumed.
+    #[must_use]
+    pub fn take(&self) -> Vec<Output> {
+        self.0.state().outputs.drain(..).collect()
+    }
+
     /// Waits until `found` returns a value for an output and returns that value. This output and all before it
     /// are consumed.
     ///

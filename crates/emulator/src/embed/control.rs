@@ -13,10 +13,11 @@ use tokio::sync::oneshot;
 use ts3100_controller::action::{Action, ActionError, IoKind};
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::input::{JogMode, PanelAction};
+use ts3100_controller::panel::PanelState;
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
-use ts3100_controller::{Condition, ControlRight, Controller, KeySwitch};
+use ts3100_controller::{ArmPose, Condition, ControlRight, Controller, KeySwitch};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
@@ -58,6 +59,22 @@ impl Emulator {
     /// [`Error::Ended`].
     pub fn status(&self) -> Result<ExecutionStatus, Error> {
         self.read(Controller::status)
+    }
+
+    /// Power, servo power, key switch, modes and holds.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn state(&self) -> Result<PanelState, Error> {
+        self.read(|controller| controller.state().clone())
+    }
+
+    /// The posture of the arm in joints and in coordinates.
+    ///
+    /// # Errors
+    /// [`Error::Ended`].
+    pub fn pose(&self) -> Result<ArmPose, Error> {
+        self.read(Controller::arm_pose)
     }
 
     /// Whether an input line is on.

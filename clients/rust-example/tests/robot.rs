@@ -4,7 +4,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
-use ts3100_emulator::embed::{Emulator, Port, TimeMode};
+use ts3100_emulator::embed::{Emulator, Port, TimeMode, rules};
 
 /// Waits for input 1, works for two seconds, and turns output 5 on.
 const PICK: &str = "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n";
@@ -51,6 +51,25 @@ fn the_emergency_stop_refuses_a_start() -> Result<(), Box<dyn std::error::Error>
     assert_eq!(
         refused.to_string(),
         "cannot turn the servo on: the emergency stop is pressed"
+    );
+    Ok(())
+}
+
+#[test]
+fn a_mistake_of_the_host_is_explained() -> Result<(), Box<dyn std::error::Error>> {
+    let robot = Emulator::builder().start()?;
+    let mut host = TcpStream::connect(robot.address(Port::Ip0).ok_or("IP0 is closed")?)?;
+    host.write_all(b"\x02su\r\x03")?;
+    let mut answer = [0; 64];
+    assert!(host.read(&mut answer)? > 0, "no answer");
+
+    let findings = robot.findings();
+    assert_eq!(findings.count(&rules::LOWER_CASE), 1);
+    let (rule, _) = findings.broken().next().ok_or("no finding")?;
+    assert!(
+        rule.remedy.starts_with("Send command letters in upper case"),
+        "{}",
+        rule.remedy
     );
     Ok(())
 }
