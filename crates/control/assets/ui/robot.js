@@ -31,7 +31,10 @@ export class Robot {
 
   on(kind, listener) { this.listeners[kind].push(listener); }
 
-  emit(kind, value) { for (const listener of this.listeners[kind]) listener(value); }
+  /** Tells everybody; the defect of one view does not stop the others. */
+  emit(kind, value) {
+    for (const listener of this.listeners[kind]) try { listener(value); } catch (error) { reportError(error); }
+  }
 
   setLink(link) { if (link !== this.link) { this.link = link; this.emit("link", link); } }
 
@@ -80,16 +83,18 @@ export class Robot {
   async look() {
     if (document.hidden || this.looking) return;
     this.looking = true;
+    let state;
     try {
-      this.state = await this.get("state");
+      state = await this.get("state");
       this.setLink("connected");
-      this.emit("state", this.state);
     } catch (error) {
       if (error.status !== 401) this.setLink(error instanceof Refusal ? "refused: " + error.message : "not connected");
     }
     this.looking = false;
-    const moves = this.state && (this.state.arm.moving || this.state.status === "running");
-    this.lookIn(moves && this.link === "connected" ? BUSY : IDLE);
+    this.state = state ?? this.state;
+    const moves = state && (state.arm.moving || state.status === "running");
+    this.lookIn(moves ? BUSY : IDLE);
+    if (state) this.emit("state", state);
   }
 
   async listen() {
