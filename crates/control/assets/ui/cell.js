@@ -1,0 +1,173 @@
+// The start page of several robots: a card for each, with its lamps and its arm in small, and the wires between them.
+//
+// One call tells the lamps of all robots. The posture is read of cards that are in view only, and never of a robot that has
+// not started: a call would start it.
+
+import {make, makeSvg, button, list, mark, say} from "./dom.js";
+import {chain, floor, place, reach} from "./links.js";
+import {Refusal, Robot} from "./robot.js";
+
+const PAUSE = 1000;       // between two readings of all lamps, in ms
+const PER_ROBOT = 2;      // what each robot adds to it, in ms
+const LIST = 10_000;      // between two readings of the list of robots, in ms
+const CARDS = 1000;       // cards that are shown
+const IN_FLIGHT = 4;      // postures that are read at a time
+const FRESH = 1000;       // how long a posture counts as the present one, in ms
+const AZIMUTH = -0.6, ELEVATION = 0.35;   // where the arms in small are seen from, in radians
+
+const cell = new Robot();
+const $ = id => document.getElementById(id);
+const cards = new Map();      // name -> card
+let robots = [], lamps = new Map(), listed = -Infinity, flying = 0, timer;
+
+/** The arm in small, as lines that are as wide as its links. */
+export function silhouette(arm) {
+  const size = reach(arm.model), low = floor(arm.model, arm.tool), c = Math.cos(AZIMUTH), s = Math.sin(AZIMUTH);
+  const seen = ([x, y, z]) => [x * s + y * c, -(z - low) * Math.cos(ELEVATION) + (x * c - y * s) * Math.sin(ELEVATION)].map(one => one.toFixed(0));
+  const parts = chain(arm.model, arm.joints, arm.tool).parts.filter(part => part.kind !== "hub" || part.axis < 0);
+  const lines = parts.map(part => {
+    const [[x1, y1], [x2, y2]] = [part.from, part.to].map(point => seen(place(part.matrix, point)));
+    return makeSvg("line", {x1, y1, x2, y2, "stroke-width": (part.r[0] + part.r[1]).toFixed(0), class: part.kind});
+  });
+  const high = arm.model.kind === "scara" ? arm.model.axes[2].max - low + size * .6 : size * 1.15;
+  return makeSvg("svg", {viewBox: [-size, -high, 2 * size, high + size * .45].map(one => one.toFixed(0)).join(" "), "aria-hidden": "true"},
+    makeSvg("ellipse", {cx: 0, cy: 0, rx: (size * .8).toFixed(0), ry: (size * .8 * Math.sin(ELEVATION)).toFixed(0)}), ...lines);
+}
+
+const path = name => "robots/" + encodeURIComponent(name) + "/";
+
+/** Tells which cards are in view. */
+const views = new IntersectionObserver(entries => {
+  for (const entry of entries) cards.get(entry.target.dataset.key).inView = entry.isIntersecting;
+  readPostures();
+});
+
+function build(robot) {
+  const picture = make("span", {class: "picture"}), words = make("ul", {class: "lamps"}), ports = make("span", {class: "mono"});
+  const element = make("li", {}, make("a", {href: path(robot.name)}, make("strong", {}, robot.name)), picture, words, ports);
+  cards.set(robot.name, {element, picture, words, ports, name: robot.name, inView: false, read: -Infinity});
+  views.observe(element);
+  return element;
+}
+
+/** Lamps as [word, kind]. */
+function shownLamps(robot, found, state) {
+  if (!robot.started) return [["starts when it is used", "off"]];
+  if (!found) return [];
+  const words = [];
+  if (!found.power) words.push(["power off", "bad"]);
+  if (state?.emergency_stop) words.push(["EMERGENCY STOP", "bad"]);
+  if (state?.safety_open) words.push(["safety switch open", "bad"]);
+  if (found.alarms_active) words.push([found.alarms_active + (found.alarms_active === 1 ? " alarm" : " alarms"), "bad"]);
+  words.push([found.servo ? "servo on" : "servo off", found.servo ? "ok" : "off"], [state && !found.running ? state.status : found.running ? "running" : "stopped", found.running ? "ok" : "off"]);
+  if (state) words.push([state.master_mode, "off"]);
+  if (found.peers) words.push([found.peers + (found.peers === 1 ? " peer" : " peers"), "off"]);
+  return words;
+}
+
+function draw() {
+  const wanted = $("find").value.trim().toLowerCase();
+  const fits = robots.filter(robot => !wanted || robot.name.toLowerCase().includes(wanted) || Object.values(robot.ports).some(address => address.includes(wanted)));
+  const alarms = robot => lamps.get(robot.name)?.alarms_active ? 0 : 1;
+  if ($("alarms-first").checked) fits.sort((a, b) => alarms(a) - alarms(b));
+  list($("robots"), fits.slice(0, CARDS), robot => robot.name, build, (element, robot) => {
+    const card = cards.get(robot.name);
+    list(card.words, shownLamps(robot, lamps.get(robot.name), card.state), lamp => lamp[0], () => make("li", {class: "lamp"}), (item, [word, kind]) => {
+      say(item, word);
+      mark(item, "data-kind", kind);
+    });
+    say(card.ports, "IP0 " + (robot.ports.ip0 ?? "closed"));
+    mark(element, "data-started", robot.started);
+  });
+  for (const [name, card] of cards) if (!card.element.isConnected) { views.unobserve(card.element); cards.delete(name); }
+  const started = robots.filter(robot => robot.started).length, bad = [...lamps.values()].filter(one => one.alarms_active).length;
+  say($("count"), robots.length + (robots.length === 1 ? " robot, " : " robots, ") + started + " started" + (bad ? ", " + bad + " with alarms" : ""));
+  $("more").hidden = fits.length <= CARDS;
+  say($("more"), fits.length - CARDS + " more are not shown; find them by their name.");
+}
+
+/** Reads the posture of cards in view, the oldest first. */
+function readPostures() {
+  const started = new Set(robots.filter(robot => robot.started).map(robot => robot.name)), now = performance.now();
+  const due = [...cards.values()].filter(card => card.inView && !card.busy && started.has(card.name) && now - card.read > FRESH);
+  due.sort((a, b) => a.read - b.read);
+  for (const card of due.slice(0, IN_FLIGHT - flying)) readPosture(card);
+}
+
+async function readPosture(card) {
+  flying += 1;
+  card.busy = true;
+  try {
+    card.arm ??= await cell.get(path(card.name) + "arm");
+    card.state = await cell.get(path(card.name) + "state");
+    const joints = card.state.arm.joints, shown = joints.join();
+    if (shown !== card.shown) {
+      card.shown = shown;
+      card.picture.replaceChildren(silhouette({...card.arm, joints: card.arm.joints.map((old, at) => joints[at] ?? old)}));
+    }
+  } catch { /* again later */ }
+  card.read = performance.now();
+  card.busy = false;
+  flying -= 1;
+  if (!document.hidden) readPostures();
+}
+
+/** The gauges of the metrics by robot: `ts3100_servo{robot="a"} 1`. */
+function gauges(text) {
+  const found = new Map();
+  for (const [, name, robot, value] of text.matchAll(/^ts3100_(power|servo|running|alarms_active|peers)\{robot="([^"]*)"\} (\S+)/gm))
+    found.set(robot, {...found.get(robot), [name]: Number(value)});
+  return found;
+}
+
+async function look() {
+  clearTimeout(timer);
+  if (document.hidden) return;
+  try {
+    if (performance.now() - listed > LIST) {
+      ({robots} = await cell.get("robots"));
+      listed = performance.now();
+    }
+    lamps = gauges(await cell.get("metrics"));
+    // A robot that has metrics has started.
+    for (const robot of robots) robot.started ||= lamps.has(robot.name);
+    await readWires();
+    cell.setLink("connected");
+    draw();
+    readPostures();
+  } catch (error) {
+    if (error.status !== 401) cell.setLink(error instanceof Refusal ? "refused: " + error.message : "not connected");
+  }
+  timer = setTimeout(look, PAUSE + PER_ROBOT * robots.length);
+}
+
+async function readWires() {
+  const {wires} = await cell.get("wires");
+  $("wires").hidden = !wires.length;
+  list($("levels"), wires, wire => wire.from + " " + wire.to, wire => {
+    const outside = wire.from.startsWith("outside.") ? wire.from.slice("outside.".length) : undefined;
+    const level = outside ? button("", () => cell.put("wires/outside/" + encodeURIComponent(outside), {on: level.button.getAttribute("aria-pressed") !== "true"}).then(look),
+      {"aria-label": wire.from}) : undefined;
+    return make("tr", {}, make("th", {scope: "row", class: "mono"}, wire.from), make("td", {class: "mono"}, wire.to), make("td", {}, level?.element ?? make("span", {class: "lamp"})));
+  }, (row, wire) => {
+    const level = row.querySelector("button") ?? row.querySelector(".lamp");
+    say(level, wire.on ? "on" : "off");
+    if (level.tagName === "BUTTON") mark(level, "aria-pressed", wire.on); else mark(level, "data-kind", wire.on ? "ok" : "off");
+  });
+}
+
+cell.on("link", link => {
+  say($("link"), link === "token" ? "needs a token" : link);
+  mark($("link"), "data-kind", link === "connected" ? "ok" : "bad");
+  $("ask").hidden = link !== "token";
+});
+$("ask").addEventListener("submit", event => {
+  event.preventDefault();
+  cell.token = $("token").value;
+  look();
+});
+$("choose").addEventListener("submit", event => event.preventDefault());
+$("find").addEventListener("input", draw);
+$("alarms-first").addEventListener("change", draw);
+document.addEventListener("visibilitychange", look);
+look();
