@@ -11,7 +11,8 @@ const SIZE = 1600;        // pixels of the longer side of the picture at most
 const DENSITY = 2;        // pixels of the picture for one of the page at most
 const SHADOW = 1024;      // pixels of a side of the shadow's picture
 const LATE = 120;         // a posture that was read later than this after the last is shown at once, in ms
-const ROUND = 36;         // flat sides of what is round
+const ROUND = 26;         // flat sides of what is round
+const BEND = 5;           // steps of a rounded edge
 const VIEWS = {Home: [-52, 20], Front: [0, 8], Side: [-90, 8], Top: [-90, 90]};
 const FOV = 26;
 const SUN = [-115, 52];
@@ -22,8 +23,8 @@ const LIT = `uniform mat4 light; uniform sampler2DShadow shade;
 float lit(vec3 at) {
   vec3 q = (light * vec4(at, 1)).xyz * .5 + .5;
   float sum = 0.;
-  for (int x = 0; x < 4; x++) for (int y = 0; y < 4; y++) sum += texture(shade, q + vec3(vec2(x, y) - 1.5, -.8) / 1024.);
-  return sum / 16.;
+  for (int x = 0; x < 2; x++) for (int y = 0; y < 2; y++) sum += texture(shade, q + vec3(vec2(x, y) * 1.6 - .8, -.8) / 1024.);
+  return sum / 4.;
 }`;
 const SOLID = [`${VARYING}
 layout(location = 0) in vec3 p; layout(location = 1) in vec3 n; layout(location = 2) in float t;
@@ -33,11 +34,11 @@ in vec3 at, normal; in float along; uniform vec3 eye, sun, body, cap; uniform fl
 void main() {
   vec3 n = normalize(normal), e = normalize(eye - at);
   float end = abs(along - .5) * 2., w = max(fwidth(end), 1e-4);
-  vec3 c = mix(body, cap, smoothstep(band - w, band + w, end)) * (1. - .75 * smoothstep(3. * w, w, abs(end - band)) * step(band, 1.));
+  vec3 c = mix(body, cap, smoothstep(band - w, band + w, end)) * (1. - .75 * smoothstep(2. * w, w, abs(end - band)) * step(band, 1.));
   c = pow(c, vec3(2.2));
   float s = max(dot(n, sun), 0.) * lit(at + n * 4.), sky = .5 + .5 * n.z;
   c *= .2 + .35 * sky + .75 * s + .12 * max(dot(n, e), 0.);
-  c += gloss * (s * pow(max(dot(n, normalize(e + sun)), 0.), 48.) + .3 * sky * pow(1. - max(dot(n, e), 0.), 4.));
+  c = c * (.55 + .45 * smoothstep(0., .6, dot(n, e))) + gloss * s * pow(max(dot(n, normalize(e + sun)), 0.), 48.);
   colour = vec4(pow(c, vec3(1. / 2.2)), 1);
 }`];
 const FLOOR = [`${VARYING}
@@ -90,7 +91,7 @@ function lathe(kind, long, r, r2) {
   const round = kind === "limb" || kind === "tool" || kind === "ball", edge = round ? 0 : Math.min(r * .22, long * .3), profile = [];
   const tilt = round && long ? Math.asin(Math.max(-1, Math.min(1, (r - r2) / long))) : 0;
   const arc = (radius, z, bend, from, to) => {
-    for (let step = 0; step <= 8; step += 1) {
+    for (let step = 0; step <= BEND; step += 1) {
       const angle = from + (to - from) * step / 8, c = Math.cos(angle), s = Math.sin(angle);
       profile.push([radius + bend * c, z + bend * s, c, s]);
     }
@@ -128,7 +129,7 @@ export function create(host) {
   if (!gl) throw new Error("WebGL2 is missing");
   const key = (label, name, press) => make("button", {type: "button", "aria-label": name, onclick: () => { press(); ask(); }}, label);
   const views = make("div", {class: "views", role: "group", "aria-label": "View"},
-    ...Object.keys(VIEWS).map(name => key(name, name + " view", () => { angles = [...VIEWS[name]]; zoom = 1; })),
+    ...Object.keys(VIEWS).map(name => key(name, name + " view", () => { angles = [...VIEWS[name]]; zoom = 1; })), make("i"),
     key("\u2212", "Zoom out", () => zoomBy(1.2)), key("+", "Zoom in", () => zoomBy(1 / 1.2)));
 
   let solid, ground, line, solids, lines, shadow, depth, meshes = [];
@@ -202,7 +203,7 @@ export function create(host) {
     if (built !== wanted) { built = wanted; build(parts); }
 
     const high = model.kind === "scara" ? model.axes[2].max + far * .4 : far * .85, target = [far * .22, 0, (low + high) / 2];
-    const away = zoom * Math.max((high - low) * 3, far * 2.5) * Math.max(1, 1.5 * height / width), t = 1 / Math.tan(FOV * Math.PI / 360), near = away * .1, end = away * 3 + far * 3;
+    const away = zoom * Math.max((high - low) * 2.75, far * 2.3) * Math.max(1, 1.5 * height / width), t = 1 / Math.tan(FOV * Math.PI / 360), near = away * .1, end = away * 3 + far * 3;
     const project = [t * height / width, 0, 0, 0, 0, t, 0, 0, 0, 0, (near + end) / (near - end), -1, 0, 0, 2 * near * end / (near - end), 0];
     const view = [project, move(0, 0, -away), rotation(angles), move(...target.map(one => -one))].reduce(times);
     const eye = direction(angles).map((one, at) => target[at] + one * away), sun = direction(SUN), wide = 1 / (far * 1.35);
@@ -273,8 +274,8 @@ export function create(host) {
       return place(view, [x, y, z]).slice(0, 2).map((one, at) => (at ? 1 - one / depth : 1 + one / depth) / 2 * [width, height][at]);
     };
     const points = scene.points.map(({name, at}) => ({name, at: screen(at)}));
-    const systems = scene.frames.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, system: true, at: screen(origin(matrix))}));
-    list(names, [...labels(points, 13), ...systems], one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {at: [x, y], name, system}) => {
+    const systems = scene.frames.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, at: screen(origin(matrix))}));
+    list(names, [...labels(points, 13), ...labels(systems, 13).map(one => ({...one, system: true}))], one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {at: [x, y], name, system}) => {
       say(element, name);
       element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) ` + (system ? "translate(-50%, 25%)" : "translate(.4em, -90%)");
       element.hidden = x < 0 || y < 0 || x > width || y > height;
