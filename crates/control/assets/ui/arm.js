@@ -4,7 +4,7 @@
 // a module of its own, which is loaded when it is first looked at.
 
 import {fixed, list, make, makeSvg, mark, say} from "./dom.js";
-import {chain, floor, frame, IDENTITY, origin, place, reach, times} from "./links.js";
+import {chain, coordinates, floor, frame, IDENTITY, inverse, origin, place, reach, times} from "./links.js";
 
 const POINTS = 40;      // taught points that are drawn
 const TRACE = 600;      // places of the tool that are kept while it moves
@@ -41,7 +41,7 @@ function limit({min, max}, value) {
 }
 
 /** X Y Z A B C, or of a SCARA X Y Z C, as a coordinate system. */
-const coordinates = (model, found) => frame(model.kind === "scara" && found.length < 6 ? [...found.slice(0, 3), 0, 0, found[3]] : found);
+const system = (model, found) => frame(model.kind === "scara" && found.length < 6 ? [...found.slice(0, 3), 0, 0, found[3]] : found);
 
 /** The positions of DATA that lie in a coordinate system of their own, by name. */
 function works(source) {
@@ -50,12 +50,12 @@ function works(source) {
   return found;
 }
 
-/** Names at places of a picture; those that would lie on one another are joined. */
+/** Names at places of a picture, of points and of coordinate systems; those that would lie on one another are joined. */
 export function labels(items, size) {
   const found = [];
-  for (const {at, name} of items) {
-    const near = found.find(one => Math.abs(one.at[0] - at[0]) < 3 * size && Math.abs(one.at[1] - at[1]) < 1.1 * size);
-    if (near) near.name += ", " + name; else found.push({at, name});
+  for (const item of items) {
+    const near = found.find(({at, system}) => system === item.system && Math.abs(at[0] - item.at[0]) < 3 * size && Math.abs(at[1] - item.at[1]) < 1.1 * size);
+    if (near) near.name += ", " + item.name; else found.push({...item});
   }
   for (const one of found) if (one.name.length > LABEL) one.name = one.name.slice(0, LABEL - 1) + "\u2026";
   return found;
@@ -74,6 +74,11 @@ function outline([x, y], r, [x2, y2], r2, flat, round) {
   return `M${at(x, y, r, open)}${arc(r, large, at(x, y, r, -open))}L${at(x2, y2, r2, -open)}${arc(r2, 1 - large, at(x2, y2, r2, open))}Z`;
 }
 
+/** Sets attributes: of a number one decimal is enough. */
+function put(element, values) {
+  for (const [name, value] of Object.entries(values)) mark(element, name, typeof value === "number" ? value.toFixed(1) : value);
+}
+
 /** A picture in SVG. `look(scene)` says how the world is projected, and what the picture shows in words. */
 function makePicture(name, look) {
   const ground = makeSvg("path", {class: "ground"}), ring = makeSvg("circle", {class: "reach"});
@@ -81,20 +86,17 @@ function makePicture(name, look) {
   const parts = makeSvg("g"), axes = makeSvg("g"), points = makeSvg("g"), texts = makeSvg("g");
   const tip = makeSvg("circle", {class: "tip"});
   const svg = makeSvg("svg", {role: "img", class: "picture"}, ring, ground, trace, path, parts, axes, points, tip, texts);
-  let box = null, model = null, traced = 0, pixels = {width: 260, height: 160};
+  let box = null, model = null, pixels = {width: 260, height: 160};
   new ResizeObserver(([found]) => { if (found.contentRect.width) pixels = found.contentRect; }).observe(svg);
-  const line = (points, project) => points.map(point => project(point).map(one => one.toFixed(1)).join()).join(" ");
 
   /** The part of the world that is shown grows when something leaves it, and never shrinks. */
   function fit(places, margin) {
-    const [left, top, right, bottom] = box;
     for (const [x, y, r = 0] of places) {
       if (x - r < box[0]) box[0] = x - r - margin;
       if (y - r < box[1]) box[1] = y - r - margin;
       if (x + r > box[2]) box[2] = x + r + margin;
       if (y + r > box[3]) box[3] = y + r + margin;
     }
-    return left !== box[0] || top !== box[1] || right !== box[2] || bottom !== box[3];
   }
 
   function draw(scene) {
@@ -107,49 +109,27 @@ function makePicture(name, look) {
     const end = seen.solid(origin(seen.chain.tool)), dots = scene.points.map(point => ({at: project(point.at), name: point.name}));
     fit([...solids.flatMap(({a, b, r}) => [[...a, r[0]], [...b, r[1]]]), ...dots.map(dot => dot.at), ...scene.path.map(project)], far * .06);
     const [left, top, right, bottom] = box, size = FONT * Math.max((bottom - top) / pixels.height, (right - left) / pixels.width);
-    mark(svg, "viewBox", [left, top, right - left, bottom - top].map(one => one.toFixed(1)).join(" "));
-    mark(svg, "font-size", size.toFixed(1));
-    mark(svg, "aria-label", name + ": " + seen.words);
-    mark(ring, "r", seen.ring ? far : 0);
-    mark(ground, "d", seen.floor === undefined ? "" : `M${left - far * 2} ${seen.floor}H${right + far * 2}`);
+    put(svg, {viewBox: [left, top, right - left, bottom - top].map(one => one.toFixed(1)).join(" "), "font-size": size, "aria-label": name + ": " + seen.words});
+    put(ring, {r: seen.ring ? far : 0});
+    put(ground, {d: seen.floor === undefined ? "" : `M${left - far * 2} ${seen.floor}H${right + far * 2}`});
     list(parts, solids, one => one.at, () => makeSvg("path"), (element, {kind, axis, a, b, r, round}) => {
-      mark(element, "class", kind + (scene.near[axis] ? " near" : ""));
-      mark(element, "d", outline(a, r[0], b, r[1], kind === "hub" || kind === "metal", round));
+      put(element, {class: kind + (scene.near[axis] ? " near" : ""), d: outline(a, r[0], b, r[1], kind === "hub" || kind === "metal", round)});
     });
-    mark(tip, "cx", end[0].toFixed(1));
-    mark(tip, "cy", end[1].toFixed(1));
-    mark(tip, "r", (size / 4).toFixed(1));
-    mark(path, "points", line(scene.path, project));
-    // The trace only gets longer while the arm moves: the rest of it need not be written again.
-    if (scene.traced < traced || scene.traced - traced > scene.trace.length) { traced = scene.traced - scene.trace.length; trace.points.clear(); }
-    for (; traced < scene.traced; traced += 1) {
-      const added = svg.createSVGPoint();
-      [added.x, added.y] = project(scene.trace[scene.trace.length - (scene.traced - traced)]);
-      trace.points.appendItem(added);
-    }
-    while (trace.points.numberOfItems > TRACE) trace.points.removeItem(0);
-
+    put(tip, {cx: end[0], cy: end[1], r: size / 4});
+    for (const [element, places] of [[path, scene.path], [trace, scene.trace]]) put(element, {points: places.map(one => project(one).map(Math.round)).join(" ")});
     const systems = scene.frames.map(({name, matrix}) => ({name, matrix: name === "tool" ? seen.chain.tool : matrix}));
     list(axes, systems, one => one.name, () => makeSvg("g", {}, ...["x", "y", "z"].map(axis => makeSvg("line", {class: axis}))), (element, {matrix}) => {
       const from = seen.solid(origin(matrix));
       [0, 1, 2].forEach(axis => {
-        const to = seen.solid(place(matrix, [0, 1, 2].map(one => one === axis ? size * 2.2 : 0))), drawn = element.children[axis];
-        mark(drawn, "x1", from[0].toFixed(1)); mark(drawn, "y1", from[1].toFixed(1));
-        mark(drawn, "x2", to[0].toFixed(1)); mark(drawn, "y2", to[1].toFixed(1));
+        const to = seen.solid(place(matrix, [0, 1, 2].map(one => one === axis ? size * 2.2 : 0)));
+        put(element.children[axis], {x1: from[0], y1: from[1], x2: to[0], y2: to[1]});
       });
     });
-    const marks = systems.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, at: seen.solid(origin(matrix))}));
-    list(points, dots, one => one.name, () => makeSvg("circle", {class: "point"}), (element, {at}) => {
-      mark(element, "cx", at[0].toFixed(1));
-      mark(element, "cy", at[1].toFixed(1));
-      mark(element, "r", (size / 4).toFixed(1));
-    });
-    const written = [...labels(dots, size), ...labels(marks, size).map(one => ({...one, system: true}))];
-    list(texts, written, one => (one.system ? "system " : "point ") + one.name, one => makeSvg("text", {class: one.system ? "system" : undefined}), (element, {at, name, system}) => {
+    const marks = systems.slice(0, -1).map(({name, matrix}) => ({name, system: true, at: seen.solid(origin(matrix))}));
+    list(points, dots, one => one.name, () => makeSvg("circle", {class: "point"}), (element, {at}) => put(element, {cx: at[0], cy: at[1], r: size / 4}));
+    list(texts, labels([...dots, ...marks], size), one => one.name + one.system, one => makeSvg("text", {class: one.system ? "system" : ""}), (element, {at, name, system}) => {
       const beside = system ? 0 : at[0] > right - (right - left) * .25 ? -.4 : .4;
-      mark(element, "x", (at[0] + size * beside).toFixed(1));
-      mark(element, "text-anchor", ["end", "middle", "start"][1 + Math.sign(beside)]);
-      mark(element, "y", (at[1] + size * (system ? 1.1 : -.3)).toFixed(1));
+      put(element, {x: at[0] + size * beside, y: at[1] + size * (system ? 1.1 : -.3), "text-anchor": ["end", "middle", "start"][1 + Math.sign(beside)]});
       say(element, name);
     });
   }
@@ -220,16 +200,15 @@ export function create(robot) {
   const pictures = [makePicture("Top", top), makePicture("Side", side)], joints = makeJoints(), position = makePosition();
   const element = make("div", {class: "arm"}, light, room, make("div", {class: "pictures"}, ...pictures.map(one => one.element)),
     make("div", {class: "values"}, joints.element, position.element));
-  let arm = null, points = [], path = [], trace = [], traced = 0;
-  let shown = false, following = false, wanted, space = null, rest = "", file = "", own = new Map();
+  let arm = null, points = [], path = [], trace = [];
+  let shown = false, following = false, wanted, space = null, placed = IDENTITY, rest = "", file = "", own = new Map();
 
   function draw() {
-    const {model, tool} = arm, posture = chain(model, arm.joints, tool), work = robot.state?.arm.work ?? arm.work;
-    const near = model.axes.map((axis, at) => limit(axis, arm.joints[at]));
+    const {model, tool} = arm, posture = chain(model, arm.joints, tool), inWork = coordinates(times(placed, posture.tool));
+    const work = model.kind === "scara" ? [...inWork.slice(0, 3), inWork[5], arm.world[4]] : inWork, near = model.axes.map((axis, at) => limit(axis, arm.joints[at]));
     const at = origin(posture.tool), last = trace.at(-1);
     if (arm.moving && (!last || Math.hypot(...at.map((one, index) => one - last[index])) > STEP)) {
       trace.push(at);
-      traced += 1;
       if (trace.length > TRACE) trace.shift();
     }
     const base = frame(arm.base), frames = new Map();
@@ -238,7 +217,7 @@ export function create(robot) {
       if (same) frames.delete(same[0]);
       frames.set(same ? same[0] + ", " + name : name, matrix);
     }
-    const scene = {...arm, work, chain: posture, near, path, trace, traced, points, frames: [...frames].map(([name, matrix]) => ({name, matrix}))};
+    const scene = {...arm, work, chain: posture, near, path, trace, points, frames: [...frames].map(([name, matrix]) => ({name, matrix}))};
     for (const part of [...pictures, joints, position]) part.draw(scene);
     space?.draw(scene);
   }
@@ -246,11 +225,13 @@ export function create(robot) {
   /** Reads the posture, or with it the model, the coordinate systems and the path. */
   async function read(all) {
     const found = await robot.get(all ? "arm" : "arm/pose");
-    if (arm && found.t < arm.t) { trace = []; path = []; traced = 0; }
+    if (arm && found.t < arm.t) [trace, path] = [[], []];
     // The model is kept, so that it can be told from another one by its identity.
     if (all && arm && JSON.stringify(arm.model) === JSON.stringify(found.model)) found.model = arm.model;
     if (found.path?.length) path = found.path;
     const begun = found.moving && arm && (!arm.moving || found.percent < arm.percent);
+    // The work coordinate system that is shown may be that of a position: it follows from the two coordinates.
+    if (all) placed = times(system(found.model, found.work), inverse(system(found.model, found.world)));
     arm = {...arm, ...found};
     draw();
     return begun && !all;
@@ -260,11 +241,12 @@ export function create(robot) {
     if (following) return;
     following = true;
     try {
-      let all = true, moved = performance.now();
+      let all = true, moved = performance.now(), last = "";
       while (shown && performance.now() - moved < LINGER) {
         await new Promise(requestAnimationFrame);
         all = await read(all);
-        if (arm.moving) moved = performance.now();
+        // A motion that is held, or whose time stands still, is at rest.
+        if (last !== (last = String(arm.joints))) moved = performance.now();
       }
       if (shown) await read(true);
     } catch { rest = ""; }
@@ -277,7 +259,7 @@ export function create(robot) {
     const base = frame(arm.base), found = state.variables.filter(one => one.kind === "position" && !one.bounds.length && one.value?.every(Number.isFinite));
     return found.slice(0, POINTS).map(({name, value}) => {
       const work = systems.get(own.get(name.toUpperCase())) ?? arm.work_frame;
-      return {name, at: place(times(base, coordinates(arm.model, work)), value)};
+      return {name, at: place(times(base, system(arm.model, work)), value)};
     });
   }
 
@@ -300,15 +282,16 @@ export function create(robot) {
   }
 
   async function look(state) {
-    const moves = state.arm.moving;
     if (state.file !== file) {
       file = state.file;
       own = new Map();
       if (file) own = works((await robot.get("files/" + encodeURIComponent(file)).catch(() => ({text: ""}))).text ?? "");
     }
     const key = JSON.stringify([state.arm, state.file]);
-    if (moves && !following) follow();
-    else if (key !== rest && !following) { rest = key; await read(true).catch(() => { rest = ""; }); }
+    const changed = key !== rest && !following;
+    rest = key;
+    if (changed && state.arm.moving) follow();
+    else if (changed) await read(true).catch(() => { rest = ""; });
     if (!arm) return;
     const found = taught(state);
     if (JSON.stringify(found) !== JSON.stringify(points)) { points = found; draw(); }

@@ -5,7 +5,7 @@
 
 import {labels} from "./arm.js";
 import {list, make, mark, say} from "./dom.js";
-import {chain, floor, IDENTITY, move, origin, place, reach, times, turn} from "./links.js";
+import {chain, floor, move, origin, place, reach, times, turn} from "./links.js";
 
 const SIZE = 1600;        // pixels of the longer side of the picture at most
 const DENSITY = 2;        // pixels of the picture for one of the page at most
@@ -179,7 +179,7 @@ export function create(host) {
 
   function readColours() {
     const style = getComputedStyle(host);
-    for (const name of ["solid", "edge", "joint", "metal", "ground", "soft", "accent", "bad", "warn"]) {
+    for (const name of ["solid", "edge", "joint", "metal", "ground", "soft", "accent", "bad", "near"]) {
       const value = style.getPropertyValue("--" + name).trim();
       colours[name] = [1, 3, 5].map(at => parseInt(value.slice(at, at + 2), 16) / 255);
     }
@@ -202,7 +202,7 @@ export function create(host) {
     const wanted = JSON.stringify([model.geometry, scene.tool]);
     if (built !== wanted) { built = wanted; build(parts); }
 
-    const high = model.kind === "scara" ? model.axes[2].max + far * .4 : far * .85, target = [far * .22, 0, (low + high) / 2];
+    const high = model.kind === "scara" ? model.axes[2].max + far * .4 : far * .85, target = [far * .22, 0, low * .45 + high * .55];
     const away = zoom * Math.max((high - low) * 2.75, far * 2.3) * Math.max(1, 1.5 * height / width), t = 1 / Math.tan(FOV * Math.PI / 360), near = away * .1, end = away * 3 + far * 3;
     const project = [t * height / width, 0, 0, 0, 0, t, 0, 0, 0, 0, (near + end) / (near - end), -1, 0, 0, 2 * near * end / (near - end), 0];
     const view = [project, move(0, 0, -away), rotation(angles), move(...target.map(one => -one))].reduce(times);
@@ -212,7 +212,7 @@ export function create(host) {
     const things = parts.map(({kind, axis, matrix, from, to, r}, at) => ({at, kind, r, long: Math.hypot(...to.map((one, index) => one - from[index])), near: scene.near[axis], model: times(matrix, align(from, to.map((one, index) => one - from[index])))}));
     const drawSolids = lit => things.forEach(({at, kind, r, long, near, model}) => {
       solid.set({model});
-      if (lit) solid.set({body: near && kind !== "metal" ? colours.warn : colours[{limb: "solid", hub: "solid", metal: "metal", tool: "edge"}[kind]], cap: near ? colours.warn : colours.joint,
+      if (lit) solid.set({body: near && kind !== "metal" ? colours.near : colours[{limb: "solid", hub: "solid", metal: "metal", tool: "edge"}[kind]], cap: near ? colours.near : colours.joint,
         band: kind === "hub" ? 1 - 2 * Math.min(.19, .45 * r[0] / long) : 2, gloss: kind === "metal" ? .6 : .3});
       gl.drawArrays(gl.TRIANGLES, ...meshes[at]);
     });
@@ -274,8 +274,8 @@ export function create(host) {
       return place(view, [x, y, z]).slice(0, 2).map((one, at) => (at ? 1 - one / depth : 1 + one / depth) / 2 * [width, height][at]);
     };
     const points = scene.points.map(({name, at}) => ({name, at: screen(at)}));
-    const systems = scene.frames.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, at: screen(origin(matrix))}));
-    list(names, [...labels(points, 13), ...labels(systems, 13).map(one => ({...one, system: true}))], one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {at: [x, y], name, system}) => {
+    const systems = scene.frames.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, system: true, at: screen(origin(matrix))}));
+    list(names, labels([...points, ...systems], 13), one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {at: [x, y], name, system}) => {
       say(element, name);
       element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) ` + (system ? "translate(-50%, 25%)" : "translate(.4em, -90%)");
       element.hidden = x < 0 || y < 0 || x > width || y > height;
@@ -326,7 +326,7 @@ export function create(host) {
   readColours();
 
   return {draw(found) {
-    const now = performance.now(), same = scene?.model === found.model && found.moving && now - since < LATE;
+    const now = performance.now(), same = scene?.model === found.model && now - since < LATE;
     if (same) posture(now);
     from = same ? shown : found.joints;
     span = same ? now - since : 0;

@@ -29,6 +29,19 @@ export function frame([x, y, z, a = 0, b = 0, c = 0]) {
   return [move(x, y, z), turn(2, c), turn(1, b), turn(0, a)].reduce(times);
 }
 
+/** X Y Z A B C of a matrix. */
+export function coordinates(m) {
+  const flat = Math.hypot(m[0], m[1]) < 1e-9;   // with B at 90 degrees A and C turn about the same axis: A is 0
+  const angles = [flat ? 0 : Math.atan2(m[6], m[10]), Math.atan2(-m[2], Math.hypot(m[0], m[1])), flat ? Math.atan2(-m[4], m[5]) : Math.atan2(m[1], m[0])];
+  return [...origin(m), ...angles.map(one => one * 180 / Math.PI)];
+}
+
+/** The matrix that undoes a coordinate system. */
+export function inverse(m) {
+  const turned = [m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, 0, 0, 0, 1];
+  return times(turned, move(...origin(m).map(one => -one)));
+}
+
 /** A point of a coordinate system in the one that system is given in. */
 export function place(m, [x, y, z]) {
   return [0, 1, 2].map(row => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
@@ -48,9 +61,10 @@ export function floor({kind, axes}, tool = [0, 0, 0]) {
 }
 
 /**
- * The arm in a posture. It stands at the origin of world: BASE moves the positions, not the arm. `flange` and `tool` are matrices in world. `parts` are its solids, base first: each lies in the
- * coordinate system `matrix`, goes `from` one point `to` another with the radii `r`, belongs to an axis (from 0; -1 is the
- * foot) and is a `limb` (rounded ends), a `hub` (flat ends, about the axis of a joint), `metal` or the `tool`.
+ * The arm in a posture. It stands at the origin of world: BASE moves the positions, not the arm. `flange` and `tool` are
+ * matrices in world. `parts` are its solids, foot first: each lies in the coordinate system `matrix`, goes `from` one point
+ * `to` another with the radii `r`, and belongs to an axis (from 0; -1 is the foot). It is a `limb` (rounded ends), a `hub`
+ * (flat ends, about the axis of a joint), `metal` or the `tool`.
  */
 export function chain(model, joints, tool) {
   const g = model.geometry, root = IDENTITY, parts = [];
@@ -87,7 +101,7 @@ export function chain(model, joints, tool) {
     add(1, "limb", second, [0, 0, 0], [0, 0, g.upper_arm], 56 * u, 47 * u);
     add(2, "hub", third, [0, -66 * u, 0], [0, 66 * u, 0], 53 * u);
     add(2, "limb", third, [0, 0, 0], [g.elbow_offset, 0, split], 46 * u, 43 * u);
-    add(3, "hub", fourth, [0, 0, split - g.forearm - 6 * u], [0, 0, split - g.forearm + 12 * u], 44 * u);
+    add(3, "metal", fourth, [0, 0, split - g.forearm - 5 * u], [0, 0, split - g.forearm + 5 * u], 45 * u);
     add(3, "limb", fourth, [0, 0, split - g.forearm], [0, 0, 0], 40 * u, 32 * u);
     add(4, "hub", fifth, [0, -44 * u, 0], [0, 44 * u, 0], 36 * u);
     add(4, "limb", fifth, [0, 0, 0], [0, 0, g.flange * .5], 31 * u, 29 * u);
