@@ -238,7 +238,6 @@ export function create(robot) {
   }
 
   async function follow() {
-    if (following) return;
     following = true;
     try {
       let all = true, moved = performance.now(), last = "";
@@ -282,6 +281,7 @@ export function create(robot) {
   }
 
   async function look(state) {
+    if (!shown) return;
     if (state.file !== file) {
       file = state.file;
       own = new Map();
@@ -310,6 +310,8 @@ export function create(robot) {
     event(event) { if (event.event === "stored") file = ""; },
     show() {
       shown = true;
+      rest = "";
+      if (robot.state) look(robot.state);
       if (wanted === undefined && WIDE.matches) setSpace(true);
     },
     hide() { shown = false; },
