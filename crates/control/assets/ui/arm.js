@@ -4,7 +4,7 @@
 // a module of its own, which is loaded when it is first looked at.
 
 import {fixed, list, make, makeSvg, mark, say} from "./dom.js";
-import {chain, coordinates, floor, frame, IDENTITY, inverse, origin, place, reach, times} from "./links.js";
+import {along, chain, coordinates, distance, floor, frame, IDENTITY, inverse, origin, place, reach, times} from "./links.js";
 
 const POINTS = 40;      // taught points that are drawn
 const TRACE = 600;      // places of the tool that are kept while it moves
@@ -63,7 +63,7 @@ export function labels(items, size) {
 
 /** The outline of a link: two circles and their tangents, or without the circles where the ends are flat; seen along it, it is round. */
 function outline([x, y], r, [x2, y2], r2, flat, round) {
-  const n = one => one.toFixed(1), long = Math.hypot(x2 - x, y2 - y), angle = Math.atan2(y2 - y, x2 - x);
+  const n = one => one.toFixed(1), long = distance([x, y], [x2, y2]), angle = Math.atan2(y2 - y, x2 - x);
   const at = (cx, cy, radius, turned) => n(cx + radius * Math.cos(angle + turned)) + " " + n(cy + radius * Math.sin(angle + turned));
   if (round || long <= Math.abs(r - r2) + .1) {
     const [cx, cy, big] = r > r2 ? [x, y, r] : [x2, y2, r2];
@@ -103,8 +103,8 @@ function makePicture(name, look) {
     const far = reach(scene.model), seen = look(scene, far), project = seen.project;
     if (model !== scene.model) { model = scene.model; box = seen.box.map(one => one * far); }
     const solids = seen.chain.parts.map(({kind, axis, matrix, from, to, r}, at) => {
-      const a = seen.solid(place(matrix, from)), b = seen.solid(place(matrix, to)), long = Math.hypot(...from.map((one, index) => one - to[index]));
-      return {at, kind, axis, r, a, b, round: Math.hypot(a[0] - b[0], a[1] - b[1]) < long * .3};
+      const a = seen.solid(place(matrix, from)), b = seen.solid(place(matrix, to));
+      return {at, kind, axis, r, a, b, round: distance(a, b) < distance(from, to) * .3};
     });
     const end = seen.solid(origin(seen.chain.tool)), dots = scene.points.map(point => ({at: project(point.at), name: point.name}));
     fit([...solids.flatMap(({a, b, r}) => [[...a, r[0]], [...b, r[1]]]), ...dots.map(dot => dot.at), ...scene.path.map(project)], far * .06);
@@ -121,7 +121,7 @@ function makePicture(name, look) {
     list(axes, systems, one => one.name, () => makeSvg("g", {}, ...["x", "y", "z"].map(axis => makeSvg("line", {class: axis}))), (element, {matrix}) => {
       const from = seen.solid(origin(matrix));
       [0, 1, 2].forEach(axis => {
-        const to = seen.solid(place(matrix, [0, 1, 2].map(one => one === axis ? size * 2.2 : 0)));
+        const to = seen.solid(along(matrix, axis, size * 2.2));
         put(element.children[axis], {x1: from[0], y1: from[1], x2: to[0], y2: to[1]});
       });
     });
@@ -207,13 +207,13 @@ export function create(robot) {
     const {model, tool} = arm, posture = chain(model, arm.joints, tool), inWork = coordinates(times(placed, posture.tool));
     const work = model.kind === "scara" ? [...inWork.slice(0, 3), inWork[5], arm.world[4]] : inWork, near = model.axes.map((axis, at) => limit(axis, arm.joints[at]));
     const at = origin(posture.tool), last = trace.at(-1);
-    if (arm.moving && (!last || Math.hypot(...at.map((one, index) => one - last[index])) > STEP)) {
+    if (arm.moving && (!last || distance(at, last) > STEP)) {
       trace.push(at);
       if (trace.length > TRACE) trace.shift();
     }
     const base = frame(arm.base), frames = new Map();
     for (const [name, matrix] of [["world", IDENTITY], ["base", base], ["work", times(base, frame(arm.work_frame))], ["tool", posture.tool]]) {
-      const same = [...frames].find(([, found]) => found.every((one, index) => Math.abs(one - matrix[index]) < 1e-3));
+      const same = [...frames].find(([, found]) => distance(found, matrix) < 1e-3);
       if (same) frames.delete(same[0]);
       frames.set(same ? same[0] + ", " + name : name, matrix);
     }

@@ -5,7 +5,7 @@
 
 import {labels} from "./arm.js";
 import {list, make, mark, say} from "./dom.js";
-import {chain, floor, move, origin, place, reach, times, turn} from "./links.js";
+import {along, chain, distance, floor, minus, move, origin, place, reach, times, turn} from "./links.js";
 
 const SIZE = 1600;        // pixels of the longer side of the picture at most
 const DENSITY = 2;        // pixels of the picture for one of the page at most
@@ -168,7 +168,7 @@ export function create(host) {
   /** The triangles of all links, and of a ball for taught points. */
   function build(parts) {
     const all = [];
-    meshes = [...parts.map(({kind, from, to, r}) => [kind, Math.hypot(...to.map((one, at) => one - from[at])), ...r]), ["ball", 0, 1, 1]].map(one => {
+    meshes = [...parts.map(({kind, from, to, r}) => [kind, distance(from, to), ...r]), ["ball", 0, 1, 1]].map(one => {
       const first = all.length / 7;
       for (const value of lathe(...one)) all.push(value);
       return [first, all.length / 7 - first];
@@ -209,7 +209,7 @@ export function create(host) {
     const eye = direction(angles).map((one, at) => target[at] + one * away), sun = direction(SUN), wide = 1 / (far * 1.35);
     const light = [[wide, 0, 0, 0, 0, wide, 0, 0, 0, 0, -wide / 1.5, 0, 0, 0, 0, 1], rotation(SUN), move(...target.map(one => -one))].reduce(times);
 
-    const things = parts.map(({kind, axis, matrix, from, to, r}, at) => ({at, kind, r, long: Math.hypot(...to.map((one, index) => one - from[index])), near: scene.near[axis], model: times(matrix, align(from, to.map((one, index) => one - from[index])))}));
+    const things = parts.map(({kind, axis, matrix, from, to, r}, at) => ({at, kind, r, long: distance(from, to), near: scene.near[axis], model: times(matrix, align(from, minus(to, from)))}));
     const drawSolids = lit => things.forEach(({at, kind, r, long, near, model}) => {
       solid.set({model});
       if (lit) solid.set({body: near && kind !== "metal" ? colours.near : colours[{limb: "solid", hub: "solid", metal: "metal", tool: "edge"}[kind]], cap: near ? colours.near : colours.joint,
@@ -255,7 +255,7 @@ export function create(host) {
     through(scene.path, colours.bad, 1.2);
     for (const {name, matrix} of scene.frames) for (const axis of [0, 1, 2]) {
       const m = name === "tool" ? tool : matrix;
-      through([origin(m), place(m, [0, 1, 2].map(one => one === axis ? far * .14 : 0))], [[.85, .2, .16], [.14, .6, .3], [.2, .45, .92]][axis], 1.6);
+      through([origin(m), along(m, axis, far * .14)], [[.85, .2, .16], [.14, .6, .3], [.2, .45, .92]][axis], 1.6);
     }
     gl.useProgram(line.program);
     gl.bindVertexArray(lines.array);
@@ -293,18 +293,8 @@ export function create(host) {
     ask();
   }
 
-  const held = new Map(), apart = () => { const [a, b] = held.values(); return Math.hypot(a.x - b.x, a.y - b.y); };
-  canvas.addEventListener("pointerdown", event => { canvas.setPointerCapture(event.pointerId); held.set(event.pointerId, {x: event.clientX, y: event.clientY}); });
-  canvas.addEventListener("pointermove", event => {
-    const last = held.get(event.pointerId);
-    if (!last) return;
-    const before = held.size === 2 && apart();
-    if (held.size === 1) rotate((last.x - event.clientX) * .4, (event.clientY - last.y) * .4);
-    last.x = event.clientX;
-    last.y = event.clientY;
-    if (before) zoomBy(before / Math.max(1, apart()));
-  });
-  for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, event => held.delete(event.pointerId));
+  canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointermove", event => { if (event.isPrimary && event.buttons & 1) rotate(-event.movementX * .4, event.movementY * .4); });
   // Without the focus the wheel scrolls the page.
   canvas.addEventListener("wheel", event => {
     if (document.activeElement !== canvas && !event.ctrlKey) return;

@@ -49,6 +49,12 @@ export function place(m, [x, y, z]) {
 
 export const origin = m => m.slice(12, 15);
 
+/** The end of an arrow of this length along an axis of a coordinate system. */
+export const along = (m, axis, long) => origin(m).map((one, row) => one + m[axis * 4 + row] * long);
+
+export const minus = (a, b) => a.map((one, at) => one - b[at]);
+export const distance = (a, b) => Math.hypot(...minus(a, b));
+
 /** Longest distance between axis 1 and the flange, sideways. */
 export function reach({kind, geometry: g}) {
   if (kind === "scara") return Math.abs(g.first_arm) + Math.abs(g.second_arm);
