@@ -240,6 +240,7 @@ function makeJog(robot) {
     const mine = held = {key, abort: new AbortController()};
     mark(key, "data-held", true);
     say(moving, name + (inching ? ": one step" : " moves"));
+    robot.lookSoon();   // the call is answered when the motion ends: until then the pictures of the arm are to follow it
     try {
       await robot.fetch("POST", "jog", {axis, direction, coordinates, speed, inching, hold: !inching}, {signal: mine.abort.signal});
       if (held === mine) say(moving, inching ? "" : name + " has stopped.");
