@@ -24,7 +24,7 @@ pub struct ArmPicture {
     work: Vec<f64>,
     /// TOOL, the tool point as seen from the flange: X Y Z A B C; mm and degrees.
     tool: Vec<f64>,
-    /// BASE, where the robot stands in the world.
+    /// BASE in world: what WORK and so every position stands on.
     base: Vec<f64>,
     /// WORK, the workpiece in BASE.
     work_frame: Vec<f64>,

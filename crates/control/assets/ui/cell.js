@@ -29,9 +29,9 @@ export function silhouette(arm) {
     const [[x1, y1], [x2, y2]] = [part.from, part.to].map(point => seen(place(part.matrix, point)));
     return makeSvg("line", {x1, y1, x2, y2, "stroke-width": (part.r[0] + part.r[1]).toFixed(0), class: part.kind});
   });
-  const high = arm.model.kind === "scara" ? arm.model.axes[2].max - low + size * .6 : size * 1.15;
-  return makeSvg("svg", {viewBox: [-size, -high, 2 * size, high + size * .45].map(one => one.toFixed(0)).join(" "), "aria-hidden": "true"},
-    makeSvg("ellipse", {cx: 0, cy: 0, rx: (size * .8).toFixed(0), ry: (size * .8 * Math.sin(ELEVATION)).toFixed(0)}), ...lines);
+  const high = arm.model.kind === "scara" ? arm.model.axes[2].max - low + size * .6 : size;
+  return makeSvg("svg", {viewBox: [-.75 * size, -high, 1.5 * size, high + size * .35].map(one => one.toFixed(0)).join(" "), "aria-hidden": "true"},
+    makeSvg("ellipse", {cx: 0, cy: 0, rx: (size * .7).toFixed(0), ry: (size * .7 * Math.sin(ELEVATION)).toFixed(0)}), ...lines);
 }
 
 const path = name => "robots/" + encodeURIComponent(name) + "/";
