@@ -43,6 +43,7 @@ mod service;
 mod settings;
 mod snapshots;
 mod state;
+mod status_frame;
 mod transcript;
 mod variables;
 mod wires;
@@ -96,6 +97,7 @@ fn route_table() -> RouteTable {
         robots::add,
         wires::add,
         state::add,
+        status_frame::add,
         panel::add,
         breakpoints::add,
         pendant::add,

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 use ts3100_tests::bench::{Bench, builder};
+use ts3100_tests::host::Host as _;
 
 /// The entry of an array whose `key` has this value.
 fn entry<'a>(list: &'a Value, key: &str, value: impl Into<Value>) -> &'a Value {
@@ -45,4 +46,31 @@ fn every_line_has_its_number_its_name_and_its_state() {
     );
     assert_eq!(robot.get("/outputs/201")["name"], "OPEN1");
     assert_eq!(entry(outputs, "name", "SYS_RDY")["on"], true);
+}
+
+#[test]
+fn the_status_frame_is_what_sf_would_tell_this_host() {
+    let robot = Bench::start(builder().servo_on(true));
+    let field = |key: &str| {
+        let fields = robot.get("/status-frame");
+        let field = entry(&fields, "key", key);
+        (field["value"].clone(), field["meaning"].clone())
+    };
+    assert_eq!(field("sf.servo"), (json!("on"), Value::Null));
+    assert_eq!(field("sf.alarm.1"), (json!("none"), Value::Null));
+    let mut host = robot.host();
+    assert_eq!(field("sf.su-request").0, "off");
+    robot.put("/override", r#"{"percent":35}"#);
+    assert_eq!(field("sf.su-request").0, "on");
+    assert_eq!(host.sf()[3], 1, "reading it has changed nothing");
+    robot.put("/emergency-stop", r#"{"pressed":true}"#);
+    assert_eq!(field("sf.alarm.1"), (json!("8-027"), json!("Emergency stop ON")));
+    let (outputs, names) = field("sf.output.system.4");
+    assert!(
+        outputs.as_str().unwrap().starts_with("Dout249 ") && names.as_str().unwrap().starts_with("EMG_ST "),
+        "{outputs} {names}"
+    );
+    robot.put("/inputs/3", r#"{"on":true}"#);
+    assert_eq!(field("sf.input.general.1"), (json!("Din3"), Value::Null));
+    assert_eq!(field("sf.joint.1").1, "degrees");
 }
