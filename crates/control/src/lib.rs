@@ -17,6 +17,7 @@ mod breakpoints;
 mod channels;
 pub mod client;
 mod clock;
+mod decode;
 #[cfg(test)]
 mod document;
 pub mod event;
@@ -108,6 +109,7 @@ fn route_table() -> RouteTable {
         variables::add,
         files::add,
         channels::add,
+        decode::add,
         parameters::add,
         clock::add,
         power::add,

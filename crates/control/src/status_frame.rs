@@ -17,7 +17,10 @@ use utoipa::ToSchema;
 /// What fields mean whose value alone does not say it, by their keys without `sf.`.
 const MEANINGS: [(&str, &str); 11] = [
     ("motion-status", "execution status; a statement of DO runs too"),
-    ("su-request", "on: SU has changed since this host last asked for it"),
+    (
+        "su-request",
+        "on: SU has changed since this host last asked for it",
+    ),
     (
         "execution-line",
         "file line of the motion, or at which the program is; 0 without a file",

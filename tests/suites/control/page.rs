@@ -74,3 +74,49 @@ fn the_status_frame_is_what_sf_would_tell_this_host() {
     assert_eq!(field("sf.input.general.1"), (json!("Din3"), Value::Null));
     assert_eq!(field("sf.joint.1").1, "degrees");
 }
+
+#[test]
+fn texts_of_both_sides_are_split_into_fields() {
+    let robot = Bench::start(builder());
+    let decode = |direction: &str, command: Value, hex: &str| {
+        let body = json!({"direction": direction, "command": command, "hex": hex});
+        robot.post("/decode", &body.to_string())["fields"].clone()
+    };
+    let host = decode("host", Value::Null, "02 49572C332031 0D 03");
+    assert_eq!(
+        entry(&host, "key", "iw.line.1"),
+        &json!({"key": "iw.line.1", "name": "line 1", "value": "`3`", "start": 4, "end": 5})
+    );
+    let wrong = decode("host", Value::Null, "0253580d03");
+    assert_eq!(
+        entry(&wrong, "key", "error"),
+        &json!({"key": "error", "name": "what is wrong", "value": "unknown command \"SX\"", "start": 1, "end": 3})
+    );
+    let mut peer = robot.dial(ts3100_controller::port::Port::Ip0);
+    peer.command("SU");
+    let sf = peer.sf();
+    let hex: String = [b"\x02FL,", sf.as_slice(), b"\x1a\x03"]
+        .concat()
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let fields = decode("controller", json!("sf"), &hex);
+    assert_eq!(
+        entry(&fields, "key", "sf.servo"),
+        &json!({"key": "sf.servo", "name": "servo power", "value": "0 (off)", "start": 4, "end": 5})
+    );
+    let ng = decode("controller", Value::Null, "024e470d03");
+    assert_eq!(entry(&ng, "key", "reply")["value"], "`NG\\r`");
+    for body in [
+        r#"{"direction":"host","hex":"024"}"#,
+        r#"{"direction":"host","hex":"zz"}"#,
+        r#"{"direction":"peer","hex":""}"#,
+        r#"{"direction":"controller","command":"SFX","hex":""}"#,
+        r#"{"direction":"host"}"#,
+    ] {
+        robot.refused(422, "POST", "/decode", body);
+    }
+    let long = json!({"direction": "host", "hex": "41".repeat(4_097)}).to_string();
+    let words = robot.refused(422, "POST", "/decode", &long);
+    assert!(words.contains("at most 4096 bytes, found 4097"), "{words}");
+}
