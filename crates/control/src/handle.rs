@@ -1,4 +1,4 @@
-//! What every call of the control interface uses: the queue to the driver and the journal.
+//! What every call of the control interface uses: the queue to the driver, the journal, the record of the run.
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
@@ -14,6 +14,7 @@ use tokio::time::timeout;
 use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
+use ts3100_recording::reports::RunRecord;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
@@ -38,17 +39,20 @@ pub struct DriverHandle {
     driver: mpsc::Sender<Request>,
     /// What has happened.
     pub journal: Arc<Journal>,
+    /// What the reports of this run are made of.
+    pub record: RunRecord,
     /// Streams of events that may still be opened.
     pub streams: Arc<Semaphore>,
 }
 
 impl DriverHandle {
-    /// Requests go to `driver`; events and findings are read from `journal`.
+    /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
     #[must_use]
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>) -> DriverHandle {
+    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
         DriverHandle {
             driver,
             journal,
+            record,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
     }

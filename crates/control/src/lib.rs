@@ -17,6 +17,7 @@ mod breakpoints;
 mod channels;
 pub mod client;
 mod clock;
+mod coverage;
 mod decode;
 #[cfg(test)]
 mod document;
@@ -118,6 +119,7 @@ fn route_table() -> RouteTable {
         events::add,
         transcript::add,
         service::add,
+        coverage::add,
     ];
     resources
         .into_iter()

@@ -126,7 +126,8 @@ impl Launched {
     #[must_use]
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);
-        Some(DriverHandle::new(self.requests.clone(), journal))
+        let record = self.run_record.clone();
+        Some(DriverHandle::new(self.requests.clone(), journal, record))
     }
 
     /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while

@@ -120,3 +120,40 @@ fn texts_of_both_sides_are_split_into_fields() {
     let words = robot.refused(422, "POST", "/decode", &long);
     assert!(words.contains("at most 4096 bytes, found 4097"), "{words}");
 }
+
+#[test]
+fn coverage_counts_from_the_start_or_the_last_reset() {
+    let robot = Bench::start(builder());
+    let none = robot.get("/coverage");
+    assert_eq!((&none["version"], &none["reached"]), (&json!(1), &json!(0)));
+    assert!(none["reachable"].as_u64().unwrap() > 100, "{none}");
+    let mut host = robot.host();
+    host.command("SU");
+    host.command("RN");
+    let count = |coverage: &Value, command: &str, outcome: &str| {
+        let mut cells = coverage["cells"].as_array().unwrap().iter();
+        let found = cells.find(|cell| {
+            (&cell["command"], &cell["outcome"], &cell["mode"])
+                == (&json!(command), &json!(outcome), &json!("EXT (ETHER)"))
+        });
+        found.map_or(0, |cell| cell["count"].as_u64().unwrap())
+    };
+    let coverage = robot.get("/coverage");
+    assert_eq!(
+        (
+            count(&coverage, "SU", "served"),
+            count(&coverage, "RN", "refused")
+        ),
+        (2, 1)
+    );
+    assert_eq!(coverage["reached"], 1, "a refusal is required nowhere");
+    robot.post("/reset", "");
+    assert_eq!(robot.get("/coverage"), none);
+    let mut host = robot.host();
+    host.command("SO");
+    assert_eq!(count(&robot.get("/coverage"), "SU", "served"), 1);
+    let report = robot.emulator.coverage();
+    let all = report.cells.iter().filter(|cell| cell.command == "SU");
+    let sum: u64 = all.map(|cell| cell.count).sum();
+    assert_eq!(sum, 3, "the report of the run forgets nothing");
+}
