@@ -15,6 +15,7 @@ use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
+use ts3100_recording::scenario::Play;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
@@ -41,6 +42,8 @@ pub struct DriverHandle {
     pub journal: Arc<Journal>,
     /// What the reports of this run are made of.
     pub record: RunRecord,
+    /// The scenario that is played, if there is one.
+    pub scenario: Option<Play>,
     /// Streams of events that may still be opened.
     pub streams: Arc<Semaphore>,
 }
@@ -53,8 +56,15 @@ impl DriverHandle {
             driver,
             journal,
             record,
+            scenario: None,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
+    }
+
+    /// The same, of a robot to which this scenario is played.
+    #[must_use]
+    pub fn with_scenario(self, scenario: Option<Play>) -> DriverHandle {
+        DriverHandle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {

@@ -41,6 +41,7 @@ pub mod printable;
 mod problem;
 pub mod robots;
 mod route_table;
+mod scenario;
 mod service;
 mod settings;
 mod snapshots;
@@ -120,6 +121,7 @@ fn route_table() -> RouteTable {
         transcript::add,
         service::add,
         coverage::add,
+        scenario::add,
     ];
     resources
         .into_iter()

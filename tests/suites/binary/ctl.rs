@@ -363,3 +363,30 @@ fn shells_get_their_completions() {
     }
     assert_eq!(run(&["completions", "cmd"]).status.code(), Some(2));
 }
+
+#[test]
+fn the_scenario_that_is_played_can_be_watched() {
+    let directory = TempDir::new("binary");
+    let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop press\"]\n\
+        [[expect]]\nname = \"the stop is seen\"\nwhat = \"alarm 8-027\"\nwithin = \"3 s\"\n";
+    let file = directory.file("stop.toml", text);
+    let serve = Serve::start(&["--time", "stepped", "--scenario", &file]);
+    let scenario = || answer(&serve, &["call", "GET", "/scenario"]);
+    let begin = scenario();
+    assert_eq!(
+        (&begin["file"], &begin["state"]),
+        (&json!("stop.toml"), &json!("running"))
+    );
+    assert_eq!(
+        begin["steps"][1],
+        json!({"name": "the stop is seen", "line": 4, "state": "waiting"})
+    );
+    answer(&serve, &["clock", "advance", "2.5"]);
+    assert_eq!(
+        scenario(),
+        json!({"file": "stop.toml", "state": "passed", "steps": [
+            {"name": "do at 2 s", "line": 1, "state": "passed", "t": 2.0, "message": "emergency-stop press"},
+            {"name": "the stop is seen", "line": 4, "state": "passed", "t": 2.0},
+        ]})
+    );
+}

@@ -157,3 +157,10 @@ fn coverage_counts_from_the_start_or_the_last_reset() {
     let sum: u64 = all.map(|cell| cell.count).sum();
     assert_eq!(sum, 3, "the report of the run forgets nothing");
 }
+
+#[test]
+fn without_a_scenario_the_call_says_how_to_give_one() {
+    let robot = Bench::start(builder());
+    let words = robot.refused(404, "GET", "/scenario", "");
+    assert!(words.contains("`ts3100 serve --scenario FILE`"), "{words}");
+}
