@@ -15,6 +15,7 @@ mod asset;
 mod body;
 mod breakpoints;
 mod channels;
+mod check;
 pub mod client;
 mod clock;
 mod coverage;
@@ -110,6 +111,7 @@ fn route_table() -> RouteTable {
         lines::add,
         variables::add,
         files::add,
+        check::add,
         channels::add,
         decode::add,
         parameters::add,

@@ -164,3 +164,39 @@ fn without_a_scenario_the_call_says_how_to_give_one() {
     let words = robot.refused(404, "GET", "/scenario", "");
     assert!(words.contains("`ts3100 serve --scenario FILE`"), "{words}");
 }
+
+#[test]
+fn a_text_or_a_file_is_checked_without_being_stored() {
+    let robot = Bench::start(builder().file("TEST", "PROGRAM TEST\nMOV P1\nEND\n"));
+    let files = robot.get("/files");
+    let check = |body: Value| robot.post("/check", &body.to_string());
+    assert_eq!(
+        check(json!({"text": "PROGRAM T\nPRINT 1\nEND\n"})),
+        json!([]),
+        "nothing is wrong"
+    );
+    let wrong = check(json!({"text": "PROGRAM T\nN = 1 ' \u{e9}\n  \u{e9}MOV P1\nEND\n"}));
+    let first = entry(&wrong, "line", 2);
+    assert_eq!(
+        (
+            &first["column"],
+            &first["length"],
+            &first["severity"],
+            &first["code"]
+        ),
+        (&json!(9), &json!(1), &json!("error"), &json!("E0004")),
+        "{first}"
+    );
+    let file = check(json!({"file": "test"}));
+    assert_eq!(
+        file[0]["docs"], "docs/reference/diagnostics.md#not-a-statement",
+        "{file}"
+    );
+    assert_eq!(robot.get("/files"), files);
+    robot.refused(404, "POST", "/check", r#"{"file":"GONE"}"#);
+    robot.refused(422, "POST", "/check", r#"{"name":"A","content":""}"#);
+    let large = json!({"text": "A".repeat(100_000)});
+    assert_eq!(check(large).as_array().unwrap().len(), 1, "too large a program");
+    let huge = json!({"text": "A".repeat(300_000)}).to_string();
+    robot.refused(413, "POST", "/check", &huge);
+}
