@@ -122,6 +122,11 @@ fn jog(key: &JogCommand) -> Call {
     post("/jog", body)
 }
 
+fn decode(direction: &str, hex: &[String], command: Option<&str>) -> Call {
+    let body = json!({"direction": direction, "hex": hex.join(" "), "command": command});
+    post("/decode", body)
+}
+
 /// Calls about all robots of a process, whichever is named.
 const OF_ALL: [&str; 2] = ["/robots", "/wires"];
 
@@ -205,6 +210,13 @@ impl Call {
                 port: Some(port),
                 action,
             } => channel(&port.to_ascii_uppercase(), action.as_ref()),
+            Command::Lines => get("/lines"),
+            Command::StatusFrame => get("/status-frame"),
+            Command::Decode {
+                direction,
+                hex,
+                command,
+            } => decode(direction, hex, command.as_deref()),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
@@ -214,6 +226,8 @@ impl Call {
             Command::Transcript { file } => transcript(file.as_ref(), json),
             Command::Events(events) => get(events_path(*events)),
             Command::Findings => get("/findings"),
+            Command::Coverage => get("/coverage"),
+            Command::Scenario => get("/scenario"),
             Command::Metrics => get("/metrics"),
             Command::Health => get("/health"),
             Command::Version => get("/version"),
@@ -369,6 +383,7 @@ fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
         Some(FileCommand::Put { name, path: from }) => put(path(name), read_content(from)?),
         Some(FileCommand::Erase { name }) => delete(path(name)),
         Some(FileCommand::Select { name }) => post(format!("{}/select", path(name)), json!({})),
+        Some(FileCommand::Check { name }) => post("/check", json!({"file": name})),
     })
 }
 
