@@ -83,9 +83,8 @@ impl From<DissectedField> for TextField {
 impl DecodeRequest {
     fn decode(&self) -> Result<DecodedText, Problem> {
         let letters = self.command.as_deref().unwrap_or_default();
-        if !letters.is_empty()
-            && !(letters.len() == 2 && letters.bytes().all(|byte| byte.is_ascii_alphabetic()))
-        {
+        let is_command = letters.len() == 2 && letters.bytes().all(|byte| byte.is_ascii_alphabetic());
+        if self.command.is_some() && !is_command {
             return Err(Problem::invalid("command", "two letters", letters));
         }
         let wire = parse_hex(&self.hex)?;

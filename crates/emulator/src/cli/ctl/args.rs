@@ -187,17 +187,7 @@ pub enum Command {
     /// Show what the command SF would answer now, in words
     StatusFrame,
     /// Split a text of the protocol into its fields
-    Decode {
-        /// Who sent it
-        #[arg(value_parser = ["host", "controller"])]
-        direction: String,
-        /// The text as it was on the wire, as hexadecimal digits
-        #[arg(required = true)]
-        hex: Vec<String>,
-        /// The command that a text of the controller answers, for example SF
-        #[arg(long)]
-        command: Option<String>,
-    },
+    Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
     Channel {
         #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"])]
@@ -394,6 +384,19 @@ pub enum LineCommand {
         #[command(flatten)]
         limits: WaitLimits,
     },
+}
+
+#[derive(Debug, Args)]
+pub struct DecodeArgs {
+    /// Who sent it
+    #[arg(value_parser = ["host", "controller"])]
+    pub direction: String,
+    /// The text as it was on the wire, as hexadecimal digits
+    #[arg(required = true)]
+    pub hex: Vec<String>,
+    /// The command that a text of the controller answers, for example SF
+    #[arg(long)]
+    pub command: Option<String>,
 }
 
 #[derive(Debug, Subcommand)]

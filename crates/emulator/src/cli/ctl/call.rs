@@ -4,8 +4,9 @@
 //! the control interface. Sending the call is in [`super`].
 
 use super::args::{
-    AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
-    JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
+    HttpMethod, JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
+    WaitLimits,
 };
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
@@ -122,9 +123,24 @@ fn jog(key: &JogCommand) -> Call {
     post("/jog", body)
 }
 
-fn decode(direction: &str, hex: &[String], command: Option<&str>) -> Call {
-    let body = json!({"direction": direction, "hex": hex.join(" "), "command": command});
+fn decode(text: &DecodeArgs) -> Call {
+    let body = json!({
+        "direction": text.direction,
+        "hex": text.hex.join(" "),
+        "command": text.command,
+    });
     post("/decode", body)
+}
+
+/// The wires, or one that is set from outside.
+fn wire(outside: Option<&str>, on: bool) -> Call {
+    let Some(name) = outside else {
+        return get("/wires");
+    };
+    put(
+        format!("/wires/outside/{}", percent_encoded(name)),
+        json!({"on": on}),
+    )
 }
 
 /// Calls about all robots of a process, whichever is named.
@@ -160,14 +176,7 @@ impl Call {
         Ok(match command {
             Command::State => get("/state"),
             Command::Robots => get("/robots"),
-            Command::Wire {
-                outside: Some(name),
-                state,
-            } => {
-                let path = format!("/wires/outside/{}", percent_encoded(name));
-                put(path, json!({"on": state.unwrap_or_default()}))
-            }
-            Command::Wire { outside: None, .. } => get("/wires"),
+            Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
             Command::KeySwitch { position } => setting("/key-switch", "position", position.map(Word::word)),
             Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
             Command::EmergencyStop { action } => {
@@ -212,11 +221,7 @@ impl Call {
             } => channel(&port.to_ascii_uppercase(), action.as_ref()),
             Command::Lines => get("/lines"),
             Command::StatusFrame => get("/status-frame"),
-            Command::Decode {
-                direction,
-                hex,
-                command,
-            } => decode(direction, hex, command.as_deref()),
+            Command::Decode(text) => decode(text),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
