@@ -5,6 +5,7 @@ mod document;
 #[cfg(unix)]
 mod drive;
 mod guard;
+mod page;
 mod pendant;
 mod resources;
 mod whole;

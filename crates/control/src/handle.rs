@@ -1,4 +1,4 @@
-//! What every call of the control interface uses: the queue to the driver and the journal.
+//! What every call of the control interface uses: the queue to the driver, the journal, the record of the run.
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
@@ -14,6 +14,8 @@ use tokio::time::timeout;
 use ts3100_controller::action::Action;
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
+use ts3100_recording::reports::RunRecord;
+use ts3100_recording::scenario::Play;
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
@@ -38,19 +40,31 @@ pub struct DriverHandle {
     driver: mpsc::Sender<Request>,
     /// What has happened.
     pub journal: Arc<Journal>,
+    /// What the reports of this run are made of.
+    pub record: RunRecord,
+    /// The scenario that is played, if there is one.
+    pub scenario: Option<Play>,
     /// Streams of events that may still be opened.
     pub streams: Arc<Semaphore>,
 }
 
 impl DriverHandle {
-    /// Requests go to `driver`; events and findings are read from `journal`.
+    /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
     #[must_use]
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>) -> DriverHandle {
+    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
         DriverHandle {
             driver,
             journal,
+            record,
+            scenario: None,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
+    }
+
+    /// The same, of a robot to which this scenario is played.
+    #[must_use]
+    pub fn with_scenario(self, scenario: Option<Play>) -> DriverHandle {
+        DriverHandle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {

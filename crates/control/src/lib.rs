@@ -15,8 +15,11 @@ mod asset;
 mod body;
 mod breakpoints;
 mod channels;
+mod check;
 pub mod client;
 mod clock;
+mod coverage;
+mod decode;
 #[cfg(test)]
 mod document;
 pub mod event;
@@ -39,10 +42,12 @@ pub mod printable;
 mod problem;
 pub mod robots;
 mod route_table;
+mod scenario;
 mod service;
 mod settings;
 mod snapshots;
 mod state;
+mod status_frame;
 mod transcript;
 mod variables;
 mod wires;
@@ -96,6 +101,7 @@ fn route_table() -> RouteTable {
         robots::add,
         wires::add,
         state::add,
+        status_frame::add,
         panel::add,
         breakpoints::add,
         pendant::add,
@@ -105,7 +111,9 @@ fn route_table() -> RouteTable {
         lines::add,
         variables::add,
         files::add,
+        check::add,
         channels::add,
+        decode::add,
         parameters::add,
         clock::add,
         power::add,
@@ -114,6 +122,8 @@ fn route_table() -> RouteTable {
         events::add,
         transcript::add,
         service::add,
+        coverage::add,
+        scenario::add,
     ];
     resources
         .into_iter()

@@ -1,6 +1,6 @@
-//! `/inputs` and `/outputs`: the digital lines: read, drive, set, force, release, pulse.
+//! `/inputs`, `/outputs` and `/lines`: the digital lines: read, drive, set, force, release, pulse.
 //!
-//! Line numbers and forcing are the controller's `signals` module.
+//! Line numbers and forcing are the controller's `signals` module, names its `line_names`.
 
 use super::body::{Json, NoBody, Path, Seconds};
 use super::handle::{Answer, DriverHandle, Handle};
@@ -9,6 +9,7 @@ use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
+use ts3100_controller::line_name;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::driver::request::View;
 use utoipa::{IntoParams, ToSchema};
@@ -36,12 +37,25 @@ pub struct ForcedLine {
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[schema(as = Line)]
 pub struct LineStatus {
-    /// Its number: 1-64, 101-164, 201-264.
+    /// Its number: 1-64, 101-164, 201-264, 301-364, 401-464.
     line: u16,
+    /// Its name, for example `STROBE`, of a system signal or an output of a hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<&'static str>,
     /// The state it shows.
     on: bool,
     /// Whether it is forced.
     forced: bool,
+}
+
+/// All digital lines.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = AllLines)]
+pub struct LineTable {
+    /// Din, in the order of their numbers.
+    inputs: Vec<LineStatus>,
+    /// Dout, in the order of their numbers.
+    outputs: Vec<LineStatus>,
 }
 
 /// The new state of a line.
@@ -112,8 +126,23 @@ impl LineStatus {
         let signals = view.controller.signals();
         LineStatus {
             line,
+            name: line_name(side, line),
             on: is_on(signals, side, line),
             forced: signals.forced(side, line).is_some(),
+        }
+    }
+}
+
+impl LineTable {
+    fn new(view: &View<'_>) -> LineTable {
+        let all = |side| {
+            Signals::numbers()
+                .map(|line| LineStatus::new(view, side, line))
+                .collect()
+        };
+        LineTable {
+            inputs: all(IoKind::Input),
+            outputs: all(IoKind::Output),
         }
     }
 }
@@ -161,6 +190,7 @@ pub fn add(table: RouteTable) -> RouteTable {
             "lines",
             "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
         )
+        .routes(routes!(get_lines))
         .routes(routes!(get_inputs))
         .routes(routes!(get_input, put_input))
         .routes(routes!(pulse_input))
@@ -169,6 +199,12 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(get_output, put_output))
         .routes(routes!(pulse_output))
         .routes(routes!(force_output, release_output))
+}
+
+/// List all inputs and outputs with their names
+#[utoipa::path(get, path = "/lines", responses((status = 200, body = LineTable)))]
+async fn get_lines(handle: Handle) -> Answer<LineTable> {
+    handle.query(LineTable::new).await.map(Json)
 }
 
 /// List the inputs that are on or forced

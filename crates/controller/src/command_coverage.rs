@@ -91,6 +91,15 @@ impl CommandCoverage {
         self.ports.iter().copied().collect()
     }
 
+    /// Adds what another run has reached.
+    pub fn add(&mut self, other: CommandCoverage) {
+        for (cell, count) in other.reached {
+            let sum = self.reached.entry(cell).or_default();
+            *sum = sum.saturating_add(count);
+        }
+        self.ports.extend(other.ports);
+    }
+
     /// Forgets everything, for between two tests.
     pub fn clear(&mut self) {
         self.reached.clear();
@@ -170,6 +179,9 @@ mod tests {
             ("RS,ERR", MasterMode::ExtEther, 2)
         );
         assert!(reachable(&Config::new(Dialect::Field), Port::Ip0).contains(cell));
+        let mut sum = coverage.clone();
+        sum.add(coverage.clone());
+        assert_eq!(sum.reached().map(|(_, count)| count).collect::<Vec<_>>(), [4]);
         coverage.clear();
         assert_eq!(coverage.reached().count(), 0);
     }

@@ -79,6 +79,7 @@ pub use executor::selection::SelectError;
 pub use findings::{Findings, Rule, Severity};
 pub use input::{ControlRight, Input, KeySwitch, PanelAction};
 pub use io::channel;
+pub use io::line_names::line_name;
 pub use io::signals;
 pub use network::{ChannelConfig, NetworkConfig};
 pub use options::{Config, ControllerType, Dialect, Options};

@@ -41,6 +41,8 @@ pub struct Launched {
     pub has_examples: bool,
     /// What the control interface reads.
     journal: Option<Arc<Journal>>,
+    /// The scenario of the settings.
+    play: Option<Play>,
 }
 
 /// What a robot shares with the others of its process.
@@ -119,6 +121,7 @@ impl Launched {
             run_record,
             has_examples: powered.has_examples,
             journal,
+            play: settings.scenario.clone().map(Play::new),
         })
     }
 
@@ -126,7 +129,9 @@ impl Launched {
     #[must_use]
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);
-        Some(DriverHandle::new(self.requests.clone(), journal))
+        let record = self.run_record.clone();
+        let handle = DriverHandle::new(self.requests.clone(), journal, record);
+        Some(handle.with_scenario(self.play.clone()))
     }
 
     /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while
@@ -146,8 +151,8 @@ impl Launched {
     }
 
     /// Starts the scenario of the settings, if there is one.
-    pub fn start_scenario(&mut self, settings: &Settings) -> Option<Play> {
-        let play = Play::new(settings.scenario.clone()?);
+    pub fn start_scenario(&mut self) -> Option<Play> {
+        let play = self.play.clone()?;
         play.start(self.driver.cell());
         Some(play)
     }

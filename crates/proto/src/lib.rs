@@ -17,6 +17,7 @@ extern crate std;
 pub mod calendar;
 pub mod command;
 pub mod dissect;
+pub mod dissect_command;
 pub mod escape;
 pub mod file;
 pub mod message;

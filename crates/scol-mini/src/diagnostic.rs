@@ -6,6 +6,7 @@
 
 use alloc::format;
 use alloc::string::{String, ToString};
+use core::ops::Range;
 
 /// Most diagnostics of one compilation; the last says that more were left out.
 pub const MAX_DIAGNOSTICS: usize = 100;
@@ -17,6 +18,17 @@ pub enum Severity {
     Error,
     /// The program compiles, but is likely wrong here.
     Warning,
+}
+
+impl Severity {
+    /// `error` or `warning`.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        }
+    }
 }
 
 /// A range of bytes of the source.
@@ -70,15 +82,32 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// Its columns from 1, in characters as editors count them; it does not go beyond the end of its line.
+    ///
+    /// `source` is the text that was compiled.
+    #[must_use]
+    pub fn columns(&self, source: &str) -> Range<usize> {
+        let bytes = source.as_bytes();
+        let start = self.span.start.min(bytes.len());
+        let begin = (start + 1).saturating_sub(self.column as usize);
+        let rest = bytes.get(start..).unwrap_or_default();
+        let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
+        let line = rest.iter().position(is_end).unwrap_or(rest.len());
+        let length = self.span.end.saturating_sub(start).min(line);
+        let characters = |from: usize, to: usize| {
+            let text = bytes.get(from..to).unwrap_or_default();
+            String::from_utf8_lossy(text).chars().count()
+        };
+        let column = characters(begin, start) + 1;
+        column..column + characters(start, start + length)
+    }
+
     /// Writes the remark out: place and message, the source line, a caret line, the help.
     ///
     /// `source` is the text that was compiled, `name` the name of its file.
     #[must_use]
     pub fn render(&self, source: &str, name: &str) -> String {
-        let word = match self.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        };
+        let word = self.severity.as_str();
         let mut text = format!(
             "{name}:{}:{}: {word}[{}]: {}\n",
             self.line, self.column, self.code, self.message

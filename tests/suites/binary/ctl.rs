@@ -116,8 +116,19 @@ fn every_resource_has_its_words() {
         )["value"][1],
         2.0
     );
+    assert_eq!(
+        answer(&serve, &["file", "check", "CELL"])[0]["severity"],
+        "warning"
+    );
     answer(&serve, &["input", "9", "on"]);
     assert_eq!(answer(&serve, &["input"])["on"], json!([9]));
+    assert_eq!(answer(&serve, &["lines"])["inputs"][8]["on"], true);
+    assert_eq!(answer(&serve, &["status-frame"])[0]["name"], "servo power");
+    assert_eq!(answer(&serve, &["coverage"])["reached"], 0);
+    let fields = answer(&serve, &["decode", "host", "02", "53550d", "03"]);
+    assert_eq!(fields["fields"][1]["key"], "command");
+    let fields = answer(&serve, &["decode", "controller", "4e470d03", "--command", "SF"]);
+    assert_eq!(fields["fields"][0]["key"], "reply");
     answer(&serve, &["input", "9", "force", "off"]);
     assert_eq!(answer(&serve, &["input", "9", "release"])["on"], true);
     answer(&serve, &["output", "9", "pulse", "on", "0.5", "s"]);
@@ -362,4 +373,31 @@ fn shells_get_their_completions() {
         }
     }
     assert_eq!(run(&["completions", "cmd"]).status.code(), Some(2));
+}
+
+#[test]
+fn the_scenario_that_is_played_can_be_watched() {
+    let directory = TempDir::new("binary");
+    let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop press\"]\n\
+        [[expect]]\nname = \"the stop is seen\"\nwhat = \"alarm 8-027\"\nwithin = \"3 s\"\n";
+    let file = directory.file("stop.toml", text);
+    let serve = Serve::start(&["--time", "stepped", "--scenario", &file]);
+    let scenario = || answer(&serve, &["scenario"]);
+    let begin = scenario();
+    assert_eq!(
+        (&begin["file"], &begin["state"]),
+        (&json!("stop.toml"), &json!("running"))
+    );
+    assert_eq!(
+        begin["steps"][1],
+        json!({"name": "the stop is seen", "line": 4, "state": "waiting"})
+    );
+    answer(&serve, &["clock", "advance", "2.5"]);
+    assert_eq!(
+        scenario(),
+        json!({"file": "stop.toml", "state": "passed", "steps": [
+            {"name": "do at 2 s", "line": 1, "state": "passed", "t": 2.0, "message": "emergency-stop press"},
+            {"name": "the stop is seen", "line": 4, "state": "passed", "t": 2.0},
+        ]})
+    );
 }

@@ -432,7 +432,7 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
             &["ctl", "input", "5", "forc"],
             "unknown command `forc`; did you mean `force`?\n\nCommands of `ts3100 ctl input`: on off ",
         ),
-        (&["ctl", "stat"], "unknown command `stat`; did you mean `state`?"),
+        (&["ctl", "stae"], "unknown command `stae`; did you mean `state`?"),
         (&["srve"], "unknown command `srve`; did you mean `serve`?"),
     ] {
         let output = run(words);

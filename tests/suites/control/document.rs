@@ -10,8 +10,9 @@ use ts3100_tests::bench::{Bench, builder};
 
 const TOKEN: &str = "0123456789abcdef";
 const SESSION: &str = include_str!("../../../crates/control/assets/examples.json");
-/// Calls without an example: they take or give a whole controller, or need a connected peer.
-const WITHOUT_EXAMPLE: [&str; 5] = [
+/// Calls without an example: they take or give a whole controller, or need a connected peer or a scenario.
+const WITHOUT_EXAMPLE: [&str; 6] = [
+    "GET /scenario",
     "PUT /wires/outside/{name}",
     "GET /snapshot",
     "PUT /snapshot",
@@ -204,6 +205,7 @@ fn the_examples_are_what_the_emulator_answers() {
     assert_eq!(
         uncalled,
         [
+            "GET /scenario",
             "POST /channels/{port}/drop",
             "PUT /snapshot",
             "PUT /wires/outside/{name}"

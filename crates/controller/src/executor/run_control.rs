@@ -5,7 +5,7 @@
 
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
-use crate::io::system_signals::dout;
+use crate::io::line_names::dout;
 use crate::output::{Event, Output};
 use crate::panel::PanelState;
 use crate::robot::{Robot, RunNotice};

@@ -4,13 +4,14 @@ use crate::alarm;
 use crate::executor::requests::no_output;
 use crate::executor::step::Step;
 use crate::executor::{Task, TaskState};
+use crate::io::line_names::dout;
 use crate::io::signals::Signals;
 use crate::limits::LONGEST_DELAY;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
 
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
-pub(crate) const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
+pub(crate) const HANDS: [(u16, u16); 2] = [(dout::OPEN1, dout::CLOSE1), (dout::OPEN2, dout::CLOSE2)];
 
 impl Robot {
     /// OPEN, CLOSE: when the arm rests, or at once.

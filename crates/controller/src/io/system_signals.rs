@@ -1,9 +1,10 @@
 //! External operation by signals: the system inputs Din249-261 and the system outputs Dout249-262. The
-//! manual gives their names only (SF-31, SF-38); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
+//! manual gives their names only (`line_names`); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
 //! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/reference/protocol/signals.md.
 
 use crate::executor::StopCause;
 use crate::findings::rules;
+use crate::io::line_names::{din, dout};
 use crate::limits::PULSE;
 use crate::ops::OperateError;
 use crate::options::Strobe;
@@ -13,41 +14,6 @@ use alloc::format;
 use alloc::vec::Vec;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
-
-/// Numbers of the system inputs (SF-31).
-pub(crate) mod din {
-    pub const STROBE: u16 = 249;
-    pub const PRG_RST: u16 = 250;
-    pub const STEP_RST: u16 = 251;
-    pub const CYC_RST: u16 = 252;
-    pub const DO_RST: u16 = 253;
-    pub const ALM_RST: u16 = 254;
-    pub const RUN: u16 = 255;
-    pub const EX_SVON: u16 = 256;
-    pub const STOP: u16 = 257;
-    pub const CYCLE: u16 = 258;
-    pub const LOW_SPD: u16 = 259;
-    pub const BREAK: u16 = 260;
-    pub const SVOFF: u16 = 261;
-}
-
-/// Numbers of the system outputs (SF-38).
-pub(crate) mod dout {
-    pub const EMG_ST: u16 = 249;
-    pub const SV_RDY: u16 = 250;
-    pub const ACK: u16 = 251;
-    pub const TEACH: u16 = 252;
-    pub const INT: u16 = 253;
-    pub const EXTSIG: u16 = 254;
-    pub const EXTHOST: u16 = 255;
-    pub const SYS_RDY: u16 = 256;
-    pub const AUTORUN: u16 = 257;
-    pub const CYC_END: u16 = 258;
-    pub const LOW_ST: u16 = 259;
-    pub const CYC_ST: u16 = 260;
-    pub const BT_ALM: u16 = 261;
-    pub const ALARM: u16 = 262;
-}
 
 /// Inputs that ACK answers when they are processed, in every master mode; of several at once the first alone is
 /// processed (S40).

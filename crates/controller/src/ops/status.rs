@@ -63,17 +63,25 @@ impl Robot {
 
     /// SF (SF-01 to SF-46).
     pub(super) fn op_system_status(&mut self, context: &CommandContext<'_>) -> Outcome {
-        let layout = match self.arm.kind() {
-            scol_mini::Arm::SixAxis => SfLayout::Eight,
-            scol_mini::Arm::Scara => SfLayout::Six,
-        };
-        let content = self.system_status(context.last_status.as_ref()).encode(layout);
-        match (layout, self.config.options.sf_texts) {
+        let content = self.status_frame(context.last_status.as_ref());
+        match (self.frame_layout(), self.config.options.sf_texts) {
             // The content fills its text: there is no room for an EOF (ste80722 S23).
             (SfLayout::Six, _) => Outcome::File(FlSender::single_text(content, &[])),
             (SfLayout::Eight, SfTexts::One) => Outcome::File(FlSender::single_text(content, &[EOF])),
             (SfLayout::Eight, SfTexts::Several) => Outcome::file(content),
         }
+    }
+
+    fn frame_layout(&self) -> SfLayout {
+        match self.arm.kind() {
+            scol_mini::Arm::SixAxis => SfLayout::Eight,
+            scol_mini::Arm::Scara => SfLayout::Six,
+        }
+    }
+
+    /// The content of SF, without EOF, for a host whose last SU said `asked`.
+    pub(crate) fn status_frame(&self, asked: Option<&StatusBody>) -> Vec<u8> {
+        self.system_status(asked).encode(self.frame_layout())
     }
 
     fn system_status(&self, asked: Option<&StatusBody>) -> SystemStatus {

@@ -53,7 +53,7 @@ impl Ending {
             reports: settings.reports.clone(),
             load: settings.load.clone(),
             fault_reports: settings.report.clone(),
-            play: launched.start_scenario(settings),
+            play: launched.start_scenario(),
             record: launched.run_record.clone(),
         }
     }

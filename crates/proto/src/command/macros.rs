@@ -9,7 +9,9 @@
 /// ```text
 /// /// Documentation of the variant.
 /// Variant(operand: Type) => {
-///     letters: "XX", [name: "XX,YY",] form: "XX,<operand>", example: "XX,1", help: "What it does",
+///     letters: "XX", [name: "XX,YY",] form: "XX,<operand>", example: "XX,1",
+///     [operands: ["name", "name that repeats ..."],]
+///     help: "What it does",
 ///     source: Manual, sender: Host, answer: Acknowledge, permission: valid(20, "OOOOO", "OOOOO"),
 ///     parse: function, encode: expression with the operands,
 /// }
@@ -24,7 +26,9 @@ macro_rules! commands {
         $( { $( $(#[$field_doc:meta])* $field:ident : $field_type:ty ),* $(,)? } )?
         => {
             letters: $letters:literal, $( name: $name:literal, )?
-            form: $form:literal, example: $example:literal, help: $help:literal,
+            form: $form:literal, example: $example:literal,
+            $( operands: [ $( $operand:literal ),* ], )?
+            help: $help:literal,
             source: $source:ident, sender: $sender:ident, answer: $answer:ident, permission: $permission:expr,
             parse: $parse:expr, encode: $encode:expr,
         }
@@ -45,6 +49,7 @@ macro_rules! commands {
                 name: commands!(@name $letters $( $name )?),
                 form: $form,
                 example: $example,
+                operands: &[$( $( $operand ),* )?],
                 help: $help,
                 source: Source::$source,
                 sender: Sender::$sender,

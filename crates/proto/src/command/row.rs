@@ -7,6 +7,9 @@ use super::operand::Operands;
 use super::{Command, CommandError};
 use crate::permission::{CELLS, Permission};
 
+/// Ends the names of operands that come again and again.
+const REPEATED: &str = " ...";
+
 /// Who sends a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sender {
@@ -60,6 +63,8 @@ pub struct CommandRow {
     pub form: &'static str,
     /// A message of it in canonical form, without CR.
     pub example: &'static str,
+    /// Names of its operands in order; those that end in ` ...` come again and again. Empty without operands.
+    pub operands: &'static [&'static str],
     /// What it does, in one sentence, as `ts3100 host` shows it.
     pub help: &'static str,
     /// Where it is described.
@@ -79,6 +84,21 @@ impl CommandRow {
     #[must_use]
     pub const fn is_extension(&self) -> bool {
         !matches!(self.source, Source::Manual)
+    }
+
+    /// The name of the operand at this index, from 0, without ` ...`, and its number among those of the same name, from
+    /// 1, if the name comes again and again; `None` beyond the last.
+    #[must_use]
+    pub fn operand_name(&self, index: usize) -> Option<(&'static str, Option<usize>)> {
+        let first = self.operands.iter().position(|name| name.ends_with(REPEATED));
+        let first = first.unwrap_or(self.operands.len());
+        if index < first {
+            return self.operands.get(index).map(|name| (*name, None));
+        }
+        let repeated = self.operands.get(first..).unwrap_or_default();
+        let round = (index - first).checked_div(repeated.len())?;
+        let name = repeated.get((index - first) % repeated.len())?;
+        Some((name.trim_end_matches(REPEATED), Some(round + 1)))
     }
 
     /// Whether blanks separate its operands (5.3.3), as its form shows. Blanks within `<>` are part of a description.

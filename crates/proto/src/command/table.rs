@@ -54,6 +54,7 @@ commands! {
     /// Reset (CMD-RS-01).
     Rs(reset: Reset) => {
         letters: "RS", form: "RS,<PRG|STP|CYC|SIG|SEL>", example: "RS,PRG",
+        operands: ["what"],
         help: "Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(4, "XXXOX", "XXXXO"),
         parse: reset::rs, encode: text(reset.as_str()),
@@ -62,6 +63,7 @@ commands! {
     /// Select the execution file (CMD-SL-01).
     Sl(name: FileName) => {
         letters: "SL", form: "SL,<file name>", example: "SL,TEST",
+        operands: ["file"],
         help: "Select a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(5, "XXXOX", "XXXXO"),
         parse: |operands| files::name(operands).map(Command::Sl), encode: text(name.as_str()),
@@ -70,6 +72,7 @@ commands! {
     /// Upload a file from the RAM drive (CMD-UL-01).
     Ul(name: FileName) => {
         letters: "UL", form: "UL,<file name>", example: "UL,ETHERNET.PAR",
+        operands: ["file"],
         help: "Upload: the file goes to stdout or --output",
         source: Manual, sender: Host, answer: File, permission: valid(6, "SSSSS", "SSSSS"),
         parse: |operands| files::name(operands).map(Command::Ul), encode: text(name.as_str()),
@@ -78,6 +81,7 @@ commands! {
     /// Download a file to the RAM drive (CMD-DL-01).
     Dl(name: FileName) => {
         letters: "DL", form: "DL,<file name>", example: "DL,TEST",
+        operands: ["file"],
         help: "Download a file; pick.scol becomes PICK unless a name is given",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(7, "SSSSS", "SSSSS"),
         parse: |operands| files::name(operands).map(Command::Dl), encode: text(name.as_str()),
@@ -110,6 +114,7 @@ commands! {
     /// Erase a file (CMD-ER-01).
     Er(name: FileName) => {
         letters: "ER", form: "ER,<file name>", example: "ER,TEST",
+        operands: ["file"],
         help: "Erase a file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(10, "SSSSS", "SSSSS"),
         parse: |operands| files::name(operands).map(Command::Er), encode: text(name.as_str()),
@@ -118,6 +123,7 @@ commands! {
     /// A file or a part of one: everything after `FL,` (FL-01).
     Fl(content: Vec<u8>) => {
         letters: "FL", form: "FL,<contents><EOF>", example: "FL,END",
+        operands: ["content"],
         help: "Content of a file",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
         parse: |operands| operands.raw().map(|content| Command::Fl(content.to_vec())), encode: Encoding::Content(content),
@@ -142,6 +148,7 @@ commands! {
     /// Internal command (CMD-EC-01).
     Ec(internal: InternalCommand) => {
         letters: "EC", form: "EC,MODE <mode>|OVRD <percent>|BREAK", example: "EC,OVRD 50",
+        operands: ["internal command", "value"],
         help: "Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
         parse: internal::ec, encode: text(internal::encode(*internal)),
@@ -150,6 +157,7 @@ commands! {
     /// Write a global variable (CMD-MW-01).
     Mw(write: VariableWrite) => {
         letters: "MW", form: "MW,<0|1> <name> <type> <value> ...", example: "MW,0 A1 4 1.500 -2.250 3.000 4.123 5.000 1",
+        operands: ["write into the file", "variable", "type", "value ..."],
         help: "Write a global variable",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(13, "OOOOO", "OOOOO"),
         parse: variable::mw, encode: text(variable::encode_write(write)),
@@ -174,6 +182,7 @@ commands! {
     /// Read a global variable (CMD-MR-01).
     Mr(read: VariableRead) => {
         letters: "MR", form: "MR,<name> <type>", example: "MR,TBL(1,3) 5",
+        operands: ["variable", "type"],
         help: "Read a global variable, for example COUNT, TABLE(2) or PLACED integer",
         source: Manual, sender: Host, answer: Status, permission: valid(16, "OOOOO", "OOOOO"),
         parse: variable::mr, encode: text(format!("{} {}", read.variable, read.kind.code())),
@@ -182,6 +191,7 @@ commands! {
     /// Force I/O lines (CMD-IW-01).
     Iw(lines: Vec<LineWrite>) => {
         letters: "IW", form: "IW,<line> <0|1> ...", example: "IW,3 1 4 0",
+        operands: ["line ...", "state ..."],
         help: "Force output lines: LINE STATE [LINE STATE ...]",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(17, "XXXOX", "XXXXO"),
         parse: lines::iw, encode: text(lines::encode(lines)),
@@ -198,6 +208,7 @@ commands! {
     /// Execute a statement (CMD-DO-01), kept as it came.
     Do(statement: String) => {
         letters: "DO", form: "DO,<statement>", example: "DO,MOVE A1",
+        operands: ["statement"],
         help: "Execute one statement, for example: do \"MOVE POINT(400,0,200) WITH SPEED=50\"",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(19, "XXXOX", "XXXXO"),
         parse: |operands| operands.text("a statement").map(|text| Command::Do(text.into())), encode: text(statement.as_str()),
@@ -206,6 +217,7 @@ commands! {
     /// Extension: quick status; 1 is the only number known and read (hosts SM).
     Sm(number: u8) => {
         letters: "SM", form: "SM,1", example: "SM,1",
+        operands: ["number"],
         help: "quick status",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(0, "OOOOO", "OOOOO"),
         parse: |operands| operands.number("1", 1..=1).map(Command::Sm), encode: decimal(*number),
@@ -219,6 +231,7 @@ commands! {
         level: Option<AlarmLevel>,
     } => {
         letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
+        operands: ["milliseconds", "level of the alarm"],
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
         parse: watchdog::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
@@ -243,6 +256,7 @@ commands! {
     /// Extension: input and output words; 1 is the only number known and read (hosts 2).
     Io(number: u8) => {
         letters: "IO", form: "IO,1", example: "IO,1",
+        operands: ["number"],
         help: "input and output lines that are on",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(3, "OOOOO", "OOOOO"),
         parse: |operands| operands.number("1", 1..=1).map(Command::Io), encode: decimal(*number),
@@ -256,6 +270,7 @@ commands! {
         count: u8,
     } => {
         letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
+        operands: ["first line", "count"],
         help: "successive input lines as one number",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
         parse: line_value::hi, encode: text(format!("{first} {count}")),
@@ -271,6 +286,7 @@ commands! {
         value: u32,
     } => {
         letters: "HO", form: "HO,<first line> <count> <value>", example: "HO,1 8 165",
+        operands: ["first line", "count", "value"],
         help: "set successive output lines from one number",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
         parse: line_value::ho, encode: text(format!("{first} {count} {value}")),
@@ -279,6 +295,7 @@ commands! {
     /// Extension: a present position (hosts 2).
     Pr(query: PositionQuery) => {
         letters: "PR", form: "PR,<0-5>", example: "PR,5",
+        operands: ["position"],
         help: "position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(4, "OOOOO", "OOOOO"),
         parse: request::pr, encode: decimal(query.code()),
@@ -287,6 +304,7 @@ commands! {
     /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
     Vl(number: u8) => {
         letters: "VL", form: "VL,<0|1>", example: "VL,1",
+        operands: ["speed"],
         help: "speed: 0 of the joints, 1 in world coordinates",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(5, "OOOOO", "OOOOO"),
         parse: |operands| operands.number("0 (joint) or 1 (world)", 0..=1).map(Command::Vl), encode: decimal(*number),
@@ -302,6 +320,7 @@ commands! {
         values: Vec<f64>,
     } => {
         letters: "ZS", form: "ZS,<1|2> <name> <value> ...", example: "ZS,1 WK1 1.000 2.000 3.000 4.000",
+        operands: ["coordinate system", "variable", "value ..."],
         help: "set the work or the tool coordinate system",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
         parse: frame::zs, encode: text(frame::encode(*frame, name, values)),
@@ -310,6 +329,7 @@ commands! {
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
     Md(number: u8) => {
         letters: "MD", form: "MD,<0-2>", example: "MD,2",
+        operands: ["guide mode"],
         help: "guide mode: jog, inching, free (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide mode from 0 to 2", 0..=2).map(Command::Md), encode: decimal(*number),
@@ -318,6 +338,7 @@ commands! {
     /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
     Rt(number: u8) => {
         letters: "RT", form: "RT,<0-2>", example: "RT,2",
+        operands: ["guide rate"],
         help: "guide rate: slow, mid, fast (0 to 2)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide rate from 0 to 2", 0..=2).map(Command::Rt), encode: decimal(*number),
@@ -326,6 +347,7 @@ commands! {
     /// Extension: guide coordinate system, 0 joint, 1 tool, 2 work, 3 world (hosts 2).
     Sc(number: u8) => {
         letters: "SC", form: "SC,<0-3>", example: "SC,3",
+        operands: ["guide coordinate system"],
         help: "guide coordinate system: joint, tool, work, world (0 to 3)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide coordinate system from 0 to 3", 0..=3).map(Command::Sc), encode: decimal(*number),
@@ -339,6 +361,7 @@ commands! {
         motion: JogDirection,
     } => {
         letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",
+        operands: ["axis", "direction"],
         help: "guide an axis up (+), down (-), or stop it (!)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
         parse: jog::jg, encode: text(format!("{axis} {}", motion.sign())),
@@ -355,6 +378,7 @@ commands! {
     /// Extension: reset of alarms (hosts 2, decision D6).
     RsErr => {
         letters: "RS", name: "RS,ERR", form: "RS,ERR", example: "RS,ERR",
+        operands: ["what"],
         help: "reset of alarms",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),
         parse: reset::rs, encode: text(RESET_OF_ALARMS),

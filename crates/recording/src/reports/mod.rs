@@ -55,7 +55,10 @@ pub fn write_report(path: &Path, text: &str) -> Result<(), ReportError> {
 #[derive(Debug, Default)]
 struct RunData {
     findings: Findings,
+    /// Since the start or the last reset.
     coverage: CommandCoverage,
+    /// Before the last reset.
+    coverage_before: CommandCoverage,
     executed: StatementCoverage,
     fault_log: FaultLog,
     record_lines: bool,
@@ -93,9 +96,18 @@ impl RunRecord {
         self.data().findings.clone()
     }
 
-    /// Coverage of the permission tables so far.
+    /// Coverage of the permission tables so far, resets or not.
     #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
+        let record = self.data();
+        let mut whole = record.coverage_before.clone();
+        whole.add(record.coverage.clone());
+        CoverageReport::new(&whole, config)
+    }
+
+    /// Coverage of the permission tables since the start or the last reset.
+    #[must_use]
+    pub fn coverage_since_reset(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.data().coverage, config)
     }
 
@@ -116,6 +128,7 @@ impl RunRecord {
         let mut record = self.data();
         record.findings.clear();
         record.coverage.clear();
+        record.coverage_before.clear();
         record.executed.clear();
     }
 }
@@ -132,8 +145,14 @@ impl Subscriber for RunRecord {
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
-        if let Notice::Restored(controller) = notice {
-            self.add_files(controller);
+        match notice {
+            Notice::Restored(controller) => self.add_files(controller),
+            Notice::Reset { .. } => {
+                let record = &mut *self.data();
+                let coverage = std::mem::take(&mut record.coverage);
+                record.coverage_before.add(coverage);
+            }
+            Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
         }
     }
 

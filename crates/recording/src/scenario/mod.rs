@@ -1,16 +1,18 @@
 //! Scenarios: a file that describes what happens to the robot during a test of a host, when or after which event, and what
 //! the host is expected to do.
 //!
-//! `read` reads the file, `action` has its actions, `play` runs it, `results` reports the outcome. Its conditions are those
-//! of the controller ([`Condition`]). Every key is described in docs/reference/scenarios.md.
+//! `read` reads the file, `action` has its actions, `play` runs it, `progress` says how far it is, `results` reports the
+//! outcome. Its conditions are those of the controller ([`Condition`]). Every key is described in docs/reference/scenarios.md.
 
 mod action;
 mod play;
+mod progress;
 mod read;
 mod results;
 
 pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};
 pub use play::Play;
+pub use progress::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
 pub use read::{ScenarioError, TABLES};
 pub use results::{ScenarioOutcome, Verdict};
 
@@ -26,6 +28,8 @@ pub const MAX_ENTRIES: usize = 1_000;
 /// What a file says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
+    /// The file it was read from.
+    pub file: PathBuf,
     /// Its name in the results.
     pub name: String,
     /// The state it begins with.

@@ -4,6 +4,7 @@
 //! snapshot or a reset replaces the controller, the controller's time jumps while the scenario's time continues.
 
 use super::action::ScenarioAction;
+use super::progress::{EntryProgress, EntryState, ScenarioProgress};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
 use super::{Expectation, ExpectationKind, Scenario, StepTrigger};
 use std::collections::VecDeque;
@@ -32,6 +33,17 @@ struct StepState {
     times: u32,
     actions: Vec<ScenarioAction>,
     runs: u32,
+    /// When it is done for the last of them.
+    last_due: Option<Time>,
+}
+
+/// A step at a time after the start.
+#[derive(Debug)]
+struct TimedStep {
+    line: usize,
+    at: Duration,
+    /// Its actions as the file has them.
+    words: String,
 }
 
 /// Progress of an expectation.
@@ -51,10 +63,13 @@ struct ExpectationState {
 #[derive(Debug)]
 struct PlayState {
     name: String,
+    /// Name of the file, without directories.
+    file: String,
     started: Option<Time>,
     /// What happens at times after the start.
     planned: Vec<(Duration, ScenarioAction)>,
     steps: Vec<StepState>,
+    timed: Vec<TimedStep>,
     expectations: Vec<ExpectationState>,
     /// Scheduled actions with their times, in order.
     scheduled: VecDeque<(Time, ScenarioAction)>,
@@ -76,10 +91,15 @@ impl Play {
     pub fn new(scenario: Scenario) -> Play {
         let start = scenario.start.actions.into_iter();
         let mut planned: Vec<_> = start.map(|action| (Duration::ZERO, action)).collect();
-        let mut steps = Vec::new();
+        let (mut steps, mut timed) = (Vec::new(), Vec::new());
         for step in scenario.steps {
             match step.trigger {
                 StepTrigger::At(time) => {
+                    timed.push(TimedStep {
+                        line: step.line,
+                        at: time,
+                        words: words_of(&step.actions),
+                    });
                     planned.extend(step.actions.into_iter().map(|action| (time, action)));
                 }
                 StepTrigger::When(condition, after) => steps.push(StepState {
@@ -89,6 +109,7 @@ impl Play {
                     times: step.times,
                     actions: step.actions,
                     runs: 0,
+                    last_due: None,
                 }),
             }
         }
@@ -107,11 +128,14 @@ impl Play {
                 occurrences: 0,
                 verdict: None,
             });
+        let file = scenario.file.file_name().unwrap_or_default();
         Play(Arc::new(Mutex::new(PlayState {
             name: scenario.name,
+            file: file.to_string_lossy().into_owned(),
             started: None,
             planned,
             steps,
+            timed,
             expectations: expected.collect(),
             scheduled: VecDeque::new(),
             actions_at_time: (Time::ZERO, 0),
@@ -192,9 +216,7 @@ impl Play {
             name: "do".to_owned(),
             line: 0,
             time: at.since(begun),
-            verdict: Verdict::Failed(format!(
-                "more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly"
-            )),
+            verdict: Verdict::Failed(runaway_words(at)),
         });
         let mut entries: Vec<Entry> = expectations.chain(steps).chain(runaway).collect();
         entries.sort_by_key(|entry| entry.line);
@@ -204,6 +226,37 @@ impl Play {
             entries,
         }
     }
+
+    /// How far the scenario is at `now`, a time of the controller.
+    #[must_use]
+    pub fn progress(&self, now: Time) -> ScenarioProgress {
+        let state = self.state();
+        let now = state.scenario_time(now);
+        let begun = state.started.unwrap_or(now);
+        let expectations = state.expectations.iter();
+        let expectations = expectations.map(|expected| expected.progress(begun, now));
+        let steps = state.steps.iter().map(|step| step.progress(begun, now));
+        let until = state.runaway.unwrap_or(now);
+        let timed = state.timed.iter().map(|step| step.progress(begun, until));
+        let runaway = state.runaway.map(|at| EntryProgress {
+            name: "do".to_owned(),
+            line: 0,
+            state: EntryState::Failed,
+            time: Some(at.since(begun)),
+            message: Some(runaway_words(at)),
+        });
+        let entries = expectations.chain(steps).chain(timed).chain(runaway);
+        ScenarioProgress::new(state.file.clone(), entries.collect())
+    }
+}
+
+fn runaway_words(at: Time) -> String {
+    format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly")
+}
+
+fn words_of(actions: &[ScenarioAction]) -> String {
+    let words: Vec<_> = actions.iter().map(|action| action.words.as_str()).collect();
+    words.join(", ")
 }
 
 impl ActionSource for Play {
@@ -305,6 +358,7 @@ impl PlayState {
             }
             step.runs = step.runs.saturating_add(1);
             let due = at + step.after;
+            step.last_due = Some(due);
             let actions = step.actions.iter().cloned();
             self.scheduled.extend(actions.map(|action| (due, action)));
             added = true;
@@ -318,7 +372,76 @@ impl PlayState {
     }
 }
 
+impl TimedStep {
+    /// At `now`, or at the time at which all steps were given up.
+    fn progress(&self, begun: Time, now: Time) -> EntryProgress {
+        let done = begun + self.at <= now;
+        EntryProgress {
+            name: format!("do at {}", seconds(self.at)),
+            line: self.line,
+            state: if done {
+                EntryState::Passed
+            } else {
+                EntryState::Waiting
+            },
+            time: done.then_some(self.at),
+            message: Some(self.words.clone()),
+        }
+    }
+}
+
+impl StepState {
+    fn progress(&self, begun: Time, now: Time) -> EntryProgress {
+        let done = self.last_due.filter(|due| *due <= now);
+        EntryProgress {
+            name: format!("do when {}", self.condition.condition()),
+            line: self.line,
+            state: done.map_or(EntryState::Waiting, |_| EntryState::Passed),
+            time: done.map(|due| due.since(begun)),
+            message: Some(words_of(&self.actions)),
+        }
+    }
+}
+
 impl ExpectationState {
+    fn progress(&self, begun: Time, now: Time) -> EntryProgress {
+        let (state, at, message) = match &self.verdict {
+            Some((at, Verdict::Failed(reason))) => (EntryState::Failed, Some(*at), Some(reason.clone())),
+            Some((at, Verdict::Held | Verdict::Skipped(_))) => (EntryState::Passed, Some(*at), None),
+            None => match self.expired(now) {
+                Some(at) => (EntryState::Failed, Some(at), Some(self.unmet())),
+                None => (EntryState::Waiting, None, self.waits_for()),
+            },
+        };
+        EntryProgress {
+            name: self.expectation.name.clone(),
+            line: self.expectation.line,
+            state,
+            time: at.map(|at| at.since(begun)),
+            message,
+        }
+    }
+
+    /// When it could no longer come in time, if that is over.
+    fn expired(&self, now: Time) -> Option<Time> {
+        let ExpectationKind::Occurs { within, .. } = self.expectation.kind else {
+            return None;
+        };
+        let end = self.since? + within?;
+        (end < now).then_some(end)
+    }
+
+    /// What it has of what it waits for; `None` while that is nothing.
+    fn waits_for(&self) -> Option<String> {
+        match (&self.expectation.kind, &self.expectation.after) {
+            (_, Some(after)) if self.since.is_none() => Some(format!("begins after `{after}`")),
+            (ExpectationKind::Occurs { times, .. }, _) if self.occurrences > 0 => {
+                Some(format!("happened {} of {times} times", self.occurrences))
+            }
+            _ => None,
+        }
+    }
+
     fn observe(&mut self, at: Time, occurs: &impl Fn(&mut ConditionWatch) -> bool) {
         let comes = occurs(&mut self.what);
         let ends = self.until.as_mut().is_some_and(occurs);
@@ -355,22 +478,30 @@ impl ExpectationState {
 
     /// The verdict if nothing else happens.
     fn verdict_at_end(&self, begun: Time, now: Time) -> Verdict {
-        let ExpectationKind::Occurs { times, within } = &self.expectation.kind else {
+        if matches!(self.expectation.kind, ExpectationKind::Never { .. }) {
             return Verdict::Held;
-        };
+        }
         let ended = format!("the run ended after {}", seconds(now.since(begun)));
+        Verdict::Failed(format!("{}; {ended}", self.unmet()))
+    }
+
+    /// What was expected and has not come.
+    fn unmet(&self) -> String {
+        let ExpectationKind::Occurs { times, within } = &self.expectation.kind else {
+            return String::new();
+        };
         let limit = within.map_or(String::new(), |within| format!(" within {}", seconds(within)));
-        Verdict::Failed(match (&self.expectation.after, self.since) {
-            (Some(after), None) => format!("expected{limit} after `{after}`, which never happened; {ended}"),
+        match (&self.expectation.after, self.since) {
+            (Some(after), None) => format!("expected{limit} after `{after}`, which never happened"),
             _ => {
                 let expected = count(u64::from(*times));
                 let found = match u64::from(self.occurrences) {
                     0 => "but never happened".to_owned(),
                     number => format!("happened {}", count(number)),
                 };
-                format!("expected {expected}{limit}, {found}; {ended}")
+                format!("expected {expected}{limit}, {found}")
             }
-        })
+        }
     }
 }
 

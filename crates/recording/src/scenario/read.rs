@@ -121,6 +121,7 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenar
     check_keys("", table)?;
     let stem = origin.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let mut scenario = Scenario {
+        file: origin.to_path_buf(),
         name: table.get("name").map_or(Ok(stem.unwrap_or_default()), string)?,
         start: Start::default(),
         steps: Vec::new(),

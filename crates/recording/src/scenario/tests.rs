@@ -1,6 +1,9 @@
 //! Scenarios read and played against a controller without sockets.
 
-use super::{CHANNEL_ACTIONS, Play, Scenario, ScenarioAction, TABLES, Verdict};
+use super::{
+    CHANNEL_ACTIONS, EntryProgress, EntryState, Play, Scenario, ScenarioAction, ScenarioState, TABLES,
+    Verdict,
+};
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -316,6 +319,87 @@ fn a_host_that_does_what_is_expected_passes() {
     );
 }
 
+fn entry<'a>(entries: &'a [EntryProgress], name: &str) -> (EntryState, Option<u128>, Option<&'a str>) {
+    let entry = entries.iter().find(|entry| entry.name.contains(name));
+    let entry = entry.unwrap_or_else(|| panic!("{name}: {entries:?}"));
+    let time = entry.time.map(|time| time.as_millis());
+    (entry.state, time, entry.message.as_deref())
+}
+
+#[test]
+fn progress_says_how_far_each_entry_is() {
+    use EntryState::{Failed, Passed, Waiting};
+    let mut step = Stage::new(PLAY);
+    let progress = |step: &Stage| step.play.progress(step.cell.controller.now());
+    let begin = progress(&step);
+    assert_eq!(
+        (begin.file.as_str(), begin.state, begin.entries.len()),
+        ("s.toml", ScenarioState::Running, 8)
+    );
+    assert!(begin.entries.is_sorted_by_key(|entry| entry.line));
+    assert!(begin.entries.iter().all(|entry| entry.state == Waiting));
+    step.until(100);
+    step.host("RN");
+    let entries = progress(&step).entries;
+    assert_eq!(
+        entry(&entries, "do when command RN").0,
+        Waiting,
+        "it is due at 300 ms"
+    );
+    step.until(2_400);
+    let middle = progress(&step);
+    let entries = &middle.entries;
+    assert_eq!(middle.state, ScenarioState::Failed, "the output came late");
+    assert_eq!(
+        entry(entries, "do when command RN"),
+        (Passed, Some(300), Some("channel IP1 inject 5<CR>"))
+    );
+    assert_eq!(
+        entry(entries, "do at 2 s"),
+        (Passed, Some(2_000), Some("emergency-stop press"))
+    );
+    assert_eq!(entry(entries, "printed IP1 5"), (Passed, Some(300), None));
+    let late = Some("expected within 0.1 s, happened after 0.2 s");
+    assert_eq!(entry(entries, "output 7 on"), (Failed, Some(300), late));
+    assert_eq!(entry(entries, "command SU"), (Waiting, None, None));
+    step.until(2_600);
+    let unmet = Some("expected once within 0.5 s, but never happened");
+    assert_eq!(
+        entry(&progress(&step).entries, "command SU"),
+        (Failed, Some(2_500), unmet),
+        "it can no longer come in time"
+    );
+}
+
+#[test]
+fn progress_ends_when_nothing_waits() {
+    let text = "[[expect]]\nname = \"twice\"\nwhat = \"command SU\"\ntimes = 2\n\
+        [[expect]]\nname = \"later\"\nwhat = \"command SF\"\nafter = \"command SU\"\n";
+    let mut step = Stage::new(text);
+    let of = |step: &Stage, name: &str| {
+        let progress = step.play.progress(step.cell.controller.now());
+        let (state, _, message) = entry(&progress.entries, name);
+        (progress.state, state, message.map(str::to_owned))
+    };
+    let waiting = |message: &str| {
+        (
+            ScenarioState::Running,
+            EntryState::Waiting,
+            Some(message.to_owned()),
+        )
+    };
+    assert_eq!(of(&step, "later"), waiting("begins after `command SU`"));
+    for command in ["SU", "OK", "SF", "OK"] {
+        step.host(command);
+    }
+    assert_eq!(of(&step, "twice"), waiting("happened 1 of 2 times"));
+    step.host("SU");
+    assert_eq!(
+        of(&step, "twice"),
+        (ScenarioState::Passed, EntryState::Passed, None)
+    );
+}
+
 #[test]
 fn statements_and_idleness_are_conditions() {
     let text = "[start]\nservo-on = true\n\
@@ -437,6 +521,13 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
         failures.len() == 1 && failures[0].contains("trigger each other endlessly"),
         "{failures:?}"
     );
+    let progress = step.play.progress(step.cell.controller.now());
+    let (state, _, reason) = entry(&progress.entries, "do");
+    assert_eq!(
+        (progress.state, state),
+        (ScenarioState::Failed, EntryState::Failed)
+    );
+    assert_eq!(failures[0], format!("line 0, do: {}", reason.unwrap()));
 }
 
 /// Counts how often FEED HOLD is pressed.

@@ -37,16 +37,16 @@ fn file_json(file: &CheckedFile) -> Value {
 }
 
 fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
-    let place = Columns::new(diagnostic, source);
+    let place = diagnostic.columns(source);
     json!({
-        "severity": severity_name(diagnostic.severity),
+        "severity": diagnostic.severity.as_str(),
         "code": diagnostic.code,
         "docs": DiagnosticKind::by_code(diagnostic.code).map(book::diagnostic),
         "message": diagnostic.message,
         "help": diagnostic.help,
         "line": diagnostic.line,
-        "column": place.column,
-        "endColumn": place.end_column,
+        "column": place.start,
+        "endColumn": place.end,
         "offset": diagnostic.span.start,
         "length": diagnostic.span.end.saturating_sub(diagnostic.span.start),
     })
@@ -110,12 +110,12 @@ fn sarif_rule(code: &str) -> Value {
         "name": kind.name,
         "shortDescription": { "text": kind.title },
         "helpUri": book::diagnostic(kind),
-        "defaultConfiguration": { "level": severity_name(kind.severity) },
+        "defaultConfiguration": { "level": kind.severity.as_str() },
     })
 }
 
 fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>) -> Value {
-    let place = Columns::new(diagnostic, source);
+    let place = diagnostic.columns(source);
     let text = match &diagnostic.help {
         Some(help) => format!("{} (help: {help})", diagnostic.message),
         None => diagnostic.message.clone(),
@@ -123,55 +123,17 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
     json!({
         "ruleId": diagnostic.code,
         "ruleIndex": rule,
-        "level": severity_name(diagnostic.severity),
+        "level": diagnostic.severity.as_str(),
         "message": { "text": text },
         "locations": [{ "physicalLocation": {
             "artifactLocation": { "uri": uri_reference(name) },
             "region": {
                 "startLine": diagnostic.line,
-                "startColumn": place.column,
-                "endColumn": place.end_column,
+                "startColumn": place.start,
+                "endColumn": place.end,
             },
         } }],
     })
-}
-
-/// JSON's and SARIF's word.
-fn severity_name(severity: Severity) -> &'static str {
-    match severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-    }
-}
-
-/// Columns from 1, in characters; the second is one past the last. A remark stays on its line.
-struct Columns {
-    column: usize,
-    end_column: usize,
-}
-
-impl Columns {
-    fn new(diagnostic: &Diagnostic, source: &str) -> Columns {
-        let bytes = source.as_bytes();
-        let start = diagnostic.span.start.min(bytes.len());
-        let begin = (start + 1).saturating_sub(diagnostic.column as usize);
-        let rest = bytes.get(start..).unwrap_or_default();
-        let line = rest
-            .iter()
-            .position(|byte| matches!(byte, b'\r' | b'\n'))
-            .unwrap_or(rest.len());
-        let length = diagnostic.span.end.saturating_sub(start).min(line);
-        let characters = |from: usize, to: usize| {
-            String::from_utf8_lossy(bytes.get(from..to).unwrap_or_default())
-                .chars()
-                .count()
-        };
-        let column = characters(begin, start) + 1;
-        Columns {
-            column,
-            end_column: column + characters(start, start + length),
-        }
-    }
 }
 
 /// The path of a file as a URI reference (RFC 3986).

@@ -156,6 +156,8 @@ pub enum Command {
         #[command(subcommand)]
         action: Option<LineCommand>,
     },
+    /// Show all lines with their names
+    Lines,
     /// List, show or set the variables of the selected file
     Variable {
         /// Name; an element of an array with its subscripts, A(1,2)
@@ -177,11 +179,15 @@ pub enum Command {
         #[arg(long)]
         restore: bool,
     },
-    /// List, get, put, erase or select files of the RAM drive
+    /// List, get, put, erase, select or check files of the RAM drive
     File {
         #[command(subcommand)]
         action: Option<FileCommand>,
     },
+    /// Show what the command SF would answer now, in words
+    StatusFrame,
+    /// Split a text of the protocol into its fields
+    Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
     Channel {
         #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"])]
@@ -224,6 +230,10 @@ pub enum Command {
     },
     /// List the protocol mistakes of hosts
     Findings,
+    /// Show what the hosts have reached of the permission tables
+    Coverage,
+    /// Show how far the scenario is
+    Scenario,
     /// Print counters in the text format of Prometheus
     Metrics,
     /// Check that the emulator answers
@@ -376,6 +386,19 @@ pub enum LineCommand {
     },
 }
 
+#[derive(Debug, Args)]
+pub struct DecodeArgs {
+    /// Who sent it
+    #[arg(value_parser = ["host", "controller"])]
+    pub direction: String,
+    /// The text as it was on the wire, as hexadecimal digits
+    #[arg(required = true)]
+    pub hex: Vec<String>,
+    /// The command that a text of the controller answers, for example SF
+    #[arg(long)]
+    pub command: Option<String>,
+}
+
 #[derive(Debug, Subcommand)]
 pub enum FileCommand {
     /// List the files
@@ -388,6 +411,8 @@ pub enum FileCommand {
     Erase { name: String },
     /// Select a file
     Select { name: String },
+    /// Show what is wrong with a program on the drive
+    Check { name: String },
 }
 
 #[derive(Debug, Subcommand)]

@@ -4,8 +4,9 @@
 //! the control interface. Sending the call is in [`super`].
 
 use super::args::{
-    AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
-    JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
+    HttpMethod, JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
+    WaitLimits,
 };
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
@@ -122,6 +123,26 @@ fn jog(key: &JogCommand) -> Call {
     post("/jog", body)
 }
 
+fn decode(text: &DecodeArgs) -> Call {
+    let body = json!({
+        "direction": text.direction,
+        "hex": text.hex.join(" "),
+        "command": text.command,
+    });
+    post("/decode", body)
+}
+
+/// The wires, or one that is set from outside.
+fn wire(outside: Option<&str>, on: bool) -> Call {
+    let Some(name) = outside else {
+        return get("/wires");
+    };
+    put(
+        format!("/wires/outside/{}", percent_encoded(name)),
+        json!({"on": on}),
+    )
+}
+
 /// Calls about all robots of a process, whichever is named.
 const OF_ALL: [&str; 2] = ["/robots", "/wires"];
 
@@ -155,14 +176,7 @@ impl Call {
         Ok(match command {
             Command::State => get("/state"),
             Command::Robots => get("/robots"),
-            Command::Wire {
-                outside: Some(name),
-                state,
-            } => {
-                let path = format!("/wires/outside/{}", percent_encoded(name));
-                put(path, json!({"on": state.unwrap_or_default()}))
-            }
-            Command::Wire { outside: None, .. } => get("/wires"),
+            Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
             Command::KeySwitch { position } => setting("/key-switch", "position", position.map(Word::word)),
             Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
             Command::EmergencyStop { action } => {
@@ -205,6 +219,9 @@ impl Call {
                 port: Some(port),
                 action,
             } => channel(&port.to_ascii_uppercase(), action.as_ref()),
+            Command::Lines => get("/lines"),
+            Command::StatusFrame => get("/status-frame"),
+            Command::Decode(text) => decode(text),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
@@ -214,6 +231,8 @@ impl Call {
             Command::Transcript { file } => transcript(file.as_ref(), json),
             Command::Events(events) => get(events_path(*events)),
             Command::Findings => get("/findings"),
+            Command::Coverage => get("/coverage"),
+            Command::Scenario => get("/scenario"),
             Command::Metrics => get("/metrics"),
             Command::Health => get("/health"),
             Command::Version => get("/version"),
@@ -369,6 +388,7 @@ fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
         Some(FileCommand::Put { name, path: from }) => put(path(name), read_content(from)?),
         Some(FileCommand::Erase { name }) => delete(path(name)),
         Some(FileCommand::Select { name }) => post(format!("{}/select", path(name)), json!({})),
+        Some(FileCommand::Check { name }) => post("/check", json!({"file": name})),
     })
 }
 

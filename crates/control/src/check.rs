@@ -1,0 +1,121 @@
+//! `/check`: what is wrong with a program, as `ts3100 check` finds it, for an editor in a page.
+//!
+//! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
+//! the robot. Nothing is stored.
+
+use super::body::Json;
+use super::handle::{Answer, Handle};
+use super::problem::Problem;
+use super::route_table::{RouteTable, routes};
+use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, TaughtPoint, check_with_points};
+use serde::{Deserialize, Serialize};
+use tokio::task::spawn_blocking;
+use ts3100_driver::driver::request::View;
+use ts3100_recording::book;
+use utoipa::ToSchema;
+
+/// The program to check.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+#[schema(as = Check)]
+pub enum CheckRequest {
+    /// This text; the language accepts at most 99,999 bytes.
+    Text(String),
+    /// The file of this name on the RAM drive.
+    File(String),
+}
+
+/// Something wrong with a program, or likely so.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Diagnostic)]
+pub struct ProgramDiagnostic {
+    /// Its line, from 1.
+    line: u32,
+    /// Its first column, from 1, in characters.
+    column: usize,
+    /// How many characters it is about, up to the end of the line.
+    length: usize,
+    /// `error` or `warning`.
+    severity: &'static str,
+    /// Stable code, `E` or `W` and four digits.
+    code: &'static str,
+    /// What was expected and what was found.
+    message: String,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<String>,
+    /// The section of the documentation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    docs: Option<String>,
+}
+
+/// A source and what its meaning depends on.
+struct Source {
+    text: String,
+    options: LanguageOptions,
+    points: Vec<TaughtPoint>,
+}
+
+impl Source {
+    /// Looks for what a call asks for.
+    fn find(body: CheckRequest) -> impl FnOnce(&View<'_>) -> Result<Source, Problem> {
+        move |view| {
+            let text = match body {
+                CheckRequest::Text(text) => text,
+                CheckRequest::File(name) => {
+                    let content = view.controller.drive().get(&name.to_ascii_uppercase());
+                    let missing = || Problem::not_found("file", "a file of the RAM drive", name);
+                    // Bytes that are no UTF-8 become a character that the compiler points at.
+                    String::from_utf8_lossy(content.ok_or_else(missing)?).into_owned()
+                }
+            };
+            let config = view.controller.config();
+            Ok(Source {
+                text,
+                options: config.language(),
+                points: config.points.clone(),
+            })
+        }
+    }
+
+    fn check(&self) -> Vec<ProgramDiagnostic> {
+        let found = check_with_points(&self.text, &self.options, &self.points).diagnostics;
+        let found = found.into_iter();
+        found
+            .map(|diagnostic| ProgramDiagnostic::new(diagnostic, &self.text))
+            .collect()
+    }
+}
+
+impl ProgramDiagnostic {
+    fn new(diagnostic: Diagnostic, source: &str) -> ProgramDiagnostic {
+        let columns = diagnostic.columns(source);
+        ProgramDiagnostic {
+            line: diagnostic.line,
+            column: columns.start,
+            length: columns.len(),
+            severity: diagnostic.severity.as_str(),
+            code: diagnostic.code,
+            docs: DiagnosticKind::by_code(diagnostic.code).map(book::diagnostic),
+            message: diagnostic.message,
+            help: diagnostic.help,
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table.routes(routes!(check))
+}
+
+/// Check a program without storing it
+///
+/// For the arm, the options and the taught points of this robot; otherwise as `ts3100 check` does.
+#[utoipa::path(post, path = "/check", operation_id = "check_program", request_body = CheckRequest,
+    responses((status = 200, description = "Errors and warnings in the order of the source, at most 100; empty when there are none.", body = Vec<ProgramDiagnostic>)))]
+async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
+    let source = handle.query(Source::find(body)).await??;
+    // The largest program takes about 30 ms, in which the hosts are not to wait.
+    let found = spawn_blocking(move || source.check()).await;
+    found.map(Json).map_err(|_| Problem::shutting_down())
+}

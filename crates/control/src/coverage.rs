@@ -1,0 +1,87 @@
+//! `/coverage`: which cells of the permission tables the hosts of this robot have reached.
+//!
+//! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
+//! that of [`ts3100_recording::reports::coverage`].
+
+use super::body::Json;
+use super::handle::{Answer, Handle};
+use super::route_table::{RouteTable, routes};
+use serde::Serialize;
+use ts3100_driver::driver::request::View;
+use ts3100_recording::reports::CoverageReport;
+use ts3100_recording::reports::coverage::CellReport;
+use utoipa::ToSchema;
+
+/// Coverage of the permission tables, as `--coverage FILE` writes it.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Coverage {
+    /// Version of this document.
+    version: u32,
+    /// Reachable cells that were reached.
+    reached: usize,
+    /// Cells that the permission tables make reachable on the ports that were used; on IP0 as long as none was.
+    reachable: usize,
+    /// The one of the other, in percent with one decimal, rounded down.
+    percent: f64,
+    /// Every reachable cell, and every other that was reached, in the order of the tables.
+    cells: Vec<CoverageCell>,
+}
+
+/// A command in a master mode on a port, and what came of it.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct CoverageCell {
+    /// `HOST` or `IP0`.
+    port: String,
+    /// Row of the tables: the letters of a command, or `RS,ERR`.
+    command: String,
+    /// Column of the tables, a master mode: `EXT (ETHER)`.
+    mode: String,
+    /// `served`, `not-valid` (NG by the tables) or `refused` (NG for another reason).
+    outcome: String,
+    /// How often.
+    count: u64,
+    /// It counts for the percentage.
+    reachable: bool,
+}
+
+impl From<CellReport> for CoverageCell {
+    fn from(cell: CellReport) -> CoverageCell {
+        CoverageCell {
+            port: cell.port,
+            command: cell.command,
+            mode: cell.mode,
+            outcome: cell.outcome,
+            count: cell.count,
+            reachable: cell.reachable,
+        }
+    }
+}
+
+impl From<CoverageReport> for Coverage {
+    fn from(report: CoverageReport) -> Coverage {
+        Coverage {
+            version: report.version,
+            reached: report.reached,
+            reachable: report.reachable,
+            percent: report.percent,
+            cells: report.cells.into_iter().map(CoverageCell::from).collect(),
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table.routes(routes!(get_coverage))
+}
+
+/// Get the coverage of the permission tables
+///
+/// What the hosts have reached since the start or the last reset: each command in each master mode, with what came of
+/// it.
+#[utoipa::path(get, path = "/coverage", responses((status = 200, body = Coverage)))]
+async fn get_coverage(handle: Handle) -> Answer<Coverage> {
+    let record = handle.record.clone();
+    let look = move |view: &View<'_>| record.coverage_since_reset(view.controller.config());
+    let report = handle.query(look).await?;
+    Ok(Json(report.into()))
+}

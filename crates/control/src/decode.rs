@@ -1,0 +1,117 @@
+//! `/decode`: a text of the protocol split into its fields, for people who read traffic.
+//!
+//! The fields are [`ts3100_proto::dissect`]'s and [`ts3100_proto::dissect_command`]'s. No robot is asked: a text of a
+//! recording can be decoded too.
+
+use super::body::{Json, parse_hex};
+use super::handle::Answer;
+use super::problem::Problem;
+use super::route_table::{RouteTable, routes};
+use serde::{Deserialize, Serialize};
+use ts3100_proto::dissect::{DissectedField, dissect};
+use ts3100_proto::dissect_command::dissect_command;
+use utoipa::ToSchema;
+
+/// Most bytes of a text: a file that a peer sends as one text fits several times.
+const MAX_TEXT: usize = 4_096;
+
+/// Who sent a text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[schema(as = TextSender)]
+enum Sender {
+    /// The host.
+    Host,
+    /// The controller.
+    Controller,
+}
+
+/// A text to decode.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Decode)]
+pub struct DecodeRequest {
+    /// Who sent it.
+    #[schema(inline)]
+    direction: Sender,
+    /// Two letters. Of a text of the controller: the command that it answers, without which a file is split into
+    /// lines. Of a text of a host only `FL` matters: it says that the text is a further one of a file.
+    #[serde(default)]
+    #[schema(pattern = "^[A-Za-z]{2}$")]
+    command: Option<String>,
+    /// The text as it was on the wire, framing included, as hexadecimal digits, two a byte, blanks between them allowed;
+    /// at most 4096 bytes.
+    #[schema(pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+    hex: String,
+}
+
+/// A text split into fields.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[schema(as = DecodedText)]
+pub struct DecodedText {
+    /// In the order of their bytes. What is wrong is a field too, with the key `error`.
+    fields: Vec<TextField>,
+}
+
+/// A field of a text.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct TextField {
+    /// Its stable name, with dots, beginning with the command: `sf.servo`, `iw.line.1`; for the framing with `text`.
+    key: String,
+    /// Its name for people.
+    name: String,
+    /// The value in words, or the bytes in backquotes.
+    value: String,
+    /// Its first byte in the text, from 0.
+    start: usize,
+    /// The byte after its last; equal to `start` for something that is missing.
+    end: usize,
+}
+
+impl From<DissectedField> for TextField {
+    fn from(field: DissectedField) -> TextField {
+        TextField {
+            key: field.key,
+            name: field.name,
+            value: field.value,
+            start: field.range.start,
+            end: field.range.end,
+        }
+    }
+}
+
+impl DecodeRequest {
+    fn decode(&self) -> Result<DecodedText, Problem> {
+        let letters = self.command.as_deref().unwrap_or_default();
+        let is_command = letters.len() == 2 && letters.bytes().all(|byte| byte.is_ascii_alphabetic());
+        if self.command.is_some() && !is_command {
+            return Err(Problem::invalid("command", "two letters", letters));
+        }
+        let wire = parse_hex(&self.hex)?;
+        if wire.len() > MAX_TEXT {
+            let expected = format!("at most {MAX_TEXT} bytes");
+            return Err(Problem::invalid("hex", expected, wire.len()));
+        }
+        let letters = letters.to_ascii_uppercase();
+        let fields = match self.direction {
+            Sender::Host => dissect_command(&wire, letters == "FL"),
+            Sender::Controller => dissect(&letters, &wire),
+        };
+        let fields = fields.into_iter().map(TextField::from).collect();
+        Ok(DecodedText { fields })
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table.routes(routes!(decode))
+}
+
+/// Split a text into its fields
+///
+/// A text of a host: framing, command, each operand with its name, and what is wrong. A text of the controller: the
+/// fields of SF, the items of SU, the records of a list, the lines of a file.
+#[utoipa::path(post, path = "/decode", operation_id = "decode_text", request_body = DecodeRequest, responses((status = 200, body = DecodedText)))]
+async fn decode(Json(body): Json<DecodeRequest>) -> Answer<DecodedText> {
+    body.decode().map(Json)
+}

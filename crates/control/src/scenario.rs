@@ -1,0 +1,94 @@
+//! `/scenario`: how far the scenario of `--scenario` is.
+//!
+//! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
+
+use super::body::Json;
+use super::event::seconds;
+use super::handle::{Answer, Handle};
+use super::problem::Problem;
+use super::route_table::{RouteTable, routes};
+use axum::http::StatusCode;
+use serde::Serialize;
+use ts3100_controller::Time;
+use ts3100_driver::driver::request::View;
+use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
+use utoipa::ToSchema;
+
+/// How far a scenario is.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+#[schema(as = Scenario)]
+pub struct ScenarioDocument {
+    /// Name of its file, without directories.
+    file: String,
+    /// `running` while a step waits, `passed` when none does, `failed` as soon as one has failed.
+    state: &'static str,
+    /// Its expectations and what it does, in the order of the file.
+    steps: Vec<ScenarioStep>,
+}
+
+/// How far a part of a scenario is.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ScenarioStep {
+    /// Its name.
+    name: String,
+    /// Its line of the file, from 1; 0 for what belongs to no line.
+    line: usize,
+    /// `waiting`, `passed` (it came as expected, or was done), `failed`.
+    state: &'static str,
+    /// Virtual time in seconds from the beginning to its verdict, or at which it was last done; absent while it waits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t: Option<f64>,
+    /// What was expected and what came, what it waits for, or what is done; absent when there is nothing to add.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message: Option<String>,
+}
+
+impl From<ScenarioProgress> for ScenarioDocument {
+    fn from(progress: ScenarioProgress) -> ScenarioDocument {
+        ScenarioDocument {
+            file: progress.file,
+            state: match progress.state {
+                ScenarioState::Running => "running",
+                ScenarioState::Passed => "passed",
+                ScenarioState::Failed => "failed",
+            },
+            steps: progress.entries.into_iter().map(ScenarioStep::from).collect(),
+        }
+    }
+}
+
+impl From<EntryProgress> for ScenarioStep {
+    fn from(entry: EntryProgress) -> ScenarioStep {
+        ScenarioStep {
+            name: entry.name,
+            line: entry.line,
+            state: match entry.state {
+                EntryState::Waiting => "waiting",
+                EntryState::Passed => "passed",
+                EntryState::Failed => "failed",
+            },
+            t: entry.time.map(|time| seconds(Time::ZERO + time)),
+            message: entry.message,
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: RouteTable) -> RouteTable {
+    table.routes(routes!(get_scenario))
+}
+
+/// Get how far the scenario is
+///
+/// The one that `ts3100 serve --scenario FILE` plays to this robot.
+#[utoipa::path(get, path = "/scenario", responses((status = 200, body = ScenarioDocument)))]
+async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
+    let Some(play) = handle.scenario.clone() else {
+        let told = "no scenario is played; start the emulator with `ts3100 serve --scenario FILE`";
+        let problem = Problem::expected_found(StatusCode::NOT_FOUND, "scenario", "--scenario FILE", "none");
+        return Err(problem.told(told));
+    };
+    let look = move |view: &View<'_>| play.progress(view.controller.now());
+    let progress = handle.query(look).await?;
+    Ok(Json(progress.into()))
+}

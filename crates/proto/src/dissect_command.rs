@@ -1,0 +1,331 @@
+//! Splits a text of a host into named fields with their bytes: framing, the letters of the command, each operand, and
+//! what is wrong where the text does not parse.
+//!
+//! It serves people who read traffic, so it never fails. Names come from the table of commands, errors from the parser
+//! that the controller uses; a program that needs values uses [`Command::parse`]. Texts of the controller are
+//! [`crate::dissect`]'s.
+
+use crate::command::{COMMANDS, Command, CommandError, CommandRow};
+use crate::dissect::{DissectedField, dissect};
+use crate::text::{CR, ETX, MAX_DATA, STX};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// Letters of a command.
+const LETTERS: usize = 2;
+/// Operands that become fields of their own; one further field has the rest.
+const MAX_OPERANDS: usize = 128;
+/// Bytes of an operand that `value` quotes; the rest is cut.
+const MAX_SHOWN: usize = 256;
+/// The key of what is wrong.
+const ERROR: &str = "error";
+
+/// The fields of one text of a host as it was on the wire, framing included. `is_content` says that it is a further text
+/// of a file: it has no command.
+#[must_use]
+pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
+    let start = usize::from(wire.first() == Some(&STX));
+    let end = match wire.iter().rposition(|byte| *byte == ETX) {
+        // A checksum may follow.
+        Some(end) if end >= start && end + 2 >= wire.len() => end,
+        _ => wire.len(),
+    };
+    let data = wire.get(start..end).unwrap_or_default();
+    let is_file = data
+        .get(..3)
+        .is_some_and(|begin| begin.eq_ignore_ascii_case(b"FL,"));
+    let mut fields = Fields(Vec::new());
+    if is_file || is_content {
+        fields.0 = dissect("", wire);
+        if let Some(row) = command_row(b"FL").filter(|_| is_file) {
+            fields.letters(row, start);
+        }
+    } else {
+        if start > 0 {
+            fields.add("text.stx", "STX", 0..start, "there".to_string());
+        }
+        fields.message(data, start);
+        if end < wire.len() {
+            let etx = wire.get(end..).unwrap_or_default();
+            fields.add("text.etx", "ETX", end..wire.len(), quoted(etx));
+        }
+    }
+    if end == wire.len() {
+        fields.error(end..end, "the text has no ETX".to_string());
+    }
+    if data.len() > MAX_DATA {
+        let length = data.len();
+        let words = format!("the text has {length} bytes of data; at most {MAX_DATA} are allowed");
+        fields.error(start + MAX_DATA..end, words);
+    }
+    fields.0.sort_by_key(|field| (field.range.start, field.range.end));
+    fields.0
+}
+
+struct Fields(Vec<DissectedField>);
+
+impl Fields {
+    fn add(&mut self, key: impl Into<String>, name: impl Into<String>, range: Range<usize>, value: String) {
+        self.0.push(DissectedField {
+            key: key.into(),
+            name: name.into(),
+            range,
+            value,
+        });
+    }
+
+    fn error(&mut self, range: Range<usize>, words: String) {
+        self.add(ERROR, "what is wrong", range, words);
+    }
+
+    /// A data section without ETX, at offset `start` of the wire.
+    fn message(&mut self, data: &[u8], start: usize) {
+        let message = data.strip_suffix(&[CR]).unwrap_or(data);
+        let end = start + message.len();
+        let parsed = Command::parse(message);
+        let letters = message.get(..LETTERS).unwrap_or(message);
+        let row = parsed.as_ref().ok().map(Command::row);
+        if let Some(row) = row.or_else(|| command_row(letters)) {
+            self.known(row, message, start);
+        } else {
+            self.add(
+                "command",
+                "command",
+                start..start + letters.len(),
+                quoted(letters),
+            );
+            if let Some(rest @ [_, ..]) = message.get(LETTERS..) {
+                self.add("rest", "the rest", start + LETTERS..end, quoted(rest));
+            }
+        }
+        if message.len() < data.len() {
+            self.add("text.cr", "CR", end..end + 1, "there".to_string());
+        } else if data.len() == MAX_DATA {
+            self.add(
+                "text.part",
+                "a part of a longer message",
+                end..end,
+                "no CR".to_string(),
+            );
+            return;
+        } else {
+            self.error(end..end, "no CR before ETX".to_string());
+        }
+        match parsed {
+            Ok(_) => {}
+            Err(error @ CommandError::Unknown { .. }) => {
+                self.error(start..start + letters.len(), error.to_string());
+            }
+            Err(CommandError::Malformed {
+                expected, found, at, ..
+            }) => {
+                let words = format!("expected {expected}, found {found}");
+                self.error(start + at.min(message.len())..end, words);
+            }
+        }
+    }
+
+    fn letters(&mut self, row: &CommandRow, start: usize) {
+        let value = format!("{}: {}", row.name, row.help);
+        self.add("command", "command", start..start + LETTERS, value);
+    }
+
+    /// A message of this command: its letters and its operands.
+    fn known(&mut self, row: &CommandRow, message: &[u8], start: usize) {
+        self.letters(row, start);
+        let Some([b',', operands @ ..]) = message.get(LETTERS..) else {
+            if let Some(rest @ [_, ..]) = message.get(LETTERS..).map(<[u8]>::trim_ascii_end) {
+                let from = start + LETTERS;
+                self.add("rest", "the rest", from..from + rest.len(), quoted(rest));
+            }
+            return;
+        };
+        let from = start + LETTERS + 1;
+        let key = row.letters.to_ascii_lowercase();
+        let tokens = match row.operands {
+            // A statement, a name: what is in it does not separate.
+            [_] => whole(operands),
+            _ => split(operands),
+        };
+        for (index, range) in tokens.into_iter().enumerate() {
+            let value = quoted(operands.get(range.clone()).unwrap_or_default());
+            let range = from + range.start..from + range.end;
+            match row.operand_name(index).filter(|_| index < MAX_OPERANDS) {
+                Some((name, None)) => self.add(operand_key(&key, name), name, range, value),
+                Some((name, Some(number))) => {
+                    let key = format!("{}.{number}", operand_key(&key, name));
+                    self.add(key, format!("{name} {number}"), range, value);
+                }
+                None => {
+                    let rest = quoted(operands.get(range.start - from..).unwrap_or_default());
+                    self.add("rest", "the rest", range.start..from + operands.len(), rest);
+                    return;
+                }
+            }
+        }
+    }
+}
+
+fn command_row(letters: &[u8]) -> Option<&'static CommandRow> {
+    let mut rows = COMMANDS.iter();
+    rows.find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters))
+}
+
+fn operand_key(command: &str, name: &str) -> String {
+    format!("{command}.{}", name.replace(' ', "-"))
+}
+
+/// The operand that is all there is, without blanks around it.
+fn whole(operands: &[u8]) -> Vec<Range<usize>> {
+    let start = operands.len() - operands.trim_ascii_start().len();
+    let end = operands.trim_ascii_end().len();
+    let range = (start < end).then_some(start..end);
+    range.into_iter().collect()
+}
+
+/// The operands between blanks or commas; those within parentheses are subscripts and do not separate.
+fn split(operands: &[u8]) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let (mut begin, mut depth) = (None, 0_usize);
+    for (at, byte) in operands.iter().enumerate() {
+        match byte {
+            b'(' => depth += 1,
+            b')' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth == 0 && matches!(byte, b' ' | b',') {
+            found.extend(begin.take().map(|begin| begin..at));
+        } else {
+            begin = begin.or(Some(at));
+        }
+    }
+    found.extend(begin.map(|begin| begin..operands.len()));
+    found
+}
+
+fn quoted(bytes: &[u8]) -> String {
+    let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
+    let more = if cut.len() < bytes.len() { "..." } else { "" };
+    format!("`{}`{more}", cut.escape_ascii())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    fn shown(wire: &[u8]) -> Vec<(String, String)> {
+        let fields = dissect_command(wire, false).into_iter();
+        let shown = fields.filter(|field| !field.key.starts_with("text."));
+        shown
+            .map(|field| {
+                let bytes = field.range.start..field.range.end;
+                assert!(wire.get(bytes).is_some(), "{field:?}");
+                (field.key, field.value)
+            })
+            .collect()
+    }
+
+    fn pair(key: &str, value: &str) -> (String, String) {
+        (key.to_string(), value.to_string())
+    }
+
+    #[test]
+    fn every_example_is_split_into_named_operands_without_an_error() {
+        for row in COMMANDS {
+            let wire = [b"\x02", row.example.as_bytes(), b"\r\x03"].concat();
+            let found = shown(&wire);
+            assert!(
+                found.iter().all(|(key, _)| key != ERROR && key != "rest"),
+                "{found:?}"
+            );
+            let has_operands = row.example.contains(',');
+            assert_eq!(has_operands, !row.operands.is_empty(), "{}", row.name);
+            assert_eq!(found.len() > 1, has_operands, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn operands_have_their_names_and_their_bytes() {
+        let wire = b"\x02MW,0 TBL(1,3) 5 1.5 -2\r\x03";
+        assert_eq!(
+            shown(wire)[1..],
+            [
+                pair("mw.write-into-the-file", "`0`"),
+                pair("mw.variable", "`TBL(1,3)`"),
+                pair("mw.type", "`5`"),
+                pair("mw.value.1", "`1.5`"),
+                pair("mw.value.2", "`-2`"),
+            ]
+        );
+        let fields = dissect_command(wire, false);
+        let variable = fields.iter().find(|field| field.key == "mw.variable").unwrap();
+        assert_eq!(
+            (variable.name.as_str(), variable.range.clone()),
+            ("variable", 6..14)
+        );
+        let keys: Vec<String> = fields.into_iter().map(|field| field.key).collect();
+        assert_eq!(
+            (keys[0].as_str(), keys[keys.len() - 2].as_str()),
+            ("text.stx", "text.cr")
+        );
+        assert_eq!(
+            shown(b"iw,3 1, 4 0\r\x03")[1..],
+            [
+                pair("iw.line.1", "`3`"),
+                pair("iw.state.1", "`1`"),
+                pair("iw.line.2", "`4`"),
+                pair("iw.state.2", "`0`"),
+            ]
+        );
+        assert_eq!(
+            shown(b"\x02DO, MOVE A1 WITH SPEED=50\r\x03")[1],
+            pair("do.statement", "`MOVE A1 WITH SPEED=50`")
+        );
+        assert_eq!(
+            shown(b"\x02RS,ERR\r\x03")[0],
+            pair("command", "RS,ERR: reset of alarms")
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_where_it_is() {
+        let wrong = |wire: &[u8]| {
+            let fields = dissect_command(wire, false).into_iter();
+            let errors = fields.filter(|field| field.key == ERROR);
+            errors.map(|field| (field.range, field.value)).collect::<Vec<_>>()
+        };
+        assert_eq!(wrong(b"\x02SU\r\x03"), []);
+        assert_eq!(
+            wrong(b"\x02XY,1\r\x03"),
+            [(1..3, "unknown command \"XY\"".to_string())]
+        );
+        assert_eq!(
+            wrong(b"\x02IW,3 2\r\x03"),
+            [(6..7, "expected 0 or 1, found \"2\"".to_string())]
+        );
+        assert_eq!(wrong(b"\x02SL\r\x03").len(), 1);
+        assert_eq!(wrong(b"\x02SU\x03"), [(3..3, "no CR before ETX".to_string())]);
+        assert_eq!(wrong(b"\x02SU\r"), [(4..4, "the text has no ETX".to_string())]);
+        let long = [vec![b'A'; MAX_DATA], b"\r\x03".to_vec()].concat();
+        assert!(
+            wrong(&long)
+                .iter()
+                .any(|(range, _)| *range == (MAX_DATA..MAX_DATA + 1))
+        );
+        let part = [b"\x02DO,".to_vec(), vec![b'A'; MAX_DATA - 3], vec![ETX]].concat();
+        assert_eq!(wrong(&part), []);
+        assert!(!wrong(b"").is_empty() && !wrong(b"\x02\x03").is_empty());
+    }
+
+    #[test]
+    fn the_texts_of_a_file_are_its_lines() {
+        let found = shown(b"\x02FL,PROGRAM A\nEND\n\x1a\x03");
+        assert_eq!(found[0], pair("command", "FL: Content of a file"));
+        assert_eq!(found[1], pair("file.1", "`PROGRAM A\\n`"));
+        let further = dissect_command(b"\x02END\n\x1a\x03", true);
+        assert_eq!(further[1].key, "text.data");
+    }
+}
