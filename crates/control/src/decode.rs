@@ -10,6 +10,7 @@ use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::dissect_command::dissect_command;
+use ts3100_proto::text::STX;
 use utoipa::ToSchema;
 
 /// Most bytes of a text: a file that a peer sends as one text fits several times.
@@ -32,12 +33,11 @@ enum Sender {
 #[schema(as = Decode)]
 pub struct DecodeRequest {
     /// Who sent it.
-    #[schema(inline)]
     direction: Sender,
-    /// Two letters. Of a text of the controller: the command that it answers, without which a file is split into
-    /// lines. Of a text of a host only `FL` matters: it says that the text is a further one of a file.
+    /// The command to which the text belongs, as events name it; its first two letters count. A text of the controller
+    /// answers it; without it, a file is split into lines. With `DL`, a text of a host that begins with no `DL,` is a
+    /// part of the file.
     #[serde(default)]
-    #[schema(pattern = "^[A-Za-z]{2}$")]
     command: Option<String>,
     /// The text as it was on the wire, framing included, as hexadecimal digits, two a byte, blanks between them allowed;
     /// at most 4096 bytes.
@@ -82,24 +82,27 @@ impl From<DissectedField> for TextField {
 
 impl DecodeRequest {
     fn decode(&self) -> Result<DecodedText, Problem> {
-        let letters = self.command.as_deref().unwrap_or_default();
-        let is_command = letters.len() == 2 && letters.bytes().all(|byte| byte.is_ascii_alphabetic());
-        if self.command.is_some() && !is_command {
-            return Err(Problem::invalid("command", "two letters", letters));
-        }
         let wire = parse_hex(&self.hex)?;
         if wire.len() > MAX_TEXT {
             let expected = format!("at most {MAX_TEXT} bytes");
             return Err(Problem::invalid("hex", expected, wire.len()));
         }
-        let letters = letters.to_ascii_uppercase();
+        let command = self.command.as_deref().unwrap_or_default();
+        let letters = command.get(..2).unwrap_or_default().to_ascii_uppercase();
         let fields = match self.direction {
-            Sender::Host => dissect_command(&wire, letters == "FL"),
+            Sender::Host => dissect_command(&wire, letters == "DL" && !opens_download(&wire)),
             Sender::Controller => dissect(&letters, &wire),
         };
         let fields = fields.into_iter().map(TextField::from).collect();
         Ok(DecodedText { fields })
     }
+}
+
+/// Whether it is the text that opens a download.
+fn opens_download(wire: &[u8]) -> bool {
+    let data = wire.strip_prefix(&[STX]).unwrap_or(wire);
+    data.get(..3)
+        .is_some_and(|begin| begin.eq_ignore_ascii_case(b"DL,"))
 }
 
 /// Adds the calls of this file.

@@ -107,11 +107,26 @@ fn texts_of_both_sides_are_split_into_fields() {
     );
     let ng = decode("controller", Value::Null, "024e470d03");
     assert_eq!(entry(&ng, "key", "reply")["value"], "`NG\\r`");
+    let part = decode("host", json!("DL"), "0258580d03");
+    assert_eq!(
+        entry(&part, "key", "text.data")["value"],
+        "`XX\\r`",
+        "a part of a file"
+    );
+    let opening = decode("host", json!("DL"), "02444c2c410d03");
+    assert_eq!(entry(&opening, "key", "dl.file")["value"], "`A`");
+    assert_eq!(
+        decode("controller", json!("RS,ERR"), "4f4b0d03")[0]["key"],
+        "reply"
+    );
+    assert_eq!(
+        decode("controller", json!("\u{e9}"), "4f4b0d03")[0]["key"],
+        "reply"
+    );
     for body in [
         r#"{"direction":"host","hex":"024"}"#,
         r#"{"direction":"host","hex":"zz"}"#,
         r#"{"direction":"peer","hex":""}"#,
-        r#"{"direction":"controller","command":"SFX","hex":""}"#,
         r#"{"direction":"host"}"#,
     ] {
         robot.refused(422, "POST", "/decode", body);
