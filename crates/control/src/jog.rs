@@ -99,7 +99,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 ///
 /// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
 /// reach allow, until POST /jog/stop.
-#[utoipa::path(post, path = "/jog", operation_id = "jog", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
+#[utoipa::path(post, path = "/jog", operation_id = "jog_arm", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
 async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
     let mode = JogMode {
         coordinate: body.coordinates as u16,

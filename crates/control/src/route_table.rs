@@ -7,8 +7,11 @@
 use super::document::DocumentParts;
 use super::problem::Problem;
 use axum::Router;
+use axum::extract::Request;
 use axum::http::{Method, StatusCode, Uri};
+use axum::response::Response;
 use axum::routing::MethodRouter;
+use futures_util::future::BoxFuture;
 
 /// All calls.
 pub struct RouteTable {
@@ -16,6 +19,9 @@ pub struct RouteTable {
     #[cfg(test)]
     document: DocumentParts,
 }
+
+/// A handler with its extractors, of one type for all calls: the router is compiled for it once, and not for each.
+pub type AnyHandler = fn(Request) -> BoxFuture<'static, Response>;
 
 /// The handlers of one path: what [`routes!`] makes of them.
 pub struct PathRoutes {
@@ -47,7 +53,9 @@ macro_rules! routes {
     }};
     (@add $description:ident $handler:ident $methods:ident) => {
         $description::methods().iter().fold($methods, |methods, method| {
-            methods.on(utoipa_axum::PathItemExt::to_method_filter(method), $handler)
+            let handler: $crate::route_table::AnyHandler =
+                |request| Box::pin(axum::handler::Handler::call($handler, request, ()));
+            methods.on(utoipa_axum::PathItemExt::to_method_filter(method), handler)
         })
     };
 }
