@@ -110,7 +110,7 @@ class Reader {
   }
 
   unsettle(port) {
-    const at = this.rows.lastIndexOf(port.part);
+    const at = port.part ? this.rows.lastIndexOf(port.part) : -1;
     if (at >= 0) this.rows.splice(at, 1)[0].gone = true;
     port.part = undefined;
   }
@@ -173,7 +173,7 @@ class Reader {
     const row = port.unsent;
     port.unsent = undefined;
     if (!row) { this.add(event, "out", {hex: event.hex, rest: "more bytes", group: port.group}); return; }
-    row.rest = row.group.last === undefined ? row.letters === "SP" ? "the program has ended" : "" : "after " + span(event.t - row.group.last);
+    row.rest = row.group.last === undefined ? row.letters === "SP" ? "the program stopped" : "" : "after " + span(event.t - row.group.last);
     Object.assign(row, {t: event.t, hex: event.hex, text: event.text, words: undefined});
     row.group.last = event.t;
     port.text = row;
@@ -257,7 +257,7 @@ export function create(robot) {
   const choose = (id, label, first, values) => {
     const select = make("select", {id}, make("option", {value: ""}, first), ...values.map(([value, text]) => make("option", {value}, text)));
     select.addEventListener("change", changed);
-    return {select, element: make("label", {for: id}, label, select)};
+    return {select, element: make("span", {class: "filter"}, make("label", {for: id}, label), select)};
   };
   const port = choose("traffic-port", "Port", "all", PORTS.map(name => [name, name]));
   const command = choose("traffic-command", "Command", "all", []);
@@ -280,7 +280,7 @@ export function create(robot) {
     setTimeout(() => say(copied, ""), 4000);
   });
   const failure = button("Save last failure", () => share(reader.failure), {disabled: true, title: "The last exchange with NG or a finding, as a text file for an issue"});
-  const downloads = [["text", "Text", "txt"], ["jsonl", "JSON lines", "jsonl"], ["pcapng", "pcapng (Wireshark)", "pcapng"]].map(([format, label, ending]) =>
+  const downloads = [["text", "Text", "txt"], ["jsonl", "JSON lines", "jsonl"], ["pcapng", "pcapng", "pcapng"]].map(([format, label, ending]) =>
     button(label, async () => save("transcript." + ending, await (await robot.fetch("GET", "transcript?format=" + format)).blob()), {"aria-label": "Download transcript as " + label}).element);
 
   // The rows in sight.
@@ -288,11 +288,11 @@ export function create(robot) {
   const pool = make("div", {class: "pool", role: "none"}), space = make("div", {class: "space", role: "rowgroup"}, pool);
   const grid = make("div", {class: "grid", role: "grid", tabindex: "0", "aria-label": "Traffic"}, make("div", {role: "rowgroup", class: "heading"}, heading), space);
   const none = make("p", {class: "empty"}, "");
-  const details = make("section", {class: "details", "aria-label": "Details", hidden: true});
+  const details = make("section", {class: "details", "aria-label": "Details", tabindex: "0", hidden: true});
   const element = make("div", {class: "traffic"},
-    make("div", {class: "row tools"}, port.element, command.element, kind.element, make("label", {for: search.id}, "Search", search)),
-    make("div", {class: "row tools"}, pause.element, copier.element, failure.element, make("span", {class: "downloads", role: "group", "aria-label": "Download transcript"}, "Download", ...downloads)),
-    make("div", {class: "row tools status"}, count, copied, end.element), none, grid, details);
+    make("div", {class: "row tools"}, port.element, command.element, kind.element, make("span", {class: "filter"}, make("label", {for: search.id}, "Search"), search)),
+    make("div", {class: "row tools"}, pause.element, copier.element, failure.element, make("span", {class: "downloads", role: "group", "aria-label": "Download transcript"}, "Download", ...downloads), count, copied),
+    none, make("div", {class: "list"}, grid, end.element), details);
 
   function changed() { follow = true; ask(); }
   function ask() { if (!frame && visible) frame = requestAnimationFrame(draw); }
@@ -303,9 +303,9 @@ export function create(robot) {
     if (kind.select.value === "ng" && !found.group?.ng) return false;
     if (kind.select.value === "findings" && !found.group?.findings) return false;
     if (kind.select.value === "texts" && !ARROWS[found.kind]) return false;
-    return !wanted || words(found).includes(wanted);
+    return !wanted || words(found).includes(wanted) || hits.has(found.group);
   }
-  let wanted = "";
+  let wanted = "", hits = new Set();
 
   function rebuild() {
     const old = reader.failure, seq = selected?.seq;
@@ -328,6 +328,8 @@ export function create(robot) {
     if (queue.length) reader.settle();
     queue = [];
     wanted = search.value.trim().toLowerCase();
+    // A text that is found brings its whole exchange.
+    hits = new Set(wanted ? reader.rows.filter(one => one.group && words(one).includes(wanted)).map(one => one.group) : []);
     let lost = 0;
     while (lost < shown.length && shown[lost].gone) lost += 1;
     const filtered = port.select.value || command.select.value || kind.select.value || wanted;
@@ -344,7 +346,7 @@ export function create(robot) {
     none.hidden = shown.length > 0;
     say(none, reader.rows.length ? "No row matches the filters." : "Nothing yet. Connect a host program to one of the ports.");
     say(count, (paused ? "Paused, " + waiting + " new events. " : "") + (filtered ? shown.length + " of " : "") + reader.rows.length + " rows");
-    end.button.hidden = follow;
+    end.element.hidden = follow || !shown.length;
     failure.button.disabled = !reader.failure;
     if (command.select.length - 1 !== reader.commands.size) {
       const value = command.select.value;
@@ -369,6 +371,7 @@ export function create(robot) {
       const found = at < needed ? shown[first + at] : undefined;
       line.hidden = !found;
       line.shows = found;
+      mark(line, "aria-selected", !!found && found === selected);
       if (!found) return;
       const severity = found.kind === "finding" ? found.event.severity : "", previous = shown[first + at - 1];
       say(line.cells[0], found.t.toFixed(3));
@@ -380,7 +383,6 @@ export function create(robot) {
       mark(line, "aria-rowindex", first + at + 2);
       mark(line, "class", [found.kind, severity, found.worry && "worry", found.letters === "NG" && "ng", found.group && found.group === previous?.group && "on"].filter(Boolean).join(" "));
       mark(line, "data-bar", level(found.group) ?? "none");
-      mark(line, "aria-selected", found === selected);
       if (found === selected) active = line.id;
     });
     const move = "translateY(" + first * row + "px)";
@@ -449,7 +451,7 @@ export function create(robot) {
       ["Command", found.kind === "in" && group?.command && group.rows[0] === found && group.command + " " + (NAMES[group.command] ?? "")],
       ["Operands", found.kind === "in" && group?.rows[0] === found && found.body?.replace(/^[A-Za-z]{2},?/, "").replace(/<CR>$/, "")],
       ["Outcome", text && group?.command && (group.outcome ?? (group.reason ? "refused" : "")) + (group.mode ? " in " + group.mode : "")],
-      ["Reason", text && group?.reason],
+      ["Reason", text && !group?.findings && group?.reason],
       ["Answer to", found.kind === "out" && group?.rows[0] !== found && group?.command],
       ["Length", found.hex && found.hex.length / 2 + " bytes"],
       ["Event", found.kind === "event" && found.rest + (found.text ? ": " + found.text : "")],
@@ -496,7 +498,12 @@ export function create(robot) {
     const lines = ["An exchange between a host program and a robot controller", "",
       "Saved from " + version.name + " " + version.version + ", which emulates a " + version.controller + " (" + version.model + ").",
       "Times are in seconds since the start of the robot.", "",
-      ...facts(group.rows[0]).map(([name, value]) => name + ": " + value), "", "WHAT WAS SENT", ""];
+      ...facts(group.rows[0]).map(([name, value]) => name + ": " + value)];
+    lines.push("", "WHAT WAS WRONG", "");
+    for (const found of group.rows) if (found.kind === "finding")
+      lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    Remedy: " + found.event.remedy);
+    if (!group.findings) lines.push(group.ng ? "The answer is NG." : "Nothing.");
+    lines.push("", "WHAT WAS SENT", "");
     for (const found of group.rows) {
       if (!ARROWS[found.kind]) continue;
       lines.push(found.t.toFixed(6) + "  " + ARROWS[found.kind].replace("\u2192", "->") + "  " + found.text);
@@ -504,10 +511,6 @@ export function create(robot) {
       for (const field of await decode(found)) lines.push("    " + field.name + ": " + field.value);
     }
     if (group.more) lines.push(group.more + " more rows are left out");
-    lines.push("", "WHAT WAS WRONG", "");
-    for (const found of group.rows) if (found.kind === "finding")
-      lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    Remedy: " + found.event.remedy);
-    if (!group.findings) lines.push(group.ng ? "The answer is NG." : "Nothing.");
     lines.push("", "THE ROBOT WHEN THIS WAS SAVED, AT " + state.t.toFixed(6), "", "mode " + state.master_mode + ", key switch " + state.key_switch + ", run mode " + state.run_mode,
       "power " + (state.power ? "on" : "off") + ", servo " + (state.servo ? "on" : "off") + ", emergency stop " + (state.emergency_stop ? "pressed" : "released")
       + (state.feed_hold ? ", feed hold" : "") + (state.safety_open ? ", safety switch open" : "") + (state.machine_lock ? ", machine lock" : ""),
