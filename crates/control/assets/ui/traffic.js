@@ -246,7 +246,10 @@ function dump(hex) {
     element.append(at.toString(16).padStart(4, "0"), "  ", ...digits.flatMap(one => [one, " "]), " ".repeat(3 * (16 - line.length) + 1), ...signs, "\n");
   }
   if (2 * DUMP < hex.length) element.append(hex.length / 2 - DUMP + " more bytes\n");
-  return {element, mark: (start, end) => cells.forEach((pair, at) => pair.forEach(cell => mark(cell, "class", at >= start && at < end ? "on" : "")))};
+  return {element, mark(start, end) {
+    cells.forEach((pair, at) => pair.forEach(cell => mark(cell, "class", at >= start && at < end ? "on" : "")));
+    if (end && cells[start]) element.scrollTop = cells[start][0].offsetTop - 40;
+  }};
 }
 
 export function create(robot) {
@@ -469,17 +472,18 @@ export function create(robot) {
   }
 
   async function show(found) {
-    const group = found.group, findings = group?.rows.filter(one => one.kind === "finding") ?? [];
+    const group = found.group, findings = group?.rows.filter(one => one.kind === "finding").sort((one, other) => (other === found) - (one === found)) ?? [];
     const fields = make("tbody"), table = make("table", {hidden: true}, make("caption", {}, "Fields"), make("thead", {}, make("tr", {},
       ...["Field", "Value", "Bytes"].map(text => make("th", {scope: "col"}, text)))), fields);
-    const bytes = found.hex && dump(found.hex);
+    const bytes = found.hex && dump(found.hex), whole = make("p", {class: "whole mono"}, found.text);
+    const advices = findings.length ? [make("ul", {class: "findings", "aria-label": "Findings"}, ...findings.map(advice))] : [];
+    const first = found.kind === "finding" || group?.ng;   // what is wrong with it matters more than what it says
     details.replaceChildren(
       make("div", {class: "row"}, make("h3", {}, (found.letters || found.rest || "Remark") + (found.port ? " on " + found.port : "")),
         ...(group ? [button("Save this exchange", () => share(group)).element] : []), button("Close details", () => { close(); grid.focus({preventScroll: true}); }).element),
-      ...(findings.length ? [make("ul", {class: "findings", "aria-label": "Findings"}, ...findings.map(advice))] : []),
-      make("dl", {}, ...facts(found).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
-      ...(found.kind !== "event" && found.kind !== "finding" ? [make("p", {class: "whole mono"}, found.text)] : []),
-      ...(bytes ? [bytes.element] : []), make("div", {class: "scroll", hidden: true, tabindex: "0", role: "group", "aria-label": "Fields"}, table));
+      ...(first ? advices : []), make("dl", {}, ...facts(found).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
+      ARROWS[found.kind] ? whole : "",
+      bytes ? bytes.element : "", table, ...(first ? [] : advices));
     const all = await decode(found);
     if (selected !== found || !all.length) return;
     fields.append(...all.map(field => {
@@ -489,7 +493,8 @@ export function create(robot) {
       for (const name of ["mouseleave", "blur"]) line.addEventListener(name, () => bytes.mark(0, 0));
       return line;
     }));
-    table.hidden = table.parentElement.hidden = false;
+    whole.hidden = true;   // its fields say more
+    table.hidden = false;
   }
 
   /** An exchange as a file that needs nothing else: texts, bytes, findings, fields, the robot's state and the version. */
