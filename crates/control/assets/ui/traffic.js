@@ -18,6 +18,7 @@ const NAMES = Object.fromEntries(("SU status;SF total status;CA directory;VR ver
   + "RN run;SP stop;SO servo on;BR servo off;RS reset;MR read variable;MW write variable;IW force inputs;DO statement;EC internal command;"
   + "FD feed hold;SM quick status;WD watchdog;AC alarms;AH alarm history;IO lines;HI inputs;HO outputs;PR position;VL speed;"
   + "ZS coordinate system;MN maintenance;MD guide mode;RT guide rate;SC guide coordinates;JG guide").split(";").map(one => [one.slice(0, 2), one.slice(3)]));
+const LETTERS = /^(?:<STX>)?([A-Z]{2})(?![A-Za-z])/;
 const CONTROLS = {"02": "STX", "03": "ETX", "0d": "CR", "0a": "LF", "1a": "EOF"};
 const ARROWS = {in: "host \u2192 robot", out: "robot \u2192 host"};
 const WORST = ["", "note", "warning", "error"];
@@ -29,8 +30,8 @@ const OTHERS = {
   "closed": () => "the robot closed the connection",
   "stalled": () => "the robot no longer reads",
   "dropped": event => event.bytes + " bytes skipped: " + event.reason,
-  "fault-armed": event => "fault " + event.number + ", " + event.kind + ": " + event.message,
-  "fault": event => "fault " + event.number + ", " + event.kind + ": " + event.message,
+  "fault-armed": event => event.message.replace("armed: ", ""),
+  "fault": event => event.kind + ": " + event.message,
   "alarm": event => event.number + " " + event.text,
   "power-off": () => "", "power-on": () => "",
   "reset": () => "the robot begins anew",
@@ -92,7 +93,8 @@ class Reader {
       case "reset": case "restored": case "power-on": this.ports = {}; break;
     }
     const text = OTHERS[event.event]?.(event);
-    if (text !== undefined) this.add(event, "event", {rest: event.event.replace("-", " "), text, event, worry: /alarm|fault/.test(event.event)});
+    if (text !== undefined) this.add(event, "event", {rest: event.event.replace("-", " "), text, event, worry: /alarm|fault/.test(event.event),
+      group: event.event === "fault" ? port.group : undefined});
   }
 
   data(port, event, kind) {
@@ -134,8 +136,8 @@ class Reader {
     }
     // Bytes before the text were skipped, and an event said so.
     port.pending = at < 0 ? "" : port.pending.slice(at + data.length);
-    const reply = /^(OK|NG)\b/.exec(text.replace("<STX>", ""))?.[0], follows = port.group && (reply || port.group.open), group = follows ? port.group : this.group();
-    port.text = port.asked = this.add(event, "in", {hex, text, body: event.text, group, letters: reply ?? "", rest: follows ? "after " + span(event.t - group.last) : ""});
+    const reply = /^(OK|NG|FL)\b/.exec(event.text)?.[0], follows = port.group && (reply || port.group.open), group = follows ? port.group : this.group();
+    port.text = port.asked = this.add(event, "in", {hex, text, body: event.text, group, letters: reply ?? "", rest: follows ? (reply ? "after " : "data, after ") + span(event.t - group.last) : ""});
     port.group = group;
     group.last = event.t;
     if (event.text.endsWith("<EOF>")) group.open = false;
@@ -162,20 +164,30 @@ class Reader {
   }
 
   textOut(port, event) {
-    const letters = /^[A-Z]{2}(?![A-Za-z])/.exec(event.text)?.[0] ?? "";
+    const letters = LETTERS.exec(event.text)?.[1] ?? "";
     const follows = port.group && port.group.rows.at(-1)?.kind !== "out", group = port.group = follows ? port.group : this.group();
-    port.unsent = this.add(event, "out", {hex: event.hex, body: event.text, letters, group, rest: "not sent"});
+    port.unsent = this.add(event, "out", {hex: event.hex, body: event.text, letters, group, rest: "not sent", full: 2 * event.bytes + 2});
+    port.piece = undefined;
     if (letters === "SP" && !follows) group.command = "SP";
     if (letters === "NG") { group.ng = true; group.open = false; this.failure = group; }
   }
 
   sent(port, event) {
-    const row = port.unsent;
-    port.unsent = undefined;
+    const row = port.unsent ?? port.piece, group = row?.group;
     if (!row) { this.add(event, "out", {hex: event.hex, rest: "more bytes", group: port.group}); return; }
-    row.rest = row.group.last === undefined ? row.letters === "SP" ? "the program stopped" : "" : "after " + span(event.t - row.group.last);
-    Object.assign(row, {t: event.t, hex: event.hex, text: event.text, words: undefined});
-    row.group.last = event.t;
+    if (row === port.piece) {
+      Object.assign(row, {hex: row.hex + event.hex, text: row.text + event.text, pieces: row.pieces + 1, words: undefined});
+      row.rest = "in " + row.pieces + " pieces";
+    } else {
+      row.rest = group.last === undefined ? row.letters === "SP" ? "the program stopped" : "" : "after " + span(event.t - group.last);
+      // A fault may have sent something else than the answer.
+      Object.assign(row, {t: event.t, hex: event.hex, text: event.text, letters: LETTERS.exec(event.text)?.[1] ?? row.letters, pieces: 1, words: undefined});
+      // A delayed text comes after what happened meanwhile.
+      if (this.rows.at(-1) !== row && !row.gone) this.rows.push(...this.rows.splice(this.rows.lastIndexOf(row), 1));
+    }
+    port.unsent = undefined;
+    port.piece = row.hex.length < row.full ? row : undefined;
+    group.last = event.t;
     port.text = row;
   }
 
@@ -505,8 +517,10 @@ export function create(robot) {
       "Times are in seconds since the start of the robot.", "",
       ...facts(group.rows[0]).map(([name, value]) => name + ": " + value)];
     lines.push("", "WHAT WAS WRONG", "");
-    for (const found of group.rows) if (found.kind === "finding")
-      lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    Remedy: " + found.event.remedy);
+    for (const found of group.rows) {
+      if (found.kind === "event") lines.push(found.rest + ": " + found.text);
+      if (found.kind === "finding") lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    Remedy: " + found.event.remedy);
+    }
     if (!group.findings) lines.push(group.ng ? "The answer is NG." : "Nothing.");
     lines.push("", "WHAT WAS SENT", "");
     for (const found of group.rows) {
@@ -516,10 +530,8 @@ export function create(robot) {
       for (const field of await decode(found)) lines.push("    " + field.name + ": " + field.value);
     }
     if (group.more) lines.push(group.more + " more rows are left out");
-    lines.push("", "THE ROBOT WHEN THIS WAS SAVED, AT " + state.t.toFixed(6), "", "mode " + state.master_mode + ", key switch " + state.key_switch + ", run mode " + state.run_mode,
-      "power " + (state.power ? "on" : "off") + ", servo " + (state.servo ? "on" : "off") + ", emergency stop " + (state.emergency_stop ? "pressed" : "released")
-      + (state.feed_hold ? ", feed hold" : "") + (state.safety_open ? ", safety switch open" : "") + (state.machine_lock ? ", machine lock" : ""),
-      "file " + (state.file ?? "none") + ", line " + state.line + ", " + state.status + ", override " + state.override_percent + " %",
+    lines.push("", "THE ROBOT WHEN THIS WAS SAVED", "",
+      ...Object.entries(state).filter(([, value]) => typeof value !== "object").map(([key, value]) => key.replaceAll("_", " ") + ": " + value),
       "alarms: " + (state.alarms.map(alarm => alarm.number + " " + alarm.text).join("; ") || "none"), "");
     save("exchange-" + (group.command ?? "text") + "-" + group.rows[0].t.toFixed(3) + ".txt", new Blob([lines.join("\n")], {type: "text/plain"}));
   }
