@@ -546,7 +546,8 @@ export function create(robot) {
   robot.on("reset", () => {
     queue = [];
     reader = new Reader();
-    if (visible) ask();
+    reader.add({seq: 0, t: 0}, "remark", {text: "The emulator was started anew. What came before is gone."});
+    ask();
   });
 
   return {
