@@ -266,7 +266,7 @@ function dump(hex) {
 
 export function create(robot) {
   let reader = new Reader(), shown = [], queue = [], frame = 0, visible = false, paused = false, waiting = 0;
-  let follow = true, selected, height = 0, row = 28, head = 0, top = 0, decodes = true;
+  let follow = true, selected, height = 0, row = 28, head = 0, top = 0, resized = true, decodes = true;
 
   // Filters.
   const choose = (id, label, first, values) => {
@@ -339,6 +339,13 @@ export function create(robot) {
     if (!visible) return;
     // Read before anything is written: one layout a frame.
     const before = grid.scrollTop;
+    if (resized) {
+      height = grid.clientHeight;
+      head = heading.offsetHeight;
+      row = parseFloat(getComputedStyle(grid).getPropertyValue("--row")) || row;
+      space.dataset.rows = "";
+      resized = false;
+    }
     for (const event of queue) reader.take(event);
     if (queue.length) reader.settle();
     queue = [];
@@ -407,7 +414,8 @@ export function create(robot) {
 
   grid.addEventListener("scroll", () => {
     const at = grid.scrollTop;
-    if (Math.abs(at - top) < 1) return;
+    // A change of the layout scrolls too; it is no reason to follow no longer.
+    if (Math.abs(at - top) < 1 || resized || grid.clientHeight !== height) return;
     top = at;
     follow = at + (height - head) >= shown.length * row - row;
     ask();
@@ -537,10 +545,7 @@ export function create(robot) {
   }
 
   new ResizeObserver(() => {
-    height = grid.clientHeight;
-    head = heading.offsetHeight;
-    row = parseFloat(getComputedStyle(grid).getPropertyValue("--row")) || row;
-    space.dataset.rows = "";
+    resized = true;
     ask();
   }).observe(grid);
   robot.on("reset", () => {
