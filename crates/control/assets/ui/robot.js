@@ -7,6 +7,7 @@ const PAUSE = 2000;      // before the stream of events is opened again, in ms
 const IDLE = 1000;       // between two readings of the state while nothing happens
 const BUSY = 100;        // the same after an event and while the robot moves
 const KEPT = 5000;       // events kept for views that are opened later
+const KNOWN = 2000;      // within which a stream that goes on repeats the last event, in ms
 
 /** Why a call was refused: the words of the emulator. */
 export class Refusal extends Error {
@@ -103,8 +104,14 @@ export class Robot {
     const abort = new AbortController();
     const hide = () => { if (document.hidden) abort.abort(); };
     document.addEventListener("visibilitychange", hide);
+    // The last event is asked for again. If it does not come, or is another one, the process was started anew.
+    let last = this.events.at(-1);
+    const anew = () => { this.events = []; this.next = 1; this.emit("reset"); abort.abort(); };
+    let due;
+    if (last) this.next = last.seq;
     try {
       const response = await this.fetch("GET", "events?since=" + this.next, undefined, {signal: abort.signal});
+      if (last) due = setTimeout(anew, KNOWN);
       const reader = response.body.getReader(), decoder = new TextDecoder();
       let rest = "";
       for (;;) {
@@ -112,18 +119,31 @@ export class Robot {
         if (done) break;
         const blocks = (rest + decoder.decode(value, {stream: true})).split("\n\n");
         rest = blocks.pop();
-        for (const block of blocks) this.take(block);
+        for (const block of blocks) {
+          const event = last && this.read(block);
+          if (!event) { this.take(this.read(block)); continue; }
+          clearTimeout(due);
+          if (event.seq === undefined) this.take(event);
+          else if (event.t === last.t && event.event === last.event) this.next = event.seq + 1;
+          else { anew(); break; }
+          last = undefined;
+        }
       }
     } catch { /* opened again below */ }
+    clearTimeout(due);
     document.removeEventListener("visibilitychange", hide);
     this.listening = false;
     if (!document.hidden) setTimeout(() => this.listen(), PAUSE);
   }
 
-  take(block) {
+  /** The event of a block of the stream; none of a comment. */
+  read(block) {
     const line = block.split("\n").find(line => line.startsWith("data: "));
-    if (!line) return;
-    const event = JSON.parse(line.slice(6));
+    return line && JSON.parse(line.slice(6));
+  }
+
+  take(event) {
+    if (!event) return;
     if (event.seq === undefined) {
       this.next += event.missed;
       this.emit("event", {event: "missed", missed: event.missed, t: this.state?.t ?? 0});
