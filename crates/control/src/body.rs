@@ -8,8 +8,10 @@ use axum::RequestPartsExt as _;
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{self, FromRequest, FromRequestParts, Request};
 use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
+use futures_util::future::BoxFuture;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::Display;
@@ -55,7 +57,12 @@ fn body_message(reason: &str) -> String {
     format!("request body: {reason}")
 }
 
-async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
+/// Reads the body of a request. Boxed, so that what waits is not part of every handler.
+fn read(request: Request, most: usize) -> BoxFuture<'static, Result<Bytes, Problem>> {
+    Box::pin(read_body(request, most))
+}
+
+async fn read_body(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
     let read = read.map_err(|_| {
         let limit = BODY_TIMEOUT.as_secs();
@@ -73,28 +80,45 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
 
     async fn from_request(request: Request, _: &S) -> Result<Json<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
-        // serde would read a struct from an array, too; the OpenAPI document allows only objects.
-        if matches!(
-            bytes.trim_ascii_start().first(),
-            Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
-        ) {
-            let reason = "request body: expected a JSON object, found another value";
-            return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, reason).at("body"));
-        }
-        serde_json::from_slice(&bytes).map(Json).map_err(|error| {
-            let status = if error.is_data() {
-                StatusCode::UNPROCESSABLE_ENTITY
-            } else {
-                StatusCode::BAD_REQUEST
-            };
-            Problem::new(status, body_message(&error.to_string())).at("body")
-        })
+        require_object(&bytes)?;
+        serde_json::from_slice(&bytes)
+            .map(Json)
+            .map_err(|error| unreadable_body(&error))
     }
+}
+
+/// serde would read a struct from an array, too; the OpenAPI document allows only objects.
+fn require_object(body: &[u8]) -> Result<(), Problem> {
+    if matches!(
+        body.trim_ascii_start().first(),
+        Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
+    ) {
+        let reason = "request body: expected a JSON object, found another value";
+        return Err(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, reason).at("body"));
+    }
+    Ok(())
+}
+
+fn unreadable_body(error: &serde_json::Error) -> Problem {
+    let status = if error.is_data() {
+        StatusCode::UNPROCESSABLE_ENTITY
+    } else {
+        StatusCode::BAD_REQUEST
+    };
+    Problem::new(status, body_message(&error.to_string())).at("body")
 }
 
 impl<T: Serialize> IntoResponse for Json<T> {
     fn into_response(self) -> Response {
-        axum::Json(self.0).into_response()
+        json_response(serde_json::to_vec(&self.0))
+    }
+}
+
+/// The response with a document, or why there is none. It is not generic, so that it is compiled once.
+fn json_response(document: serde_json::Result<Vec<u8>>) -> Response {
+    match document {
+        Ok(document) => ([(CONTENT_TYPE, "application/json")], document).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }
 

@@ -6,8 +6,9 @@ use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
 use axum::http::StatusCode;
+use futures_util::future::BoxFuture;
 use std::ops::Deref;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
@@ -48,6 +49,20 @@ pub struct DriverHandle {
     pub streams: Arc<Semaphore>,
 }
 
+/// Where the driver puts an answer.
+struct Slot<T> {
+    value: Arc<Mutex<Option<T>>>,
+    done: oneshot::Sender<()>,
+}
+
+impl<T> Slot<T> {
+    fn fill(self, value: T) {
+        *self.value.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
+        // Fails only when nobody waits for it.
+        let _ = self.done.send(());
+    }
+}
+
 impl DriverHandle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
     #[must_use]
@@ -67,13 +82,30 @@ impl DriverHandle {
         DriverHandle { scenario, ..self }
     }
 
-    async fn request<T>(&self, request: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {
+    async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {
         let (done, is_done) = oneshot::channel();
-        self.driver
-            .send(request(done))
-            .await
-            .map_err(|_| Problem::shutting_down())?;
-        is_done.await.map_err(|_| Problem::shutting_down())
+        let value = Arc::default();
+        let slot = Slot {
+            value: Arc::clone(&value),
+            done,
+        };
+        self.deliver(request(slot), is_done).await?;
+        let answer = value.lock().unwrap_or_else(PoisonError::into_inner).take();
+        answer.ok_or_else(Problem::shutting_down)
+    }
+
+    /// Sends a request and waits until its slot is filled. Boxed and without the type of the answer, so that it is
+    /// compiled once.
+    fn deliver(
+        &self,
+        request: Request,
+        is_done: oneshot::Receiver<()>,
+    ) -> BoxFuture<'_, Result<(), Problem>> {
+        Box::pin(async {
+            let sent = self.driver.send(request).await;
+            sent.map_err(|_| Problem::shutting_down())?;
+            is_done.await.map_err(|_| Problem::shutting_down())
+        })
     }
 
     /// Does something to the controller, and reads what has come of it, with all that follows from it at once.
@@ -95,11 +127,8 @@ impl DriverHandle {
     where
         Problem: From<E>,
     {
-        let send = |done: oneshot::Sender<Result<T, E>>| {
-            let reply = move |result: Result<(), E>, view: &View<'_>| {
-                // Fails only when nobody waits for it.
-                let _ = done.send(result.map(|()| look(view)));
-            };
+        let send = |slot: Slot<Result<T, E>>| {
+            let reply = move |result: Result<(), E>, view: &View<'_>| slot.fill(result.map(|()| look(view)));
             request(action, Box::new(reply))
         };
         Ok(self.request(send).await??)
@@ -110,18 +139,19 @@ impl DriverHandle {
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.request(|done| {
-            Request::Query(Box::new(move |(), view| {
-                // As above.
-                let _ = done.send(look(view));
-            }))
-        })
-        .await
+        self.request(|slot| Request::Query(Box::new(move |(), view| slot.fill(look(view)))))
+            .await
     }
 
     /// Waits for something, for at most so long on the wall.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
-        let waited = timeout(wall, self.request(|done| Request::Wait(wait, done))).await;
+        let (done, is_done) = oneshot::channel();
+        let waited = timeout(wall, async {
+            let sent = self.driver.send(Request::Wait(wait, done)).await;
+            sent.map_err(|_| Problem::shutting_down())?;
+            is_done.await.map_err(|_| Problem::shutting_down())
+        });
+        let waited = waited.await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             let expected = format!("an end of the wait within {limit} s of the wall clock");
