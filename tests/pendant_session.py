@@ -1,7 +1,7 @@
 """A person's whole session at the page, on one kind of arm: power, servo, a program dropped on the page, a run with an INPUT,
 an emergency stop, jogging, teaching, a forced line, a fault and its finding. The clock of the robot is stepped."""
 
-import json
+import re
 import socket
 import sys
 
@@ -116,6 +116,29 @@ class Session:
         expect(program.get_by_role("region", name="Source")).to_contain_text("MOVES P1")
         expect(program.get_by_role("heading", name="PART", exact=True)).to_be_visible()
 
+    def picture(self):
+        """What the top view says of the arm, in words."""
+        view = self.view("Robot")
+        return view.get_by_role("img", name="Top:").get_attribute("aria-label")
+
+    def is_drawn(self):
+        """The picture in 3D shows the arm: many colours, and others in the middle than at the edge."""
+        view = self.view("Robot")
+        button = view.get_by_role("button", name="3D", exact=True)
+        canvas = view.locator("canvas")
+        if not canvas.is_visible():
+            button.click()
+        expect(canvas).to_have_attribute("data-frames", re.compile("[1-9]"))
+        colours = canvas.evaluate("""canvas => {
+            const copy = document.createElement("canvas"), {width, height} = canvas;
+            [copy.width, copy.height] = [width, height];
+            const context = copy.getContext("2d");
+            context.drawImage(canvas, 0, 0);
+            const count = (x, y, w, h) => new Set(new Uint32Array(context.getImageData(x, y, w, h).data.buffer)).size;
+            return [count(0, 0, width, height), count(width * .3, height * .3, width * .4, height * .5), count(0, 0, width, 4)];
+        }""")
+        said(colours[0] > 200 and colours[1] > 100 > colours[2], "the picture in 3D is empty: %s" % colours)
+
     def line_is(self, number):
         """The line that is executed is marked in the source."""
         row = self.page.locator(".codeline[data-executed=true] .gutter")
@@ -139,9 +162,15 @@ class Session:
         said(self.state()["tasks"][0]["doing"] == "moving", "the answer did not let the program go on")
         self.view("Program")
         self.line_is(MOVES_P1)
-        before = self.pose()["world"]
+        before, shown = self.pose()["world"], self.picture()
+        self.is_drawn()
         self.advance_until(lambda: self.state()["executed_line"] == MOVES_P2, "the first motion did not end")
         said(self.pose()["world"] != before, "the arm has not moved")
+        self.view("Robot")
+        expect(self.page.get_by_role("img", name="Top:")).not_to_have_attribute("aria-label", shown)
+        expect(self.page.get_by_role("img", name="Side:")).to_be_visible()
+        self.is_drawn()
+        self.view("Program")
         self.line_is(MOVES_P2)
 
     def emergency_stop(self):
@@ -231,6 +260,69 @@ class Session:
         expect(lines.get_by_role("switch", name="Input 7", exact=True)).to_be_visible()
 
 
+    def edit_and_check(self):
+        program = self.view("Program")
+        program.get_by_role("button", name="Edit", exact=True).click()
+        text = program.get_by_role("textbox", name="Text of the file")
+        good = text.input_value()
+        text.fill(good.replace("MOVES P1", "MOVES P9"))
+        expect(program.get_by_role("list", name="Diagnostics")).to_contain_text("P9")
+        text.fill(good.replace("DONE", "FINISHED"))
+        expect(program).to_contain_text("The check finds nothing.")
+        program.get_by_role("button", name="Download to the RAM drive").click()
+        expect(program.get_by_role("region", name="Source")).to_contain_text("FINISHED")
+        said("FINISHED" in self.found.call("GET", "/files/PART")["text"], "the edited text is not on the drive")
+
+    def ask(self, *texts):
+        """A host: what the robot answers to each text."""
+        with socket.create_connection(("127.0.0.1", self.found.ready["ports"]["ip0"]), timeout=10) as host:
+            answers = []
+            for text in texts:
+                host.sendall(b"\x02" + text + b"\r\x03")
+                answer = b""
+                while not answer.endswith(b"\x03"):
+                    answer += host.recv(4096)
+                answers.append(answer.strip(b"\x02\x03"))
+            return answers
+
+    def fault_and_finding(self):
+        lab = self.view("Lab")
+        lab.get_by_role("radio", name="ng", exact=True).click()
+        lab.get_by_role("textbox", name="Command").fill("SU")
+        lab.get_by_label("Times").fill("3")
+        self.press(lab.get_by_role("button", name="Arm", exact=True), "faults")
+        expect(lab.get_by_role("list", name="Faults")).to_contain_text("ng:command=SU,times=3")
+        said(self.ask(b"SU", b"SU", b"SU", b"SU")[:3] == [b"NG\r"] * 3, "the fault did not refuse SU three times")
+        expect(lab.get_by_role("list", name="Faults")).to_contain_text("fired 3 of 3")
+        self.ask(b"su")
+        expect(lab.get_by_role("list", name="Findings")).to_contain_text("lower-case")
+        traffic = self.view("Traffic")
+        rows = traffic.get_by_role("grid", name="Traffic")
+        expect(rows).to_contain_text("lower-case")
+        traffic.get_by_label("Show").select_option(label="only findings")
+        traffic.get_by_role("searchbox", name="Search").fill("lower-case")
+        # The rows of one exchange are left.
+        expect(traffic).to_contain_text(re.compile(r"\D[1-5] of \d+ rows"))
+        rows.get_by_role("row").filter(has_text="lower-case", visible=True).last.click()
+        expect(traffic.get_by_role("region", name="Details")).to_contain_text("Remedy: Send command letters in upper case")
+        with self.page.expect_download() as saved:
+            traffic.get_by_role("button", name="Save last failure").click()
+        said("lower-case" in saved.value.path().read_text(), "the saved failure does not name the finding")
+
+    def snapshot_and_time(self):
+        lab = self.view("Lab")
+        lab.get_by_role("textbox", name="Name").fill("before")
+        self.press(lab.get_by_role("button", name="Take"), "snapshots/before")
+        before = self.state()["t"]
+        lab.get_by_role("spinbutton", name="Seconds").fill("2.5")
+        self.press(lab.get_by_role("button", name="Advance", exact=True), "clock/advance")
+        said(abs(self.state()["t"] - before - 2.5) < 1e-6, "the clock was not advanced by 2.5 s")
+        lab.get_by_role("button", name="Compare").click()
+        expect(lab.get_by_role("region", name="Differences")).to_contain_text("now")
+        self.press(lab.get_by_role("button", name="Put back before"), "snapshots/before/restore")
+        said(self.state()["t"] == before, "the snapshot was not put back")
+
+
 def session(page, found, kind):
     """Everything, in the order of a working day."""
     steps = Session(page, found, kind)
@@ -241,3 +333,6 @@ def session(page, found, kind):
     steps.breakpoint_and_step()
     steps.jog_and_teach()
     steps.force_an_input()
+    steps.edit_and_check()
+    steps.fault_and_finding()
+    steps.snapshot_and_time()

@@ -261,7 +261,8 @@ impl Arm {
             && !active.locked
         {
             self.rest = active.motion.end();
-            self.memo.ended = Some(active.motion);
+            let part = active.motion.percent_at(end.since(active.start)) / 100.0;
+            self.memo.ended = Some((active.motion, part));
         }
         // Whatever moves next is no guided motion any more.
         self.guide = None;

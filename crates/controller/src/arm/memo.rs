@@ -30,8 +30,8 @@ pub(super) struct Memo {
     plans: BTreeMap<Key, Plan>,
     /// The motion planned last.
     last: Key,
-    /// The motion that ended last, for a picture of its path.
-    pub ended: Option<Motion>,
+    /// The motion that ended last and the part of its path that was done, for a picture of it.
+    pub ended: Option<(Motion, f64)>,
 }
 
 impl Memo {

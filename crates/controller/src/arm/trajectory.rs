@@ -47,12 +47,13 @@ impl Arm {
     /// before the first.
     #[must_use]
     pub fn path(&self, frames: &Frames) -> Vec<[f64; 3]> {
-        let active = self.active.as_ref().map(|active| &active.motion);
-        let Some(motion) = active.or(self.memo.ended.as_ref()) else {
+        let active = self.active.as_ref().map(|active| (&active.motion, 1.0));
+        let ended = self.memo.ended.as_ref().map(|(motion, part)| (motion, *part));
+        let Some((motion, done)) = active.or(ended) else {
             return Vec::new();
         };
         let point = |step: u16| {
-            let part = f64::from(step) / f64::from(PATH_POINTS - 1);
+            let part = done * f64::from(step) / f64::from(PATH_POINTS - 1);
             let joints = motion.joints_along(part);
             self.pose_in(joints, frames, &frames.work).world.xyz
         };
