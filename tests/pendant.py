@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
-"""Works the page of the control interface in Chromium as a person would, on both kinds of arm.
+"""Works the pages of the control interface in Chromium as a person would: a whole session on both kinds of arm, every view in
+three sizes, the start page of several robots, the explorer of the calls.
 
     python3 tests/pendant.py --serve target/release/ts3100 [--pictures DIRECTORY]
+    python3 tests/pendant.py --serve target/release/ts3100 --picture docs/images/control-page.png
+
+The second takes only the picture that README.md shows.
 
 Needs Playwright and axe (pip install playwright axe-playwright-python) and Chromium (apt-get install chromium). The clock of
 the robot is stepped, so nothing here depends on how fast the machine is. With --pictures it keeps a picture of each view in
@@ -12,10 +16,10 @@ import contextlib
 import http.client
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import threading
 import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -23,12 +27,16 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect, sync_playwright
 
+from pendant_session import POINTS, PROGRAM, session
+
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 VIEWS = ("arm", "panel", "pendant", "program", "lines", "traffic", "lab")
 LIMIT = 20_000
 FIRST_PAINT = 1_000
+ROUNDS = 5
+METHODS = ("get", "put", "post", "delete", "patch")
 
 
 class Robot:
@@ -134,25 +142,30 @@ def closed(page):
         sys.exit("the page failed: %s" % page.errors)
 
 
+def accessible(page, name):
+    """Nothing sideways, nothing that axe calls serious."""
+    wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    if wide > 0:
+        sys.exit("%s: the page is %d pixels wider than the screen" % (name, wide))
+    found = [one for one in Axe().run(page).response["violations"] if one["impact"] in ("serious", "critical")]
+    for one in found:
+        print(name, one["id"], one["help"], [node["html"][:120] for node in one["nodes"][:3]])
+    if found:
+        sys.exit("%s: axe found what is serious" % name)
+
+
 def looks(browser, url, pictures):
-    """Every view in every size, in light and in dark: nothing sideways, nothing that axe calls serious."""
+    """Every view in every size, in light and in dark."""
     for size in SIZES:
         for dark in (False, True):
             page = opened(browser, url, size, dark)
             for view in VIEWS:
                 page.goto(url + "#" + view)
                 page.wait_for_selector("#view-%s:not([hidden])" % view)
+                # Until it has read what it shows.
                 page.wait_for_timeout(300)
                 name = "%s-%s-%s" % (view, size, "dark" if dark else "light")
-                wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-                if wide > 0:
-                    sys.exit("%s: the page is %d pixels wider than the screen" % (name, wide))
-                found = [violation for violation in Axe().run(page).response["violations"]
-                         if violation["impact"] in ("serious", "critical")]
-                for violation in found:
-                    print(name, violation["id"], violation["help"], [node["html"][:120] for node in violation["nodes"][:3]])
-                if found:
-                    sys.exit("%s: axe found what is serious" % name)
+                accessible(page, name)
                 if pictures:
                     page.screenshot(path=os.path.join(pictures, name + ".png"))
             closed(page)
@@ -160,51 +173,155 @@ def looks(browser, url, pictures):
 
 
 def first_paint(browser, url):
-    context = browser.new_context()
-    page = context.new_page()
-    page.goto(url)
-    page.wait_for_function("performance.getEntriesByName('first-contentful-paint').length > 0")
-    took = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
-    context.close()
-    if took > FIRST_PAINT:
-        sys.exit("the first paint took %d ms, at most %d" % (took, FIRST_PAINT))
-    print("ok   first paint after %d ms" % took)
+    """With an empty cache. The quickest of some counts: a busy machine only ever adds to a time."""
+    took = []
+    for _ in range(ROUNDS):
+        context = browser.new_context()
+        page = context.new_page()
+        page.goto(url)
+        page.wait_for_function("() => performance.getEntriesByName('first-contentful-paint').length > 0")
+        took.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
+        context.close()
+    if min(took) > FIRST_PAINT:
+        sys.exit("the first paint took %d ms, at most %d" % (min(took), FIRST_PAINT))
+    print("ok   first paint after %d ms" % min(took))
 
 
 def below_a_prefix(browser, found):
     """The page works below a prefix, and its stream goes on where it was cut: no event twice, none left out."""
     with proxy(found.url) as (url, handler):
-        page = opened(browser, url)
-        page.evaluate("""() => { window.seen = []; }""")
-        page.goto(url + "#traffic")
-        for _ in range(3):
-            found.call("PUT", "/feed-hold", {"on": True})
-            found.call("PUT", "/feed-hold", {"on": False})
-            found.call("POST", "/alarms", {"number": "1-001"})
+        page = opened(browser, url + "#traffic")
+        rows = page.get_by_role("grid", name="Traffic")
+        numbers = [row["number"] for row in found.call("GET", "/alarms/table")][:3]
+        for number in numbers:
+            found.call("POST", "/alarms", {"number": number})
             for stream in list(handler.streams):
                 with contextlib.suppress(OSError, AttributeError):
                     stream.sock.close()
             handler.streams.clear()
+        for number in numbers:
+            # It may take a pause until the stream is opened again.
+            expect(rows.get_by_role("row").filter(has_text=number, visible=True)).to_have_count(1, timeout=LIMIT)
         found.call("POST", "/alarms/reset", {})
-        expect(page.locator("#lamps")).not_to_contain_text("1-001")
+        expect(page.locator("#lamps")).not_to_contain_text(numbers[0])
         closed(page)
     print("ok   below a path prefix, with the stream of events cut three times")
 
 
+def sessions(browser, binary):
+    """A whole session on each kind of arm, and on a phone."""
+    for kind, model, size in (("six-axis", "ts3100-tv800", "desktop"), ("scara", "tsl3000-thl400", "tablet"),
+                              ("six-axis", "ts3100-tv800", "phone")):
+        with robot(binary, "--time", "stepped", "--model", model) as found:
+            page = opened(browser, found.url + "/", size)
+            session(page, found, kind)
+            closed(page)
+        print("ok   a whole session with a %s arm, %s" % (kind, size))
+
+
+def keyboard(browser, binary):
+    """The keyboard alone: every button of the panel is reached by Tab, and the robot is started and stopped."""
+    with robot(binary, "--select", "DEMO", "--time", "stepped") as found:
+        page = opened(browser, found.url + "/#panel", "tablet")
+        name = "document.activeElement.getAttribute('aria-label') || document.activeElement.textContent"
+
+        def press(wanted):
+            for _ in range(100):
+                page.keyboard.press("Tab")
+                if page.evaluate(name).strip() == wanted:
+                    page.keyboard.press("Enter")
+                    return
+            sys.exit("Tab does not lead to %r" % wanted)
+
+        for button, lamp in (("SERVO", "servo on"), ("START", "running"), ("EMERGENCY STOP", "EMERGENCY STOP")):
+            press(button)
+            expect(page.locator("#lamps")).to_contain_text(lamp)
+        page.locator("#tab-panel").focus()
+        page.keyboard.press("ArrowRight")
+        expect(page.locator("#view-pendant")).to_be_visible()
+        closed(page)
+    print("ok   the keyboard alone")
+
+
+def explorer(browser, found):
+    """/docs shows every call of the OpenAPI document."""
+    paths = found.call("GET", "/openapi.json")["paths"]
+    calls = [(method.upper(), path) for path, item in paths.items() for method in METHODS if method in item]
+    page = browser.new_page()
+    page.goto(found.url + "/docs")
+    expect(page.locator("details")).to_have_count(len(calls))
+    shown = " ".join(page.locator("summary").all_inner_texts())
+    for method, path in calls:
+        if not re.search(re.escape(method) + r"\s*" + re.escape(path) + r"(\s|$)", shown):
+            sys.exit("/docs does not show %s %s" % (method, path))
+    page.close()
+    print("ok   /docs shows all %d calls" % len(calls))
+
+
+def several(browser, binary, pictures):
+    """The start page of several robots shows their lamps and arms, and leads to the page of each."""
+    with robot(binary, "--robots", "3", "--servo-on", "--select", "DEMO", "--time", "stepped") as found:
+        found.call("PUT", "/robots/robot-3/emergency-stop", {"pressed": True})
+        for size, (width, height) in SIZES.items():
+            page = browser.new_page(viewport={"width": width, "height": height})
+            page.goto(found.url + "/")
+            expect(page.locator("#count")).to_have_text("3 robots, 3 started, 1 with alarms")
+            cards = page.get_by_role("list", name="Robots").locator("> li")
+            expect(cards).to_have_count(3)
+            expect(cards.nth(0)).to_contain_text("servo on")
+            expect(cards.nth(2)).to_contain_text("EMERGENCY STOP")
+            expect(page.locator("#robots svg")).to_have_count(3)
+            accessible(page, "robots-" + size)
+            if pictures:
+                page.screenshot(path=os.path.join(pictures, "robots-%s.png" % size))
+            page.get_by_label("alarms first").check()
+            expect(cards.nth(0)).to_contain_text("robot-3")
+            page.get_by_role("searchbox", name="Find").fill("robot-2")
+            expect(cards).to_have_count(1)
+            cards.nth(0).get_by_role("link").click()
+            expect(page.locator("#name")).to_have_text("robot-2")
+            expect(page.locator("#lamps")).to_contain_text("servo on")
+            page.close()
+    print("ok   the start page of several robots leads to each")
+
+
+def picture(browser, binary, path):
+    """The picture of README.md: a program that runs, in the middle of a motion."""
+    with robot(binary, "--servo-on", "--time", "stepped") as found:
+        found.call("PUT", "/files/PART", {"text": PROGRAM % POINTS["six-axis"]})
+        found.call("POST", "/files/PART/select", {})
+        found.call("POST", "/program/start", {})
+        found.call("POST", "/pendant/keys", {"keys": "3\r"})
+        page = opened(browser, found.url + "/#program")
+        for _ in range(8):
+            found.advance(0.1)
+            page.wait_for_timeout(250)
+        page.screenshot(path=path)
+        closed(page)
+
+
 def main():
-    parser = argparse.ArgumentParser(description="works the page of the control interface in Chromium")
+    parser = argparse.ArgumentParser(description="works the pages of the control interface in Chromium")
     parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
     parser.add_argument("--pictures", metavar="DIRECTORY", help="where pictures of each view go")
+    parser.add_argument("--picture", metavar="FILE", help="take the picture for README.md, and nothing else")
     options = parser.parse_args()
     binary = os.path.abspath(options.serve)
     if options.pictures:
         os.makedirs(options.pictures, exist_ok=True)
-    with sync_playwright() as playwright, tempfile.TemporaryDirectory(prefix="ts3100-pendant-"):
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        if options.picture:
+            picture(browser, binary, options.picture)
+            return
         with robot(binary, "--servo-on", "--select", "DEMO", "--time", "stepped") as found:
             first_paint(browser, found.url + "/")
+            explorer(browser, found)
             looks(browser, found.url + "/", options.pictures)
             below_a_prefix(browser, found)
+        keyboard(browser, binary)
+        several(browser, binary, options.pictures)
+        sessions(browser, binary)
         browser.close()
 
 
