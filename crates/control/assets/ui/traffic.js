@@ -496,14 +496,14 @@ export function create(robot) {
     const fields = make("tbody"), table = make("table", {hidden: true}, make("caption", {}, "Fields"), make("thead", {}, make("tr", {},
       ...["Field", "Value", "Bytes"].map(text => make("th", {scope: "col"}, text)))), fields);
     const bytes = found.hex && dump(found.hex), whole = make("p", {class: "whole mono"}, found.text);
-    const advices = findings.length ? [make("ul", {class: "findings", "aria-label": "Findings"}, ...findings.map(advice))] : [];
+    const remedies = findings.length ? [make("ul", {class: "findings", "aria-label": "Findings"}, ...findings.map(advice))] : [];
     const first = found.kind === "finding" || group?.ng;   // what is wrong with it matters more than what it says
     details.replaceChildren(
       make("div", {class: "row"}, make("h3", {}, (found.letters || found.rest || "Remark") + (found.port ? " on " + found.port : "")),
         ...(group ? [button("Save this exchange", () => share(group)).element] : []), button("Close details", () => { close(); grid.focus({preventScroll: true}); }).element),
-      ...(first ? advices : []), make("dl", {}, ...facts(found).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
+      ...(first ? remedies : []), make("dl", {}, ...facts(found).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
       ARROWS[found.kind] ? whole : "",
-      bytes ? bytes.element : "", table, ...(first ? [] : advices));
+      bytes ? bytes.element : "", table, ...(first ? [] : remedies));
     const all = await decode(found);
     if (selected !== found || !all.length) return;
     fields.append(...all.map(field => {
