@@ -95,13 +95,14 @@ namespace Ts3100.Testing
         {
             try
             {
-                process.Kill();
-                process.WaitForExit();
+                if (!process.HasExited)
+                    process.Kill();
             }
-            catch (InvalidOperationException)
+            catch (Exception error) when (error is InvalidOperationException || error is System.ComponentModel.Win32Exception)
             {
-                // It has ended already.
+                // It has ended meanwhile.
             }
+            process.WaitForExit(); // its log is complete then
         }
 
         void Keep(object sender, DataReceivedEventArgs line)
