@@ -11,6 +11,7 @@ is missing; an example whose toolchain is missing is skipped, and the last line 
 import argparse
 import glob
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -59,6 +60,21 @@ def named(what, code, said, *parts):
     true(what, code != 0 and all(part in said for part in parts), "exit code %d\n%s" % (code, said))
 
 
+def lines(text):
+    """Lines without their indentation, blank ones left out."""
+    return "".join(line.strip() + "\n" for line in text.splitlines() if line.strip())
+
+
+def shown(page):
+    """The blocks of a page that say where they are from are in those files."""
+    with open(os.path.join(ROOT, "docs", "how-to", page), encoding="utf-8") as file:
+        blocks = re.findall(r"^<!-- from: (\S+) -->\n```\w+\n(.*?)^```$", file.read(), re.MULTILINE | re.DOTALL)
+    true("%s shows code that is run here" % page, bool(blocks))
+    for path, block in blocks:
+        with open(os.path.join(ROOT, path), encoding="utf-8") as file:
+            true("%s: a block of %s" % (page, path), lines(block) in lines(file.read()), block)
+
+
 def need(*tools):
     """Skips what these are needed for."""
     missing = [tool for tool in tools if not shutil.which(tool)]
@@ -76,6 +92,7 @@ def install_mono():
 
 def dotnet(binary, folder):
     """The libraries for .NET on Mono and on .NET, under NUnit, and the packages of the tool."""
+    shown("csharp.md")
     install_mono()
     source, build = os.path.join(CLIENTS, "dotnet"), os.path.join(folder, "build")
     os.mkdir(build)
@@ -115,6 +132,7 @@ def dotnet(binary, folder):
 
 def cpp(binary, folder):
     """The header, by every compiler that is there, and its CTest example."""
+    shown("cpp.md")
     need("cmake", "ctest", "c++")
     source = os.path.join(CLIENTS, "cpp")
     for compiler in ("g++", "clang++"):
@@ -136,6 +154,7 @@ def cpp(binary, folder):
 
 def npm(binary, folder):
     """The packages of npm, installed in a clean folder."""
+    shown("node.md")
     need("node", "npm")
     dist, home = os.path.join(folder, "dist"), os.path.join(folder, "home")
     os.mkdir(home)

@@ -46,12 +46,12 @@ public class CellTests : RobotTest
             host.Select("PICK");
             host.Run();
             Robot.SetInput(1, true);
-            Assert.IsTrue(Robot.AdvanceUntil("output 5 on", 10));
-            Assert.GreaterOrEqual(Robot.Now(), 2.0);
+            Assert.That(Robot.AdvanceUntil("output 5 on", 10), Is.True);
+            Assert.That(Robot.Now(), Is.GreaterThanOrEqualTo(2.0));
             Robot.SetTime("real");
             host.WaitForStop();
-            Assert.AreEqual(Execution.Reset, host.Status().Execution);
-            Assert.IsTrue(host.TotalStatus().Output(5));
+            Assert.That(host.Status().Execution, Is.EqualTo(Execution.Reset));
+            Assert.That(host.TotalStatus().Output(5), Is.True);
         }
     }
 
@@ -60,8 +60,8 @@ public class CellTests : RobotTest
     {
         using (Host host = Robot.Connect())
         {
-            Assert.IsFalse(host.Directory().ContainsKey("PICK"));
-            Assert.IsFalse(host.TotalStatus().ServoOn);
+            Assert.That(host.Directory().ContainsKey("PICK"), Is.False);
+            Assert.That(host.TotalStatus().ServoOn, Is.False);
         }
     }
 
