@@ -133,7 +133,9 @@ def dotnet(binary, folder):
 def cpp(binary, folder):
     """The header, by every compiler that is there, and its CTest example."""
     shown("cpp.md")
-    need("cmake", "ctest", "c++")
+    for tool, package in (("cmake", "cmake"), ("c++", "g++")):
+        if not shutil.which(tool):
+            engine.install(package)
     source = os.path.join(CLIENTS, "cpp")
     for compiler in ("g++", "clang++"):
         if not shutil.which(compiler):

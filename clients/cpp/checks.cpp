@@ -40,6 +40,14 @@ std::string thrown(F action) {
     throw std::logic_error("an exception was expected");
 }
 
+void set_variable(const char* name, const char* value) {
+#ifdef _WIN32
+    _putenv_s(name, value);
+#else
+    setenv(name, value, 1);
+#endif
+}
+
 std::string numbers(const std::vector<double>& values) {
     std::string text;
     for (double value : values) text += (text.empty() ? "" : " ") + Json::number(std::round(value * 1000) / 1000);
@@ -103,10 +111,13 @@ void six_axes() {
 }
 
 void scara() {
+    set_variable("TS3100_KEY_SWITCH", "teaching");  // has no effect
     const Fixture cell({"--model", "tsl3000-thl400", "--servo-on"});
+    set_variable("TS3100_KEY_SWITCH", "");
     Host host = cell.connect();
     const ts3100::TotalStatus total = host.total_status();
     expect("SF of a SCARA", "1 6 1", std::to_string(total.is_scara()) + " " + std::to_string(total.joints().size()) + " " + std::to_string(total.servo_on()));
+    host.servo_on();
     expect("and the next answer is its own", true, host.status().execution == Execution::reset);
 }
 

@@ -841,7 +841,7 @@ private:
 /// A running `ts3100 serve` on free ports. Its log goes to the stderr of the test.
 class Process {
 public:
-    /// Options of `ts3100 serve`. The binary is that of TS3100_BINARY, otherwise `ts3100` in PATH.
+    /// Options of `ts3100 serve`; variables that set options have no effect. The binary is that of TS3100_BINARY, otherwise `ts3100` in PATH.
     explicit Process(const std::vector<std::string>& options = {}) {
         const char* named = std::getenv("TS3100_BINARY");
         std::vector<std::string> words = {named != nullptr ? named : "ts3100", "serve", "--ports", "auto", "--ready-json"};
@@ -868,6 +868,8 @@ private:
     static constexpr std::size_t longest_line = 65536;
     Json ready_;
 
+    // A variable such as TS3100_DRIVE is a setting too; tests say their settings to the constructor.
+    static bool is_setting(const char* variable) { return std::strncmp(variable, "TS3100_", 7) == 0; }
     [[noreturn]] static void not_ready() {
         throw Error("ts3100 serve did not become ready within " + std::to_string(start_limit.count()) + " ms, or ended; its log above says why");
     }
@@ -896,13 +898,18 @@ private:
         SetHandleInformation(output_, HANDLE_FLAG_INHERIT, 0);
         std::string line;
         for (const std::string& word : words) line += quoted(word) + " ";
+        std::string variables;
+        char* const all = GetEnvironmentStringsA();
+        for (const char* one = all; *one != 0; one += std::strlen(one) + 1)
+            if (!is_setting(one)) variables.append(one).push_back('\0');
+        FreeEnvironmentStringsA(all);
         STARTUPINFOA how{};
         how.cb = sizeof how;
         how.dwFlags = STARTF_USESTDHANDLES;
         how.hStdOutput = input;
         how.hStdError = GetStdHandle(STD_ERROR_HANDLE);
         PROCESS_INFORMATION made{};
-        const BOOL started = CreateProcessA(nullptr, line.data(), nullptr, nullptr, TRUE, CREATE_SUSPENDED, nullptr, nullptr, &how, &made);
+        const BOOL started = CreateProcessA(nullptr, line.data(), nullptr, nullptr, TRUE, CREATE_SUSPENDED, variables.data(), nullptr, &how, &made);
         CloseHandle(input);
         if (!started) {
             CloseHandle(output_);
@@ -959,9 +966,8 @@ private:
         std::vector<char*> arguments, variables;
         for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
         arguments.push_back(nullptr);
-        // The emulator warns of variables with its prefix that it does not know.
         for (char** one = environ; *one != nullptr; ++one)
-            if (std::strncmp(*one, "TS3100_BINARY=", 14) != 0) variables.push_back(*one);
+            if (!is_setting(*one)) variables.push_back(*one);
         variables.push_back(nullptr);
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);

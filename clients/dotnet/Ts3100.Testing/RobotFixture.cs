@@ -11,13 +11,13 @@ namespace Ts3100.Testing
     public class RobotFixture : IDisposable
     {
         const string Prepared = "prepared";
-        static readonly Lazy<RobotFixture> shared = new Lazy<RobotFixture>(() => new RobotFixture());
+        static readonly Lazy<RobotFixture> shared = new Lazy<RobotFixture>(() => Start(SharedOptions));
 
         readonly bool prepared;
         TestRobot current;
         int tests;
 
-        /// <summary>A robot with the options of the environment, such as TS3100_TIME.</summary>
+        /// <summary>A robot with the defaults of <c>ts3100 serve</c>.</summary>
         public RobotFixture() : this(null, new string[0]) { }
 
         /// <summary>A robot with these options of <c>ts3100 serve</c>, prepared once by <paramref name="prepare"/>: every test
@@ -47,6 +47,9 @@ namespace Ts3100.Testing
 
         /// <summary>Starts a robot with these options of <c>ts3100 serve</c>.</summary>
         public static RobotFixture Start(params string[] arguments) { return new RobotFixture(null, arguments); }
+
+        /// <summary>The options of <see cref="Shared"/>; set them before its first use.</summary>
+        public static string[] SharedOptions { get; set; } = new string[0];
 
         /// <summary>One robot for this process, started at first use and ended with the process.</summary>
         public static RobotFixture Shared { get { return shared.Value; } }

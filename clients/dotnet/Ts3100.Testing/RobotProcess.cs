@@ -29,7 +29,7 @@ namespace Ts3100.Testing
         readonly Json ready;
 
         /// <summary>Starts an emulator and waits until every port accepts connections.</summary>
-        /// <param name="arguments">Options of <c>ts3100 serve</c>.</param>
+        /// <param name="arguments">Options of <c>ts3100 serve</c>. Variables that set options have no effect.</param>
         /// <exception cref="StartException">It does not start; the message has its log.</exception>
         public RobotProcess(params string[] arguments)
         {
@@ -42,8 +42,9 @@ namespace Ts3100.Testing
                 RedirectStandardOutput = true,
                 RedirectStandardError = true
             };
-            // The emulator warns of variables with its prefix that it does not know.
-            start.EnvironmentVariables.Remove(BinaryVariable);
+            // A variable such as TS3100_DRIVE is a setting too; tests say their settings here.
+            foreach (string name in start.EnvironmentVariables.Keys.Cast<string>().Where(IsSetting).ToArray())
+                start.EnvironmentVariables.Remove(name);
             try
             {
                 process = Process.Start(start);
@@ -115,6 +116,8 @@ namespace Ts3100.Testing
                     log.RemoveAt(0);
             }
         }
+
+        static bool IsSetting(string name) { return name.StartsWith("TS3100_", StringComparison.OrdinalIgnoreCase); }
 
         // Process.Kill ends a process before it has written its reports, and .NET has no other call.
         [DllImport("libc", SetLastError = true)]

@@ -187,8 +187,10 @@ static class Checks
 
     static void FreshRobot()
     {
+        Environment.SetEnvironmentVariable("TS3100_KEY_SWITCH", "teaching"); // has no effect
         using (var fixture = new Prepared())
         {
+            Environment.SetEnvironmentVariable("TS3100_KEY_SWITCH", null);
             using (TestRobot robot = fixture.Fresh("first"))
             using (Host host = robot.Connect())
             {

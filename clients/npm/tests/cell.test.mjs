@@ -4,6 +4,8 @@ import { connect } from "node:net";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { start } from "ts3100";
 
+process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
+
 let robot;
 before(async () => { robot = await start(); });
 beforeEach(() => robot.reset());

@@ -18,10 +18,9 @@ function binary() {
   }
 }
 
-/** The environment of the binary: it warns of variables with its prefix that it does not know. */
-function environment() {
-  const { TS3100_BINARY: _, ...rest } = process.env;
-  return rest;
+/** The environment without the variables that `drop` names. */
+function environment(drop) {
+  return Object.fromEntries(Object.entries(process.env).filter(([name]) => !drop.test(name)));
 }
 
 module.exports = { binary, environment };

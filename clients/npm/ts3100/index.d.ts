@@ -99,7 +99,7 @@ export class StartedRobot extends Robot {
 
 /** Starts `ts3100 serve` on free ports and waits until it is ready. It ends with this process at the latest. */
 export function start(options?: {
-  /** Options of `ts3100 serve`. */
+  /** Options of `ts3100 serve`; variables that set options have no effect. */
   args?: string[];
 }): Promise<StartedRobot>;
 

@@ -156,7 +156,8 @@ function end(child) {
 /** Starts `ts3100 serve` on free ports and waits until it is ready. */
 async function start({ args = [] } = {}) {
   const child = spawn(binary(), ["serve", "--ports", "auto", "--ready-json", ...args],
-    { stdio: ["ignore", "pipe", "pipe"], env: environment() });
+    // A variable such as TS3100_DRIVE is a setting too; tests say their settings here.
+    { stdio: ["ignore", "pipe", "pipe"], env: environment(/^TS3100_/) });
   const log = [];
   readline.createInterface({ input: child.stderr }).on("line", (line) => {
     log.push(line);

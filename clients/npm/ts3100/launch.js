@@ -15,7 +15,8 @@ function fail(error) {
 }
 
 try {
-  const child = spawn(binary(), process.argv.slice(2), { stdio: "inherit", env: environment() });
+  // The emulator warns of variables with its prefix that it does not know.
+  const child = spawn(binary(), process.argv.slice(2), { stdio: "inherit", env: environment(/^TS3100_BINARY$/) });
   // Ctrl-C reaches the child by itself, being in the same group; the launcher only waits for its end.
   process.on("SIGINT", () => {});
   for (const signal of ["SIGTERM", "SIGHUP"]) process.on(signal, () => child.kill(signal));
