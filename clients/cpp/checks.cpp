@@ -11,7 +11,9 @@ using ts3100::Host;
 using ts3100::Json;
 using ts3100::Robot;
 
-const std::string ask = "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
+// Long enough to travel in several texts.
+const std::string ask = "' " + std::string(200, 'a') + "\n' " + std::string(200, 'b') + "\n' " + std::string(200, 'c') + "\n"
+                        "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
                         "PRINT IP1, \"THAT IS\", X, CR\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
 constexpr int fresh_robots = 500;
 

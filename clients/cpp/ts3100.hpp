@@ -994,15 +994,15 @@ private:
         not_ready();
     }
     void end() {
-        if (process_ > 0) {
+        // A process number below 1 would address other processes, or all of them.
+        if (const pid_t process = std::exchange(process_, -1); process > 0) {
             // SIGTERM lets it write its reports.
-            kill(process_, SIGTERM);
+            kill(process, SIGTERM);
             const auto until = std::chrono::steady_clock::now() + end_limit;
-            while (waitpid(process_, nullptr, WNOHANG) == 0) {
-                if (std::chrono::steady_clock::now() > until) kill(process_, SIGKILL);
+            while (waitpid(process, nullptr, WNOHANG) == 0) {
+                if (std::chrono::steady_clock::now() > until) kill(process, SIGKILL);
                 std::this_thread::sleep_for(look);
             }
-            process_ = -1;
         }
         if (output_ >= 0) close(output_);
         output_ = -1;

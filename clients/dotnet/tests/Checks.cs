@@ -12,7 +12,8 @@ using Ts3100.Testing;
 static class Checks
 {
     const int FreshRobots = 500;
-    const string Ask = "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
+    // Long enough to travel in several texts.
+    static readonly string Ask = string.Concat(Enumerable.Repeat("' A remark that makes the file long.\n", 20)) + "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
         + "PRINT IP1, \"THAT IS\", X, CR\nCOUNT = COUNT + 1\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
 
     static int Main()
