@@ -1,0 +1,194 @@
+// Checks of ts3100.hpp against the emulator; the first that fails ends them with exit code 1.
+#include <iostream>
+
+#include "ts3100.hpp"
+
+namespace {
+
+using ts3100::Execution;
+using ts3100::Fixture;
+using ts3100::Host;
+using ts3100::Json;
+using ts3100::Robot;
+
+// Long enough to travel in several texts.
+const std::string ask = "' " + std::string(200, 'a') + "\n' " + std::string(200, 'b') + "\n' " + std::string(200, 'c') + "\n"
+                        "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
+                        "PRINT IP1, \"THAT IS\", X, CR\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
+constexpr int fresh_robots = 500;
+
+template <typename T>
+void same(const std::string& what, const T& expected, const T& found) {
+    if (!(expected == found)) {
+        std::ostringstream text;
+        text << what << "\n     expected " << expected << "\n     found    " << found;
+        throw std::logic_error(text.str());
+    }
+    std::cout << "ok   " << what << '\n';
+}
+
+void expect(const std::string& what, const std::string& expected, const std::string& found) { same(what, expected, found); }
+void expect(const std::string& what, double expected, double found) { same(what, expected, found); }
+void expect(const std::string& what, int expected, int found) { same(what, expected, found); }
+void expect(const std::string& what, bool expected, bool found) { same(what, expected, found); }
+
+template <typename E, typename F>
+std::string thrown(F action) {
+    try {
+        action();
+    } catch (const E& error) {
+        return error.what();
+    }
+    throw std::logic_error("an exception was expected");
+}
+
+void set_variable(const char* name, const char* value) {
+#ifdef _WIN32
+    _putenv_s(name, value);
+#else
+    setenv(name, value, 1);
+#endif
+}
+
+std::string numbers(const std::vector<double>& values) {
+    std::string text;
+    for (double value : values) text += (text.empty() ? "" : " ") + Json::number(std::round(value * 1000) / 1000);
+    return text;
+}
+
+void text_of_json() {
+    const Json value = Json::parse(" {\"a\": [1, -2.5e3, true, null, \"\\u00e9\\n\\\"\"], \"b\": {}} ");
+    expect("JSON: a number", -2500.0, value["a"].elements()[1].as_double());
+    expect("JSON: a text", "\xC3\xA9\n\"", value["a"].elements()[4].as_string());
+    expect("JSON: an empty object", true, value["b"].members().empty());
+    expect("JSON: a text is written", "\"a\\\"\\u000a\"", Json::quote("a\"\n"));
+    expect("JSON: the place of an error", "JSON, character 5: expected `:`, found the end", thrown<ts3100::Error>([] { Json::parse("{\"a\""); }));
+    expect("JSON: no endless nesting", true, thrown<ts3100::Error>([] { Json::parse(std::string(100000, '[')); }).find("at most 64") != std::string::npos);
+    expect("JSON: a number of the wrong form", true, thrown<ts3100::Error>([] { Json::parse("[-]"); }).find("expected a value") != std::string::npos);
+}
+
+void six_axes() {
+    const Fixture cell;
+    const Robot& robot = cell.fresh();
+    Host host = cell.connect();
+    host.servo_on();
+    host.download("ASK", ask);
+    expect("UL returns what DL stored", ask, host.upload("ASK"));
+    expect("CA has it", static_cast<int>(ask.size()), host.directory()["ASK"]);
+    expect("VR", "TS3100", host.version().substr(0, 6));
+    host.select("ASK");
+    expect("MR of a position", "400 0 200 0 0 0 0 0 11111", numbers(host.variable("A1")));
+    host.set_variable("COUNT", {12});
+    host.set_variable("RATE", {0.25});
+    expect("MW of an integer and a real", "12 0.25", numbers(host.variable("COUNT")) + " " + numbers(host.variable("RATE")));
+    host.set_override(40);
+    {
+        ts3100::Channel channel(cell.address(), cell.ip1());
+        host.run();
+        expect("PRINT", "HOW FAR?", channel.read_line());
+        const ts3100::Status running = host.status();
+        expect("SU while it runs", "external(ethernet) cycle ASK 40 0 1",
+              running.master_mode + " " + running.operation_mode + " " + running.file + " " + std::to_string(running.override_percent) + " " +
+                  std::to_string(running.machine_lock) + " " + std::to_string(running.execution == Execution::running));
+        channel.write_line("2.5");
+        expect("INPUT and PRINT", "THAT IS       2.500", channel.read_line());
+        host.wait_for_stop();
+    }
+    host.set_output(3, true);
+    robot.set_input(201, true);
+    robot.raise_alarm("1-200");
+    const ts3100::TotalStatus total = host.total_status();
+    expect("SF: servo, emergency stop, SCARA", "1 0 0", std::to_string(total.servo_on()) + " " + std::to_string(total.emergency_stop()) + " " + std::to_string(total.is_scara()));
+    expect("SF: alarms", "1-200", total.alarms().at(0));
+    expect("SF: lines", "1 1 0", std::to_string(total.output(3)) + " " + std::to_string(total.input(201)) + " " + std::to_string(total.input(1)));
+    expect("SF: the tool point that the control interface shows", numbers(robot.state()["arm"]["world"].as_doubles()), numbers(total.world()));
+    expect("a line that does not exist", "line 65: expected 1 to 64, 101 to 164, 201 to 264 or 301 to 364", thrown<ts3100::Error>([&] { total.input(65); }));
+    host.execute("MOVE POINT(400,50,250)");
+    while (host.total_status().motion() == Execution::running) {
+    }
+    expect("DO moves the arm", "400 50 250", numbers(host.total_status().world()).substr(0, 10));
+    host.use_stx = false;
+    expect("without STX", "ASK", host.status().file);
+    expect("no mistakes", "", cell.mistakes());
+}
+
+void scara() {
+    set_variable("TS3100_KEY_SWITCH", "teaching");  // has no effect
+    const Fixture cell({"--model", "tsl3000-thl400", "--servo-on"});
+    set_variable("TS3100_KEY_SWITCH", "");
+    Host host = cell.connect();
+    const ts3100::TotalStatus total = host.total_status();
+    expect("SF of a SCARA", "1 6 1", std::to_string(total.is_scara()) + " " + std::to_string(total.joints().size()) + " " + std::to_string(total.servo_on()));
+    host.servo_on();
+    expect("and the next answer is its own", true, host.status().execution == Execution::reset);
+}
+
+void refusals() {
+    const Fixture cell({"--key-switch", "teaching"});
+    Host host = cell.connect();
+    expect("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.servo_on(); }));
+    cell.robot.arm_fault("no-reply:command=SU");
+    host.timeout(ts3100::milliseconds(200));
+    expect("a robot that does not answer", "nothing came for 200 ms", thrown<ts3100::Error>([&] { host.status(); }));
+    expect("an address that is none", true, thrown<ts3100::Error>([] { Host("127.0.0.1", 1); }).find("cannot connect to 127.0.0.1:1;") == 0);
+}
+
+void control() {
+    const Fixture cell({"--time", "stepped"});
+    const Robot& robot = cell.fresh();
+    robot.put_file("ASK", ask);
+    expect("a file", ask, robot.file("ASK"));
+    robot.select("ASK");
+    robot.set_variable("COUNT", 7);
+    expect("a variable", 7.0, robot.variable("COUNT").at(0));
+    robot.set_servo(true);
+    robot.set_override(50);
+    robot.take_snapshot("set");
+    robot.advance(0.5);
+    expect("time moves", 0.5, robot.now());
+    robot.press_emergency_stop();
+    expect("a refusal in the emulator's words", "cannot turn the servo on: the emergency stop is pressed", thrown<ts3100::ControlError>([&] { robot.set_servo(true); }));
+    robot.restore("set");
+    expect("a snapshot restores all of it", "0 50", Json::number(robot.now()) + " " + std::to_string(robot.state()["override_percent"].as_int()));
+    expect("a wait that is not met", false, robot.wait_until("output 5 on", 0));
+    robot.raise_alarm("2-046");
+    expect("an alarm", "2-046", robot.alarms().at(0));
+    robot.reset_alarms();
+    robot.power_off();
+    robot.power_on();
+    const Robot nobody("http://127.0.0.1:1");
+    expect("no emulator", true, thrown<ts3100::Error>([&] { nobody.state(); }).find("cannot connect to 127.0.0.1:1;") == 0);
+    const auto begun = std::chrono::steady_clock::now();
+    for (int test = 0; test < fresh_robots; ++test) {
+        cell.fresh();
+        if (!cell.mistakes().empty()) throw std::logic_error("a fresh robot has findings");
+    }
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begun;
+    std::cout << "     " << took.count() / fresh_robots << " ms for a fresh robot and its findings\n";
+}
+
+void starts() {
+    expect("wrong options", true, thrown<ts3100::Error>([] { ts3100::Process({"--no-such-option"}); }).find("or ended; its log above says why") != std::string::npos);
+    std::string url;
+    {
+        const ts3100::Process process;
+        url = process.control_url();
+    }
+    expect("a process that went out of scope has ended", true, thrown<ts3100::Error>([&] { Robot(url).state(); }).find("cannot connect") == 0);
+}
+
+}  // namespace
+
+int main() try {
+    text_of_json();
+    six_axes();
+    scara();
+    refusals();
+    control();
+    starts();
+    std::cout << "all of it\n";
+    return 0;
+} catch (const std::exception& error) {
+    std::cout << "FAIL " << error.what() << '\n';
+    return 1;
+}

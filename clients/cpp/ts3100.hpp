@@ -1,0 +1,1051 @@
+// ts3100.hpp: talks to a Toshiba Machine TS3100 robot controller, and starts and controls its emulator in tests.
+//
+//   ts3100::Host      the protocol on IP0: commands, status, files            ts3100::Channel   PRINT and INPUT on IP1, IP2
+//   ts3100::Robot     the control interface of the emulator                   ts3100::Process   starts `ts3100 serve`
+//   ts3100::Fixture   one process, a fresh robot for each test, and the protocol mistakes of the host
+//
+// C++17, POSIX or Windows; nothing else. On Windows link ws2_32. Failures are exceptions derived from ts3100::Error.
+// A class is used by one thread at a time. Licence: MIT or Apache-2.0.
+#ifndef TS3100_HPP
+#define TS3100_HPP
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <locale>
+#include <map>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#ifdef _WIN32
+#ifndef NOMINMAX
+#define NOMINMAX
+#endif
+#include <winsock2.h>
+#include <ws2tcpip.h>
+#include <windows.h>
+#else
+#include <fcntl.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+extern char** environ;
+#endif
+
+namespace ts3100 {
+
+using std::chrono::milliseconds;
+
+/// What went wrong, in a sentence.
+class Error : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
+/// The robot answered NG.
+class Refused : public Error {
+public:
+    explicit Refused(const std::string& text)
+        : Error("the robot answered NG to " + text + "; the log of the emulator gives the reason"), command(text) {}
+    const std::string command;
+};
+
+/// The emulator refused a call of the control interface; nothing has changed. `status` is that of HTTP.
+class ControlError : public Error {
+public:
+    ControlError(int code, const std::string& message) : Error(message), status(code) {}
+    const int status;
+};
+
+/// A JSON value. Reading one that has another type than asked for throws Error.
+class Json {
+public:
+    enum class Type { null, boolean, number, string, array, object };
+    static constexpr int deepest_nesting = 64;
+
+    static Json parse(const std::string& text) {
+        std::size_t at = 0;
+        Json value = read(text, at, 0);
+        blanks(text, at);
+        if (at < text.size()) fail(text, at, "the end");
+        return value;
+    }
+
+    Type type() const { return type_; }
+    bool is_null() const { return type_ == Type::null; }
+    bool as_bool() const { return need(Type::boolean, "true or false"), number_ != 0; }
+    double as_double() const { return need(Type::number, "a number"), number_; }
+    int as_int() const { return static_cast<int>(std::lround(as_double())); }
+    const std::string& as_string() const { return need(Type::string, "a string"), text_; }
+    /// The elements of an array.
+    const std::vector<Json>& elements() const { return need(Type::array, "an array"), elements_; }
+    /// The members of an object.
+    const std::map<std::string, Json>& members() const { return need(Type::object, "an object"), members_; }
+    bool has(const std::string& name) const { return type_ == Type::object && members_.count(name) != 0; }
+    const Json& operator[](const std::string& name) const {
+        auto member = members().find(name);
+        if (member == members_.end()) throw Error("JSON: no member `" + name + "`");
+        return member->second;
+    }
+    std::vector<double> as_doubles() const {
+        std::vector<double> numbers;
+        for (const Json& element : elements()) numbers.push_back(element.as_double());
+        return numbers;
+    }
+
+    /// A text as JSON writes it.
+    static std::string quote(const std::string& text) {
+        std::string quoted = "\"";
+        for (char letter : text) {
+            if (letter == '"' || letter == '\\') {
+                quoted += '\\';
+                quoted += letter;
+            } else if (static_cast<unsigned char>(letter) < 0x20) {
+                char code[8];
+                std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(letter));
+                quoted += code;
+            } else {
+                quoted += letter;
+            }
+        }
+        return quoted + "\"";
+    }
+
+    /// A number as JSON writes it.
+    static std::string number(double value) {
+        std::ostringstream text;
+        text.imbue(std::locale::classic());
+        text.precision(15);
+        text << value;
+        return text.str();
+    }
+
+private:
+    Type type_ = Type::null;
+    double number_ = 0;
+    std::string text_;
+    std::vector<Json> elements_;
+    std::map<std::string, Json> members_;
+
+    void need(Type type, const char* expected) const {
+        if (type_ != type) throw Error(std::string("JSON: expected ") + expected);
+    }
+    [[noreturn]] static void fail(const std::string& text, std::size_t at, const std::string& expected) {
+        throw Error("JSON, character " + std::to_string(at + 1) + ": expected " + expected + ", found " +
+                    (at < text.size() ? "`" + text.substr(at, 1) + "`" : "the end"));
+    }
+    static void blanks(const std::string& text, std::size_t& at) { at = std::min(text.find_first_not_of(" \t\r\n", at), text.size()); }
+    static bool take(const std::string& text, std::size_t& at, const char* word) {
+        const std::size_t length = std::strlen(word);
+        if (text.compare(at, length, word) != 0) return false;
+        at += length;
+        return true;
+    }
+    static Json read(const std::string& text, std::size_t& at, int depth) {
+        if (depth > deepest_nesting) fail(text, at, "at most " + std::to_string(deepest_nesting) + " values in each other");
+        Json value;
+        blanks(text, at);
+        if (take(text, at, "{")) {
+            value.type_ = Type::object;
+            for (bool more = !closed(text, at, "}"); more;) {
+                blanks(text, at);
+                if (!take(text, at, "\"")) fail(text, at, "`\"`");
+                std::string name = string(text, at);
+                blanks(text, at);
+                if (!take(text, at, ":")) fail(text, at, "`:`");
+                value.members_[name] = read(text, at, depth + 1);
+                more = next(text, at, "}");
+            }
+        } else if (take(text, at, "[")) {
+            value.type_ = Type::array;
+            for (bool more = !closed(text, at, "]"); more; more = next(text, at, "]"))
+                value.elements_.push_back(read(text, at, depth + 1));
+        } else if (take(text, at, "\"")) {
+            value.type_ = Type::string;
+            value.text_ = string(text, at);
+        } else if (take(text, at, "true")) {
+            value.type_ = Type::boolean;
+            value.number_ = 1;
+        } else if (take(text, at, "false")) {
+            value.type_ = Type::boolean;
+        } else if (!take(text, at, "null")) {
+            const std::size_t end = std::min(text.find_first_not_of("+-.0123456789eE", at), text.size());
+            std::istringstream digits(text.substr(at, end - at));
+            digits.imbue(std::locale::classic());
+            if (!(digits >> value.number_)) fail(text, at, "a value");
+            value.type_ = Type::number;
+            at = end;
+        }
+        return value;
+    }
+    static bool closed(const std::string& text, std::size_t& at, const char* end) { return blanks(text, at), take(text, at, end); }
+    static bool next(const std::string& text, std::size_t& at, const char* end) {
+        blanks(text, at);
+        if (take(text, at, ",")) return true;
+        if (!take(text, at, end)) fail(text, at, std::string("`,` or `") + end + "`");
+        return false;
+    }
+    static std::string string(const std::string& text, std::size_t& at) {
+        static const std::string letters = "\"\\/bfnrt", meanings = "\"\\/\b\f\n\r\t";
+        std::string value;
+        while (!take(text, at, "\"")) {
+            if (at == text.size()) fail(text, at, "`\"`");
+            if (!take(text, at, "\\")) {
+                value += text[at++];
+            } else if (take(text, at, "u")) {
+                if (at + 4 > text.size()) fail(text, at, "four hexadecimal digits");
+                utf8(value, static_cast<unsigned>(std::strtoul(text.substr(at, 4).c_str(), nullptr, 16)));
+                at += 4;
+            } else {
+                const std::size_t which = at < text.size() ? letters.find(text[at]) : std::string::npos;
+                if (which == std::string::npos) fail(text, at, "an escape");
+                value += meanings[which];
+                ++at;
+            }
+        }
+        return value;
+    }
+    // The emulator writes control codes as \u and everything else as it is, so pairs do not occur.
+    static void utf8(std::string& text, unsigned code) {
+        if (code < 0x80) {
+            text += static_cast<char>(code);
+            return;
+        }
+        if (code < 0x800) {
+            text += static_cast<char>(0xC0 | code >> 6);
+        } else {
+            text += static_cast<char>(0xE0 | code >> 12);
+            text += static_cast<char>(0x80 | (code >> 6 & 0x3F));
+        }
+        text += static_cast<char>(0x80 | (code & 0x3F));
+    }
+};
+
+namespace detail {
+
+inline std::string trimmed(std::string text, char end) {
+    while (!text.empty() && text.back() == end) text.pop_back();
+    return text;
+}
+
+inline std::vector<std::string> split(const std::string& text, char between) {
+    std::vector<std::string> parts;
+    std::istringstream rest(text);
+    for (std::string part; std::getline(rest, part, between);)
+        if (!part.empty()) parts.push_back(part);
+    return parts;
+}
+
+/// A TCP connection. TCP divides texts as it likes, so unread bytes are kept.
+class Connection {
+public:
+#ifdef _WIN32
+    using Handle = SOCKET;
+    static constexpr Handle none = INVALID_SOCKET;
+#else
+    using Handle = int;
+    static constexpr Handle none = -1;
+#endif
+
+    Connection(const std::string& address, int port, milliseconds limit) : timeout(limit) {
+#ifdef _WIN32
+        static const bool started = [] {
+            WSADATA data;
+            return WSAStartup(MAKEWORD(2, 2), &data) == 0;
+        }();
+        if (!started) throw Error("cannot start Winsock");
+#endif
+        addrinfo hints{};
+        hints.ai_family = AF_UNSPEC;
+        hints.ai_socktype = SOCK_STREAM;
+        addrinfo* found = nullptr;
+        const std::string place = address + ":" + std::to_string(port);
+        if (getaddrinfo(address.c_str(), std::to_string(port).c_str(), &hints, &found) != 0)
+            throw Error("cannot connect to " + place + ": no such address");
+        std::unique_ptr<addrinfo, void (*)(addrinfo*)> all(found, [](addrinfo* list) { freeaddrinfo(list); });
+        for (const addrinfo* one = all.get(); one != nullptr && socket_ == none; one = one->ai_next) {
+            socket_ = ::socket(one->ai_family, one->ai_socktype, one->ai_protocol);
+            if (socket_ == none) continue;
+#ifdef _WIN32
+            const bool connected = ::connect(socket_, one->ai_addr, static_cast<int>(one->ai_addrlen)) == 0;
+#else
+            // A child process of the test must not keep the connection open.
+            fcntl(socket_, F_SETFD, FD_CLOEXEC);
+            const bool connected = ::connect(socket_, one->ai_addr, one->ai_addrlen) == 0;
+#endif
+            if (!connected) close();
+        }
+        if (socket_ == none) throw Error("cannot connect to " + place + "; is the robot running, and is this its port?");
+        // Without this, a second text waits up to 40 ms for the acknowledgement of the first.
+        const int on = 1;
+        setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, reinterpret_cast<const char*>(&on), sizeof on);
+    }
+    Connection(const Connection&) = delete;
+    Connection& operator=(const Connection&) = delete;
+    ~Connection() { close(); }
+
+    void write(const std::string& data) {
+        for (std::size_t at = 0; at < data.size();) {
+#if defined(_WIN32)
+            const auto sent = ::send(socket_, data.data() + at, static_cast<int>(data.size() - at), 0);
+#elif defined(MSG_NOSIGNAL)
+            const auto sent = ::send(socket_, data.data() + at, data.size() - at, MSG_NOSIGNAL);
+#else
+            const auto sent = ::send(socket_, data.data() + at, data.size() - at, 0);
+#endif
+            if (sent <= 0) throw Error("the robot closed the connection");
+            at += static_cast<std::size_t>(sent);
+        }
+    }
+
+    /// The next byte, or -1 where the peer has closed the connection.
+    int read_or_end() {
+        if (taken_ == filled_) {
+            wait();
+            const auto count = ::recv(socket_, kept_.data(), static_cast<unsigned>(kept_.size()), 0);
+            taken_ = 0;
+            filled_ = count > 0 ? static_cast<std::size_t>(count) : 0;
+            if (filled_ == 0) return -1;
+        }
+        return static_cast<unsigned char>(kept_[taken_++]);
+    }
+
+    char read() {
+        const int next = read_or_end();
+        if (next < 0) throw Error("the robot closed the connection; does another host have it?");
+        return static_cast<char>(next);
+    }
+
+    std::string read(std::size_t count) {
+        std::string data;
+        while (data.size() < count) data += read();
+        return data;
+    }
+
+    std::string until(char end) {
+        std::string data;
+        for (char next = read(); next != end; next = read()) {
+            data += next;
+            if (data.size() > longest_text) throw Error("no end of the text in " + std::to_string(longest_text) + " bytes");
+        }
+        return data;
+    }
+
+    milliseconds timeout;
+
+private:
+    static constexpr std::size_t longest_text = 4096;  // that of the robot has 282 bytes, a line of PRINT 256
+
+    void wait() {
+#ifdef _WIN32
+        WSAPOLLFD entry{socket_, POLLIN, 0};
+        const int ready = WSAPoll(&entry, 1, static_cast<int>(timeout.count()));
+#else
+        pollfd entry{socket_, POLLIN, 0};
+        const int ready = ::poll(&entry, 1, static_cast<int>(timeout.count()));
+#endif
+        if (ready == 0) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
+    }
+    void close() {
+        if (socket_ == none) return;
+#ifdef _WIN32
+        closesocket(socket_);
+#else
+        ::close(socket_);
+#endif
+        socket_ = none;
+    }
+
+    Handle socket_ = none;
+    std::array<char, 4096> kept_{};
+    std::size_t taken_ = 0, filled_ = 0;
+};
+
+}  // namespace detail
+
+/// What the program does.
+enum class Execution {
+    reset,      ///< stopped; RN starts at step 1
+    running,    ///< a program runs, or a DO is under way
+    retry,      ///< stopped; RN repeats the statement
+    proceed     ///< stopped (continue); RN continues after the last statement
+};
+
+/// The status that SU returns, of either layout.
+struct Status {
+    std::string master_mode;     ///< external(ethernet), teaching, ...
+    std::string operation_mode;  ///< continuous, cycle, step or segment
+    std::string file;            ///< the selected file, or nothing
+    int override_percent = 0;
+    bool machine_lock = false;
+    Execution execution = Execution::reset;
+
+    static Status decode(const std::string& text) {
+        std::map<std::string, std::string> items;
+        // The six records of the other layout have blanks inside their items.
+        for (std::string item : detail::split(text, text.find('\r') == std::string::npos ? ' ' : '\r')) {
+            item.erase(std::remove(item.begin(), item.end(), ' '), item.end());
+            const std::size_t colon = item.find(':');
+            if (colon != std::string::npos) items[item.substr(0, colon)] = item.substr(colon + 1);
+        }
+        static const std::map<std::string, Execution> words = {{"stop(reset)", Execution::reset}, {"running", Execution::running},
+                                                               {"stop(retry)", Execution::retry}, {"stop(continue)", Execution::proceed}};
+        const auto word = words.find(items["STATUS"]);
+        const std::size_t slash = items["MODE"].find('/');
+        if (word == words.end() || slash == std::string::npos) throw Error("SU: cannot read \"" + text + "\"");
+        return {items["MODE"].substr(0, slash), items["MODE"].substr(slash + 1), items["FILE"], std::atoi(items["OVRD"].c_str()),
+                items["MACHINE"] == "lock", word->second};
+    }
+};
+
+/// The total status that SF returns, of a six-axis or a SCARA arm.
+class TotalStatus {
+public:
+    static constexpr std::size_t six_axis_bytes = 276, scara_bytes = 250;
+
+    explicit TotalStatus(std::string data) : data_(std::move(data)) {
+        if (data_.size() != six_axis_bytes && data_.size() != scara_bytes) throw Error("SF: expected 276 or 250 bytes, found " + std::to_string(data_.size()));
+    }
+
+    bool is_scara() const { return data_.size() == scara_bytes; }
+    bool servo_on() const { return data_[0] == 1; }
+    bool emergency_stop() const { return data_[1] == 1; }
+    Execution motion() const { return static_cast<Execution>(data_[2] & 3); }
+    int execution_line() const { return word(24); }
+    bool feed_hold() const { return word(32) == 1; }
+    /// The active alarms, oldest first: 2-046.
+    std::vector<std::string> alarms() const {
+        std::vector<std::string> numbers;
+        for (std::size_t at = 4; at < 24; at += 2)
+            if (word(at) != no_alarm) numbers.push_back(alarm(word(at)));
+        return numbers;
+    }
+    /// Whether an input is on: 1 to 64, 101 to 164, 201 to 264.
+    bool input(int line) const { return on(52, line); }
+    bool output(int line) const { return on(84, line); }
+    /// In degrees; axis 3 of a SCARA in mm.
+    std::vector<double> joints() const { return group(0); }
+    /// The tool point: X Y Z A B C and axes 7, 8; of a SCARA X Y Z C T 0.
+    std::vector<double> world() const { return group(1); }
+    std::vector<double> work() const { return group(2); }
+    /// The data as received.
+    const std::string& data() const { return data_; }
+
+private:
+    static constexpr int no_alarm = 0xFFFF;
+    std::string data_;
+
+    unsigned byte(std::size_t at) const { return static_cast<unsigned char>(data_[at]); }
+    int word(std::size_t at) const { return static_cast<int>(byte(at) << 8 | byte(at + 1)); }
+    std::vector<double> group(std::size_t which) const {
+        const std::size_t axes = is_scara() ? 6 : 8;
+        std::vector<double> values;
+        for (std::size_t axis = 0; axis < axes; ++axis) {
+            const std::size_t at = 116 + 4 * (which * axes + axis);
+            const std::uint32_t bits = byte(at) << 24 | byte(at + 1) << 16 | byte(at + 2) << 8 | byte(at + 3);
+            float value = 0;
+            static_assert(sizeof value == sizeof bits, "IEEE 754 single");
+            std::memcpy(&value, &bits, sizeof value);
+            values.push_back(static_cast<double>(value));
+        }
+        return values;
+    }
+    bool on(std::size_t from, int line) const {
+        const int hundred = line / 100, bit = line % 100 - 1;
+        if (hundred < 0 || hundred > 3 || bit < 0 || bit >= 64) throw Error("line " + std::to_string(line) + ": expected 1 to 64, 101 to 164, 201 to 264 or 301 to 364");
+        return (word(from + static_cast<std::size_t>(2 * (hundred * 4 + bit / 16))) >> bit % 16 & 1) != 0;
+    }
+    static std::string alarm(int word) {
+        struct Range { int level, from, to, code; };
+        static constexpr Range ranges[] = {{8, 0, 367, 1},      {4, 368, 511, 1},      {2, 512, 735, 1},      {1, 736, 959, 1},
+                                           {8, 960, 1471, 369}, {4, 1472, 1727, 145}, {2, 1728, 1983, 225}, {1, 1984, 2239, 225}};
+        for (const Range& range : ranges)
+            if (word >= range.from && word <= range.to) {
+                char text[16];
+                std::snprintf(text, sizeof text, "%d-%03d", range.level, word - range.from + range.code);
+                return text;
+            }
+        return "?-" + std::to_string(word);
+    }
+};
+
+/// A host of the simple protocol: one text out, one answer or one file back.
+class Host {
+public:
+    static constexpr std::size_t longest_text = 253;   ///< data bytes between STX and ETX
+    static constexpr std::size_t largest_file = 99999;
+
+    explicit Host(const std::string& address, int port = 1000) : link_(address, port, milliseconds(5000)) {}
+
+    /// Whether texts begin with STX. The robot answers in kind.
+    bool use_stx = true;
+    /// The pause after a text of the robot; the manual asks for 50 ms.
+    std::chrono::microseconds pause = milliseconds(50);
+    /// How long an answer may take: 5 s unless you set it.
+    void timeout(milliseconds limit) { link_.timeout = limit; }
+
+    void servo_on() { command("SO"); }
+    void servo_off() { command("BR"); }
+    /// RN: starts the selected program, or continues it.
+    void run() { command("RN"); }
+    void stop() { command("SP"); }
+    void break_off() { command("EC,BREAK"); }
+    void feed_hold() { command("FD"); }
+    void select(const std::string& file) { command("SL," + file); }
+    /// RS: PRG, STP, CYC, SIG, SEL or ERR.
+    void reset(const std::string& what = "PRG") { command("RS," + what); }
+    void set_override(int percent) { command("EC,OVRD " + std::to_string(percent)); }
+    /// EC,MODE: STEP, CYCLE, SEGMENT or CONT.
+    void set_mode(const std::string& mode) { command("EC,MODE " + mode); }
+    /// DO: OK comes when the statement begins; total_status() shows its end.
+    void execute(const std::string& statement) { command("DO," + statement); }
+    void set_output(int line, bool on) { command("IW," + std::to_string(line) + (on ? " 1" : " 0")); }
+    void erase(const std::string& file) { command("ER," + file); }
+    std::string version() { return detail::trimmed(read("VR"), '\r'); }
+    Status status() { return Status::decode(read("SU")); }
+
+    /// MR: the values of a variable of GLOBAL or DATA.
+    std::vector<double> variable(const std::string& name) {
+        std::istringstream text(read("MR," + name + " -1"));
+        text.imbue(std::locale::classic());
+        std::vector<double> values;
+        for (double value = 0; text >> value;) values.push_back(value);
+        return values;
+    }
+
+    /// MW: writes a variable; one value for an integer or a real.
+    void set_variable(const std::string& name, const std::vector<double>& values) {
+        std::ostringstream text;
+        text.imbue(std::locale::classic());
+        text << "MW,0 " << name << " -1";
+        for (double value : values) {
+            // An exponent is not a number to the robot, and an integer has no point.
+            char digits[64];
+            std::snprintf(digits, sizeof digits, value == std::floor(value) ? "%.0f" : "%.6f", value);
+            std::replace(digits, digits + std::strlen(digits), ',', '.');
+            text << ' ' << digits;
+        }
+        command(text.str());
+    }
+
+    /// CA: the files of the RAM drive and their sizes.
+    std::map<std::string, int> directory() {
+        std::map<std::string, int> files;
+        for (const std::string& record : detail::split(read("CA"), '\r')) {
+            const std::size_t blank = record.find(' ');
+            if (blank != std::string::npos) files[record.substr(0, blank)] = std::atoi(record.c_str() + blank);
+        }
+        return files;
+    }
+
+    /// SF. Its data may contain ETX, so its length decides where it ends.
+    TotalStatus total_status() {
+        send("SF\r");
+        std::string head = begin();
+        if (head != "FL,") throw unexpected("SF", head);
+        std::string data = link_.read(TotalStatus::scara_bytes);
+        const char next = link_.read();
+        if (next != etx) {
+            data += next;
+            data += link_.read(TotalStatus::six_axis_bytes - data.size());
+            if (link_.read() != eof || link_.read() != etx) throw Error("SF: expected 250 or 276 bytes, found more");
+        }
+        heard();
+        send("OK\r");
+        return TotalStatus(std::move(data));
+    }
+
+    /// DL: stores a file on the RAM drive, byte for byte. Its lines end in LF.
+    void download(const std::string& file, const std::string& content) {
+        command("DL," + file);
+        const std::string whole = "FL," + content + eof;
+        for (std::size_t at = 0; at < whole.size(); at += longest_text) {
+            send(whole.substr(at, longest_text));
+            expect_ok("a text of DL," + file);
+        }
+    }
+
+    /// UL: reads a file of the RAM drive.
+    std::string upload(const std::string& file) { return read("UL," + file); }
+
+    /// A command that the robot answers with OK; NG is Refused.
+    void command(const std::string& text) {
+        send(text + "\r");
+        expect_ok(text);
+    }
+
+    /// A command that the robot answers with a file or a status, without FL and EOF; NG is Refused.
+    std::string read(const std::string& text) {
+        send(text + "\r");
+        std::string part = answer();
+        if (part.compare(0, 3, "FL,") != 0) throw unexpected(text, part);
+        std::string content;
+        for (std::size_t from = 3;; from = 0, part = answer()) {
+            send("OK\r");
+            const std::size_t end = part.find(eof, from);
+            content += part.substr(from, end == std::string::npos ? end : end - from);
+            if (end != std::string::npos) return content;
+            if (content.size() > largest_file) throw Error(text + ": no EOF in " + std::to_string(content.size()) + " bytes");
+        }
+    }
+
+    /// Waits for the SP that the robot sends when a program has ended or was stopped.
+    void wait_for_stop() {
+        if (stops_ > 0) {
+            --stops_;
+            return;
+        }
+        const std::string text = next();
+        if (text != "SP\r") throw unexpected("waiting for a stop", text);
+    }
+
+private:
+    static constexpr char stx = 0x02, etx = 0x03, eof = 0x1A;
+    detail::Connection link_;
+    std::chrono::steady_clock::time_point heard_{};
+    int stops_ = 0;
+
+    void heard() { heard_ = std::chrono::steady_clock::now(); }
+    void send(const std::string& data) {
+        std::this_thread::sleep_until(heard_ + pause);
+        link_.write((use_stx ? std::string(1, stx) : std::string()) + data + etx);  // in one piece
+    }
+    static Error unexpected(const std::string& command, const std::string& text) {
+        return Error(command + ": the robot answered \"" + detail::trimmed(text, '\r') + "\"");
+    }
+    void expect_ok(const std::string& text) {
+        const std::string part = answer();
+        if (part == "NG\r") throw Refused(text);
+        if (part != "OK\r") throw unexpected(text, part);
+    }
+    std::string answer() {
+        for (;; ++stops_) {
+            std::string text = next();
+            if (text != "SP\r") return text;
+        }
+    }
+    void skip_stx() {
+        const char first = use_stx ? link_.read() : stx;
+        if (first != stx) throw Error("expected STX, found byte " + std::to_string(static_cast<unsigned char>(first)));
+    }
+    std::string next() {
+        skip_stx();
+        std::string text = link_.until(etx);
+        heard();
+        return text;
+    }
+    /// The first three bytes of an answer; an SP may come before it.
+    std::string begin() {
+        for (;; ++stops_) {
+            skip_stx();
+            std::string head = link_.read(3);
+            if (head != "SP\r" && head != "NG\r") return head;
+            link_.read();  // its ETX
+            heard();
+            if (head == "NG\r") throw Refused("SF");
+        }
+    }
+};
+
+/// A connection to a SCOL channel: what a program prints, and what its INPUT reads.
+class Channel {
+public:
+    explicit Channel(const std::string& address, int port = 1001) : link_(address, port, milliseconds(5000)) {}
+    void timeout(milliseconds limit) { link_.timeout = limit; }
+    /// The next line that the program prints, without its CR.
+    std::string read_line() { return link_.until('\r'); }
+    /// Sends a text and CR: values have commas between them.
+    void write_line(const std::string& text) { link_.write(text + "\r"); }
+
+private:
+    detail::Connection link_;
+};
+
+enum class Severity { note, warning, error };
+
+/// A protocol mistake of a host.
+struct Finding {
+    std::string rule, port, message, remedy;
+    Severity severity = Severity::note;
+
+    explicit Finding(const Json& finding)
+        : rule(finding["rule"].as_string()), port(finding["port"].is_null() ? "" : finding["port"].as_string()),
+          message(finding["message"].as_string()), remedy(finding["remedy"].as_string()) {
+        const std::string& word = finding["severity"].as_string();
+        severity = word == "error" ? Severity::error : word == "warning" ? Severity::warning : Severity::note;
+    }
+    std::string text() const {
+        static const char* const words[] = {"note", "warning", "error"};
+        return port + ": " + message + " (" + rule + ", " + words[static_cast<int>(severity)] + "). " + remedy;
+    }
+};
+
+/// The control interface of the emulator. A call returns when its effect is there; call() reaches what has no method.
+class Robot {
+public:
+    /// `url` is that of the ready line or of TS3100_CONTROL_URL; it ends in /robots/NAME for one of several robots.
+    explicit Robot(const std::string& url, std::string token = "") : token_(std::move(token)) {
+        const std::string scheme = "http://";
+        const std::size_t slash = url.find('/', scheme.size());
+        const std::string place = url.substr(0, slash);
+        const std::size_t colon = place.rfind(':');
+        if (url.compare(0, scheme.size(), scheme) != 0 || colon < scheme.size()) throw Error(url + ": expected http://ADDRESS:PORT");
+        address_ = place.substr(scheme.size(), colon - scheme.size());
+        port_ = std::atoi(place.c_str() + colon + 1);
+        base_ = slash == std::string::npos ? "" : detail::trimmed(url.substr(slash), '/');
+    }
+
+    /// Everything at one moment.
+    Json state() const { return call("GET", "/state"); }
+    void press_emergency_stop() const { put("/emergency-stop", "{\"pressed\":true}"); }
+    void release_emergency_stop() const { put("/emergency-stop", "{\"pressed\":false}"); }
+    void set_safety_switch(bool open) const { put("/safety-switch", member("open", open)); }
+    /// teaching, internal or ext.
+    void turn_key_switch(const std::string& position) const { put("/key-switch", member("position", position)); }
+    /// sig, rs232c or ether.
+    void set_control_right(const std::string& holder) const { put("/control-right", member("holder", holder)); }
+    void set_servo(bool on) const { put("/servo", member("on", on)); }
+    void set_feed_hold(bool on) const { put("/feed-hold", member("on", on)); }
+    void set_override(int percent) const { put("/override", member("percent", double(percent))); }
+    void start_program() const { post("/program/start"); }
+    void stop_program() const { post("/program/stop"); }
+    /// The active alarms, oldest first: 2-046.
+    std::vector<std::string> alarms() const {
+        std::vector<std::string> numbers;
+        const Json all = call("GET", "/alarms");
+        for (const Json& alarm : all["active"].elements()) numbers.push_back(alarm["number"].as_string());
+        return numbers;
+    }
+    void raise_alarm(const std::string& number) const { post("/alarms", member("number", number)); }
+    void reset_alarms() const { post("/alarms/reset"); }
+    bool input(int line) const { return call("GET", "/inputs/" + std::to_string(line))["on"].as_bool(); }
+    void set_input(int line, bool on) const { put("/inputs/" + std::to_string(line), member("on", on)); }
+    bool output(int line) const { return call("GET", "/outputs/" + std::to_string(line))["on"].as_bool(); }
+    std::vector<double> variable(const std::string& name) const { return call("GET", "/variables/" + encoded(name))["value"].as_doubles(); }
+    void set_variable(const std::string& name, double value) const { put("/variables/" + encoded(name), member("value", value)); }
+    void put_file(const std::string& name, const std::string& text) const { put("/files/" + encoded(name), member("text", text)); }
+    std::string file(const std::string& name) const { return call("GET", "/files/" + encoded(name))["text"].as_string(); }
+    void select(const std::string& name) const { post("/files/" + encoded(name) + "/select"); }
+    double now() const { return call("GET", "/clock")["now"].as_double(); }
+    /// real, x10, stepped or auto.
+    void set_time(const std::string& mode) const { put("/clock", member("mode", mode)); }
+    void advance(double seconds) const { post("/clock/advance", member("seconds", seconds)); }
+    /// Advances virtual time until a condition is met, such as "output 5 on"; whether it was, within so many seconds.
+    bool advance_until(const std::string& condition, double within) const { return wait("/clock/advance-until", condition, within); }
+    bool wait_until(const std::string& condition, double within) const { return wait("/wait", condition, within); }
+    void power_off() const { post("/power/off"); }
+    void power_on() const { post("/power/on"); }
+    /// Arms a fault: no-reply:command=SU.
+    void arm_fault(const std::string& spec) const { post("/faults", member("spec", spec)); }
+    void drop_peer(const std::string& port) const { post("/channels/" + port + "/drop"); }
+    void take_snapshot(const std::string& name) const { put("/snapshots/" + encoded(name), "{}"); }
+    void restore(const std::string& name) const { post("/snapshots/" + encoded(name) + "/restore"); }
+    /// As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.
+    void reset() const { post("/reset"); }
+    /// The protocol mistakes of hosts since the start or the last reset.
+    std::vector<Finding> findings() const {
+        std::vector<Finding> all;
+        const Json list = call("GET", "/findings");
+        for (const Json& finding : list.elements()) all.emplace_back(finding);
+        return all;
+    }
+    /// What went over the ports since the start or the last reset.
+    std::string transcript() const { return request("GET", "/transcript?format=text", ""); }
+
+    /// A call: GET, PUT, POST or DELETE, a path such as /state, and JSON text or nothing.
+    Json call(const std::string& method, const std::string& path, const std::string& body = "") const { return Json::parse(request(method, path, body)); }
+
+private:
+    static constexpr milliseconds longest_call{60000};  // a call may wait 30 s unless it says otherwise
+    static constexpr std::size_t longest_answer = 256u << 20;
+    std::string address_, base_, token_;
+    int port_ = 0;
+
+    static std::string member(const char* name, const std::string& text) { return std::string("{\"") + name + "\":" + Json::quote(text) + "}"; }
+    static std::string member(const char* name, bool on) { return std::string("{\"") + name + (on ? "\":true}" : "\":false}"); }
+    static std::string member(const char* name, double value) { return std::string("{\"") + name + "\":" + Json::number(value) + "}"; }
+    static std::string encoded(const std::string& name) {
+        std::string text;
+        for (char letter : name) {
+            char code[4];
+            std::snprintf(code, sizeof code, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(letter)));
+            text += std::isalnum(static_cast<unsigned char>(letter)) != 0 ? std::string(1, letter) : std::string(code);
+        }
+        return text;
+    }
+    void put(const std::string& path, const std::string& body) const { call("PUT", path, body); }
+    Json post(const std::string& path, const std::string& body = "{}") const { return call("POST", path, body); }
+    bool wait(const std::string& path, const std::string& condition, double within) const {
+        return post(path, "{\"condition\":" + Json::quote(condition) + ",\"within\":" + Json::number(within) + "}")["reached"].as_bool();
+    }
+
+    /// One connection for each request: the answer ends where the emulator closes it.
+    std::string request(const std::string& method, const std::string& path, const std::string& body) const {
+        detail::Connection link(address_, port_, longest_call);
+        std::string head = method + " " + base_ + path + " HTTP/1.1\r\nHost: " + address_ + ":" + std::to_string(port_) + "\r\nConnection: close\r\n";
+        if (!token_.empty()) head += "Authorization: Bearer " + token_ + "\r\n";
+        if (!body.empty()) head += "Content-Type: application/json\r\nContent-Length: " + std::to_string(body.size()) + "\r\n";
+        link.write(head + "\r\n" + body);
+        std::string answer;
+        for (int next = link.read_or_end(); next >= 0; next = link.read_or_end()) {
+            answer += static_cast<char>(next);
+            if (answer.size() > longest_answer) throw Error(path + ": the answer is too long");
+        }
+        const std::size_t end = answer.find("\r\n\r\n");
+        if (answer.compare(0, 5, "HTTP/") != 0 || end == std::string::npos) throw Error(path + ": the answer is not HTTP; is this the control interface?");
+        std::string fields = answer.substr(0, end);
+        std::transform(fields.begin(), fields.end(), fields.begin(), [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+        std::string content = answer.substr(end + 4);
+        if (fields.find("\r\ntransfer-encoding: chunked") != std::string::npos) content = dechunked(content);
+        const std::size_t length = fields.find("\r\ncontent-length: ");
+        if (length != std::string::npos && std::strtoul(fields.c_str() + length + 18, nullptr, 10) != content.size()) throw Error(path + ": the answer was cut off");
+        const int status = std::atoi(answer.c_str() + answer.find(' '));
+        if (status >= 200 && status < 300) return content;
+        std::string reason = method + " " + path + ": HTTP status " + std::to_string(status);
+        if (fields.find("application/json") != std::string::npos) {
+            const Json problem = Json::parse(content);
+            if (problem.has("error")) reason = problem["error"].as_string();
+        }
+        throw ControlError(status, reason);
+    }
+    static std::string dechunked(const std::string& content) {
+        std::string whole;
+        for (std::size_t at = 0;;) {
+            const std::size_t line = content.find("\r\n", at);
+            const std::size_t size = line == std::string::npos ? 0 : std::strtoul(content.c_str() + at, nullptr, 16);
+            if (size == 0) return whole;
+            whole += content.substr(line + 2, size);
+            at = line + 2 + size + 2;
+            if (at > content.size()) throw Error("the answer of the control interface was cut off");
+        }
+    }
+};
+
+/// A running `ts3100 serve` on free ports. Its log goes to the stderr of the test.
+class Process {
+public:
+    /// Options of `ts3100 serve`; variables that set options have no effect. The binary is that of TS3100_BINARY, otherwise `ts3100` in PATH.
+    explicit Process(const std::vector<std::string>& options = {}) {
+        const char* named = std::getenv("TS3100_BINARY");
+        std::vector<std::string> words = {named != nullptr ? named : "ts3100", "serve", "--ports", "auto", "--ready-json"};
+        words.insert(words.end(), options.begin(), options.end());
+        start(words);
+        try {
+            ready_ = Json::parse(ready_line());
+        } catch (...) {
+            end();
+            throw;
+        }
+    }
+    Process(const Process&) = delete;
+    Process& operator=(const Process&) = delete;
+    ~Process() { end(); }
+
+    std::string control_url() const { return ready_["control"].as_string(); }
+    /// The TCP port of ip0 to ip3.
+    int port(const std::string& channel) const { return ready_["ports"][channel].as_int(); }
+
+private:
+    // It is up in milliseconds; a machine under load takes longer.
+    static constexpr milliseconds start_limit{20000}, end_limit{5000}, look{10};
+    static constexpr std::size_t longest_line = 65536;
+    Json ready_;
+
+    // A variable such as TS3100_DRIVE is a setting too; tests say their settings to the constructor.
+    static bool is_setting(const char* variable) { return std::strncmp(variable, "TS3100_", 7) == 0; }
+    [[noreturn]] static void not_ready() {
+        throw Error("ts3100 serve did not become ready within " + std::to_string(start_limit.count()) + " ms, or ended; its log above says why");
+    }
+    [[noreturn]] static void not_started(const std::string& binary) {
+        throw Error("cannot run " + binary + ": install ts3100, or set TS3100_BINARY to its path");
+    }
+
+#ifdef _WIN32
+    HANDLE process_ = nullptr, output_ = nullptr, job_ = nullptr;
+
+    static std::string quoted(const std::string& word) {
+        std::string text = "\"";
+        std::size_t slashes = 0;
+        for (char letter : word) {
+            // Backslashes count double before a quotation mark only.
+            if (letter == '"') text.append(slashes + 1, '\\');
+            slashes = letter == '\\' ? slashes + 1 : 0;
+            text += letter;
+        }
+        return text.append(slashes, '\\') + "\"";
+    }
+    void start(const std::vector<std::string>& words) {
+        SECURITY_ATTRIBUTES inherited{sizeof inherited, nullptr, TRUE};
+        HANDLE input = nullptr;
+        if (!CreatePipe(&output_, &input, &inherited, 0)) throw Error("cannot create a pipe");
+        SetHandleInformation(output_, HANDLE_FLAG_INHERIT, 0);
+        std::string line;
+        for (const std::string& word : words) line += quoted(word) + " ";
+        std::string variables;
+        char* const all = GetEnvironmentStringsA();
+        for (const char* one = all; *one != 0; one += std::strlen(one) + 1)
+            if (!is_setting(one)) variables.append(one).push_back('\0');
+        FreeEnvironmentStringsA(all);
+        STARTUPINFOA how{};
+        how.cb = sizeof how;
+        how.dwFlags = STARTF_USESTDHANDLES;
+        how.hStdOutput = input;
+        how.hStdError = GetStdHandle(STD_ERROR_HANDLE);
+        PROCESS_INFORMATION made{};
+        const BOOL started = CreateProcessA(nullptr, line.data(), nullptr, nullptr, TRUE, CREATE_SUSPENDED, variables.data(), nullptr, &how, &made);
+        CloseHandle(input);
+        if (!started) {
+            CloseHandle(output_);
+            output_ = nullptr;
+            not_started(words[0]);
+        }
+        // The job ends the emulator with the test, however the test ends.
+        job_ = CreateJobObjectA(nullptr, nullptr);
+        JOBOBJECT_EXTENDED_LIMIT_INFORMATION limits{};
+        limits.BasicLimitInformation.LimitFlags = JOB_OBJECT_LIMIT_KILL_ON_JOB_CLOSE;
+        SetInformationJobObject(job_, JobObjectExtendedLimitInformation, &limits, sizeof limits);
+        AssignProcessToJobObject(job_, made.hProcess);
+        ResumeThread(made.hThread);
+        CloseHandle(made.hThread);
+        process_ = made.hProcess;
+    }
+    std::string ready_line() {
+        std::string line;
+        for (const auto until = std::chrono::steady_clock::now() + start_limit; std::chrono::steady_clock::now() < until;) {
+            DWORD waiting = 0, count = 0;
+            char next = 0;
+            if (!PeekNamedPipe(output_, nullptr, 0, nullptr, &waiting, nullptr)) break;
+            if (waiting == 0) {
+                std::this_thread::sleep_for(look);
+            } else if (ReadFile(output_, &next, 1, &count, nullptr) && count == 1) {
+                if (next == '\n') return line;
+                line += next;
+                if (line.size() > longest_line) break;
+            }
+        }
+        not_ready();
+    }
+    void end() {
+        if (process_ != nullptr) {
+            TerminateProcess(process_, 1);
+            WaitForSingleObject(process_, static_cast<DWORD>(end_limit.count()));
+        }
+        for (HANDLE* handle : {&process_, &output_, &job_})
+            if (*handle != nullptr) {
+                CloseHandle(*handle);
+                *handle = nullptr;
+            }
+    }
+#else
+    pid_t process_ = -1;
+    int output_ = -1;
+
+    void start(const std::vector<std::string>& words) {
+        int ends[2];
+        if (pipe(ends) != 0) throw Error("cannot create a pipe");
+        fcntl(ends[0], F_SETFD, FD_CLOEXEC);
+        fcntl(ends[1], F_SETFD, FD_CLOEXEC);
+        output_ = ends[0];
+        std::vector<char*> arguments, variables;
+        for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+        arguments.push_back(nullptr);
+        for (char** one = environ; *one != nullptr; ++one)
+            if (!is_setting(*one)) variables.push_back(*one);
+        variables.push_back(nullptr);
+        posix_spawn_file_actions_t actions;
+        posix_spawn_file_actions_init(&actions);
+        posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+        const int error = posix_spawnp(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
+        posix_spawn_file_actions_destroy(&actions);
+        close(ends[1]);
+        if (error != 0) {
+            process_ = -1;
+            end();
+            not_started(words[0]);
+        }
+    }
+    std::string ready_line() {
+        std::string line;
+        for (const auto until = std::chrono::steady_clock::now() + start_limit; line.size() < longest_line;) {
+            const auto left = std::chrono::duration_cast<milliseconds>(until - std::chrono::steady_clock::now());
+            pollfd entry{output_, POLLIN, 0};
+            char next = 0;
+            if (left.count() <= 0 || poll(&entry, 1, static_cast<int>(left.count())) <= 0 || ::read(output_, &next, 1) != 1) break;
+            if (next == '\n') return line;
+            line += next;
+        }
+        not_ready();
+    }
+    void end() {
+        // A process number below 1 would address other processes, or all of them.
+        if (const pid_t process = std::exchange(process_, -1); process > 0) {
+            // SIGTERM lets it write its reports.
+            kill(process, SIGTERM);
+            const auto until = std::chrono::steady_clock::now() + end_limit;
+            while (waitpid(process, nullptr, WNOHANG) == 0) {
+                if (std::chrono::steady_clock::now() > until) kill(process, SIGKILL);
+                std::this_thread::sleep_for(look);
+            }
+        }
+        if (output_ >= 0) close(output_);
+        output_ = -1;
+    }
+#endif
+};
+
+/// One emulator for many tests: fresh() before each, mistakes() after it.
+class Fixture {
+public:
+    explicit Fixture(const std::vector<std::string>& options = {}) : process(options), robot(process.control_url()) {}
+
+    static constexpr std::size_t last_texts = 6, longest_shown = 120;
+    const Process process;
+    const Robot robot;
+
+    std::string address() const { return "127.0.0.1"; }
+    int ip0() const { return process.port("ip0"); }
+    int ip1() const { return process.port("ip1"); }
+    Host connect() const { return Host(address(), ip0()); }
+
+    /// As the robot was started, nobody connected, no findings; in less than a millisecond.
+    const Robot& fresh() const {
+        robot.reset();
+        return robot;
+    }
+
+    /// The findings of this severity and worse, except of the allowed rules, and the last texts; nothing if there are none.
+    std::string mistakes(Severity deny = Severity::warning, const std::vector<std::string>& allowed = {}) const {
+        std::string report;
+        for (const Finding& finding : robot.findings())
+            if (finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + finding.text();
+        if (report.empty()) return report;
+        std::vector<std::string> texts;
+        for (const std::string& line : detail::split(robot.transcript(), '\n'))
+            if (line.compare(0, 2, "> ") == 0 || line.compare(0, 2, "< ") == 0)
+                texts.push_back(line.size() > longest_shown ? line.substr(0, longest_shown) + "..." : line);
+        report = "protocol mistakes of the host:" + report + "\nlast texts:";
+        for (std::size_t at = texts.size() > last_texts ? texts.size() - last_texts : 0; at < texts.size(); ++at) report += "\n  " + texts[at];
+        return report;
+    }
+};
+
+}  // namespace ts3100
+
+#endif

@@ -1,0 +1,21 @@
+// A host that sends a command which no robot knows: the test fails and says so.
+#include <iostream>
+
+#include "ts3100.hpp"
+
+int main() try {
+    const ts3100::Fixture cell;
+    cell.fresh();
+    ts3100::Host host = cell.connect();
+    try {
+        host.command("XX");
+    } catch (const ts3100::Refused&) {
+        // This host does not look at the answer.
+    }
+    const std::string mistakes = cell.mistakes();
+    std::cout << mistakes << '\n';
+    return mistakes.empty() ? 0 : 1;
+} catch (const std::exception& error) {
+    std::cout << "FAIL " << error.what() << '\n';
+    return 2;
+}

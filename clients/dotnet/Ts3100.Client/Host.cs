@@ -1,0 +1,443 @@
+using System;
+using System.Collections.Generic;
+using System.Diagnostics;
+using System.Globalization;
+using System.IO;
+using System.Linq;
+using System.Net.Sockets;
+using System.Text;
+using System.Threading;
+
+namespace Ts3100
+{
+    /// <summary>The robot sent something else than expected, or nothing in time.</summary>
+    public class ProtocolException : IOException
+    {
+        /// <summary>An exception with this message.</summary>
+        public ProtocolException(string message) : base(message) { }
+    }
+
+    /// <summary>The robot answered NG.</summary>
+    public sealed class RefusedException : ProtocolException
+    {
+        /// <summary>The text that was refused.</summary>
+        public string Command { get; private set; }
+
+        /// <summary>An exception for this text.</summary>
+        public RefusedException(string command)
+            : base("the robot answered NG to " + command + "; the log of the emulator gives the reason")
+        {
+            Command = command;
+        }
+    }
+
+    /// <summary>A host of the simple protocol on IP0: one text out, one answer or one file back.</summary>
+    /// <remarks>Not thread-safe: a connection has one exchange at a time, so give it one thread.</remarks>
+    public sealed class Host : IDisposable
+    {
+        const byte Stx = 0x02, Etx = 0x03, Eof = 0x1A;
+        /// <summary>The most data bytes between STX and ETX.</summary>
+        public const int LongestText = 253;
+        /// <summary>The largest file of the RAM drive; an answer that is longer is given up.</summary>
+        public const int LargestFile = 99999;
+
+        readonly Link link;
+        readonly Stopwatch sinceText = new Stopwatch();
+
+        /// <summary>Connects to a robot.</summary>
+        /// <param name="address">Name or address of the robot.</param>
+        /// <param name="port">The TCP port of IP0; 1000 on a robot in its factory settings.</param>
+        public Host(string address, int port = 1000)
+        {
+            link = new Link(address, port);
+            UseStx = true;
+            Pause = TimeSpan.FromMilliseconds(50);
+        }
+
+        /// <summary>Whether texts begin with STX. The robot answers in kind.</summary>
+        public bool UseStx { get; set; }
+
+        /// <summary>The pause after a text of the robot; the manual asks for 50 ms.</summary>
+        public TimeSpan Pause { get; set; }
+
+        /// <summary>How long an answer may take: 5 s unless you set it.</summary>
+        public TimeSpan Timeout
+        {
+            get { return link.Timeout; }
+            set { link.Timeout = value; }
+        }
+
+        /// <summary>How many times the robot has sent SP by itself, less the calls of <see cref="WaitForStop"/>.</summary>
+        public int Stops { get; private set; }
+
+        /// <summary>SO: turns servo power on.</summary>
+        public void ServoOn() { Command("SO"); }
+
+        /// <summary>BR: turns servo power off.</summary>
+        public void ServoOff() { Command("BR"); }
+
+        /// <summary>RN: starts the selected program, or continues it.</summary>
+        public void Run() { Command("RN"); }
+
+        /// <summary>SP: stops the program after the current statement.</summary>
+        public void Stop() { Command("SP"); }
+
+        /// <summary>EC,BREAK: stops at once.</summary>
+        public void Break() { Command("EC,BREAK"); }
+
+        /// <summary>FD: turns feed hold on, or off again.</summary>
+        public void FeedHold() { Command("FD"); }
+
+        /// <summary>SL: selects a file.</summary>
+        public void Select(string file) { Command("SL," + file); }
+
+        /// <summary>RS: PRG, STP, CYC, SIG, SEL or ERR.</summary>
+        public void Reset(string what = "PRG") { Command("RS," + what); }
+
+        /// <summary>EC,OVRD: sets the override.</summary>
+        public void Override(int percent) { Command("EC,OVRD " + Text(percent)); }
+
+        /// <summary>EC,MODE: STEP, CYCLE, SEGMENT or CONT.</summary>
+        public void Mode(string mode) { Command("EC,MODE " + mode); }
+
+        /// <summary>DO: executes one statement. OK comes when it begins; <see cref="TotalStatus"/> shows its end.</summary>
+        public void Do(string statement) { Command("DO," + statement); }
+
+        /// <summary>IW: turns an output on or off.</summary>
+        public void SetOutput(int line, bool on) { Command("IW," + Text(line) + (on ? " 1" : " 0")); }
+
+        /// <summary>ER: erases a file.</summary>
+        public void Erase(string file) { Command("ER," + file); }
+
+        /// <summary>MR: the values of a variable of GLOBAL or DATA.</summary>
+        public double[] Variable(string name)
+        {
+            return ReadText("MR," + name + " -1").Split(new[] { ' ', '\r' }, StringSplitOptions.RemoveEmptyEntries)
+                .Select(number => double.Parse(number, CultureInfo.InvariantCulture)).ToArray();
+        }
+
+        /// <summary>MW: writes a variable of GLOBAL or DATA.</summary>
+        /// <param name="name">The variable, or an element: <c>A(1,2)</c>.</param>
+        /// <param name="values">Its values; one for an integer or a real.</param>
+        public void SetVariable(string name, params double[] values)
+        {
+            Command("MW,0 " + name + " -1 " + string.Join(" ", values.Select(Text)));
+        }
+
+        /// <summary>VR: the version.</summary>
+        public string Version() { return ReadText("VR").TrimEnd('\r'); }
+
+        /// <summary>CA: the files of the RAM drive and their sizes.</summary>
+        public IDictionary<string, int> Directory()
+        {
+            return Records(ReadText("CA")).Select(record => record.Split(' '))
+                .ToDictionary(words => words[0], words => int.Parse(words[1], CultureInfo.InvariantCulture));
+        }
+
+        /// <summary>AC: the active alarms, newest first.</summary>
+        public IList<Alarm> Alarms() { return AlarmList("AC"); }
+
+        /// <summary>AH: the alarm history, newest first.</summary>
+        public IList<Alarm> AlarmHistory() { return AlarmList("AH"); }
+
+        /// <summary>SU: modes, file, override and execution status.</summary>
+        public Status Status() { return new Status(ReadText("SU")); }
+
+        /// <summary>SF: lines, alarms and positions of either kind of arm.</summary>
+        public TotalStatus TotalStatus()
+        {
+            // The data may contain ETX, so the length decides where the text ends.
+            Send("SF\r");
+            byte[] head = Begin(3);
+            if (Encoding.ASCII.GetString(head) != "FL,")
+                throw Unexpected("SF", head);
+            var body = new List<byte>(link.Read(Ts3100.TotalStatus.ScaraBytes));
+            byte next = link.Read();
+            if (next != Etx)
+            {
+                body.Add(next);
+                body.AddRange(link.Read(Ts3100.TotalStatus.SixAxisBytes - body.Count));
+                byte[] end = link.Read(2);
+                if (end[0] != Eof || end[1] != Etx)
+                    throw new ProtocolException("SF: expected 250 or 276 bytes, found more");
+            }
+            sinceText.Restart();
+            Send("OK\r");
+            return new TotalStatus(body.ToArray());
+        }
+
+        /// <summary>DL: stores a file on the RAM drive. Line ends are sent as LF.</summary>
+        public void Download(string file, string text)
+        {
+            Download(file, Encoding.ASCII.GetBytes(text.Replace("\r\n", "\n")));
+        }
+
+        /// <summary>DL: stores a file on the RAM drive, byte for byte.</summary>
+        public void Download(string file, byte[] content)
+        {
+            Command("DL," + file);
+            byte[] whole = Encoding.ASCII.GetBytes("FL,").Concat(content).Concat(new[] { Eof }).ToArray();
+            for (int at = 0; at < whole.Length; at += LongestText)
+            {
+                Send(whole.Skip(at).Take(LongestText).ToArray());
+                Expect("a text of DL," + file);
+            }
+        }
+
+        /// <summary>UL: reads a file of the RAM drive.</summary>
+        public byte[] Upload(string file) { return Read("UL," + file); }
+
+        /// <summary>A command that the robot answers with OK.</summary>
+        /// <exception cref="RefusedException">It answered NG.</exception>
+        public void Command(string command)
+        {
+            Send(command + "\r");
+            Expect(command);
+        }
+
+        /// <summary>A command that the robot answers with a file or a status, without FL and EOF.</summary>
+        /// <exception cref="RefusedException">It answered NG.</exception>
+        public byte[] Read(string command)
+        {
+            Send(command + "\r");
+            byte[] text = NextAnswer();
+            if (!Encoding.ASCII.GetString(text).StartsWith("FL,", StringComparison.Ordinal))
+                throw Unexpected(command, text);
+            var content = new List<byte>();
+            for (int from = 3; ; from = 0, text = NextAnswer())
+            {
+                Send("OK\r");
+                int end = Array.IndexOf(text, Eof);
+                content.AddRange(text.Skip(from).Take((end < 0 ? text.Length : end) - from));
+                if (end >= 0)
+                    return content.ToArray();
+                if (content.Count > LargestFile)
+                    throw new ProtocolException(command + ": no EOF in " + content.Count + " bytes");
+            }
+        }
+
+        /// <summary>Waits for the SP that the robot sends when a program has ended or was stopped.</summary>
+        public void WaitForStop()
+        {
+            if (Stops > 0)
+            {
+                Stops--;
+                return;
+            }
+            byte[] text = NextText();
+            if (Encoding.ASCII.GetString(text) != "SP\r")
+                throw Unexpected("waiting for a stop", text);
+        }
+
+        /// <summary>Closes the connection.</summary>
+        public void Dispose() { link.Dispose(); }
+
+        static string Text(double value)
+        {
+            // An exponent is not a number to the robot.
+            return value.ToString("0.######", CultureInfo.InvariantCulture);
+        }
+
+        static IEnumerable<string> Records(string text)
+        {
+            return text.Split(new[] { '\r' }, StringSplitOptions.RemoveEmptyEntries);
+        }
+
+        string ReadText(string command) { return Encoding.ASCII.GetString(Read(command)); }
+
+        IList<Alarm> AlarmList(string command)
+        {
+            string text = ReadText(command);
+            int comma = text.IndexOf(',');
+            return comma < 0 ? new Alarm[0] : Records(text.Substring(comma + 1)).Select(record => new Alarm(record)).ToArray();
+        }
+
+        void Send(string text) { Send(Encoding.ASCII.GetBytes(text)); }
+
+        void Send(byte[] data)
+        {
+            // Sleep cuts a rest to whole milliseconds and may wake early.
+            while (sinceText.IsRunning && sinceText.Elapsed < Pause)
+                Thread.Sleep((int)Math.Ceiling((Pause - sinceText.Elapsed).TotalMilliseconds));
+            var text = new List<byte>();
+            if (UseStx)
+                text.Add(Stx);
+            text.AddRange(data);
+            text.Add(Etx);
+            link.Write(text.ToArray()); // in one piece, as the robot's own tools do
+        }
+
+        void Expect(string command)
+        {
+            byte[] answer = NextAnswer();
+            if (Encoding.ASCII.GetString(answer) != "OK\r")
+                throw Unexpected(command, answer);
+        }
+
+        static Exception Unexpected(string command, byte[] answer)
+        {
+            string text = Encoding.ASCII.GetString(answer);
+            if (text == "NG\r")
+                return new RefusedException(command);
+            return new ProtocolException(command + ": the robot answered \"" + text.Replace("\r", "\\r") + "\"");
+        }
+
+        byte[] NextAnswer()
+        {
+            for (; ; Stops++)
+            {
+                byte[] text = NextText();
+                if (Encoding.ASCII.GetString(text) != "SP\r")
+                    return text;
+            }
+        }
+
+        byte[] NextText()
+        {
+            byte[] begun = FirstBytes();
+            byte[] text = begun.Concat(link.Until(Etx)).ToArray();
+            sinceText.Restart();
+            return text;
+        }
+
+        /// <summary>The first bytes of an answer, or all of an NG; an SP may come before it.</summary>
+        byte[] Begin(int count)
+        {
+            for (; ; Stops++)
+            {
+                byte[] begun = FirstBytes();
+                byte[] head = begun.Concat(link.Read(count - begun.Length)).ToArray();
+                string text = Encoding.ASCII.GetString(head);
+                if (text != "SP\r" && text != "NG\r")
+                    return head;
+                link.Read(); // its ETX
+                sinceText.Restart();
+                if (text == "NG\r")
+                    return head;
+            }
+        }
+
+        byte[] FirstBytes()
+        {
+            byte first = link.Read();
+            if (!UseStx)
+                return new[] { first };
+            if (first != Stx)
+                throw new ProtocolException("expected STX, found byte " + first.ToString("X2"));
+            return new byte[0];
+        }
+    }
+
+    /// <summary>A connection to a SCOL channel, IP1 or IP2: what a program prints, and what its INPUT reads.</summary>
+    public sealed class Channel : IDisposable
+    {
+        readonly Link link;
+
+        /// <summary>Connects to a channel.</summary>
+        public Channel(string address, int port = 1001)
+        {
+            link = new Link(address, port);
+        }
+
+        /// <summary>How long a line may take: 5 s unless you set it.</summary>
+        public TimeSpan Timeout
+        {
+            get { return link.Timeout; }
+            set { link.Timeout = value; }
+        }
+
+        /// <summary>The next line that the program prints, without its CR.</summary>
+        public string ReadLine() { return Encoding.ASCII.GetString(link.Until((byte)'\r')); }
+
+        /// <summary>Sends values to INPUT: commas between them, CR at the end.</summary>
+        public void Write(params double[] values)
+        {
+            WriteLine(string.Join(",", values.Select(value => value.ToString(CultureInfo.InvariantCulture))));
+        }
+
+        /// <summary>Sends a text and CR.</summary>
+        public void WriteLine(string text) { link.Write(Encoding.ASCII.GetBytes(text + "\r")); }
+
+        /// <summary>Closes the connection.</summary>
+        public void Dispose() { link.Dispose(); }
+    }
+
+    /// <summary>Bytes to and from one port. TCP divides texts as it likes, so unread bytes are kept.</summary>
+    sealed class Link : IDisposable
+    {
+        // The longest answer has 282 bytes; a line of PRINT has 256.
+        const int BufferBytes = 4096, LongestLine = 4096;
+
+        readonly TcpClient client = new TcpClient { NoDelay = true };
+        readonly NetworkStream stream;
+        readonly byte[] kept = new byte[BufferBytes];
+        int taken, filled;
+
+        public Link(string address, int port)
+        {
+            try
+            {
+                client.Connect(address, port);
+            }
+            catch (SocketException error)
+            {
+                client.Close();
+                throw new ProtocolException("cannot connect to " + address + ":" + port + ": " + error.Message);
+            }
+            stream = client.GetStream();
+            Timeout = TimeSpan.FromSeconds(5);
+        }
+
+        public TimeSpan Timeout
+        {
+            get { return TimeSpan.FromMilliseconds(stream.ReadTimeout); }
+            set { stream.ReadTimeout = (int)value.TotalMilliseconds; }
+        }
+
+        public void Write(byte[] data) { stream.Write(data, 0, data.Length); }
+
+        public byte Read()
+        {
+            if (taken == filled)
+                Fill();
+            return kept[taken++];
+        }
+
+        public byte[] Read(int count)
+        {
+            var data = new byte[count];
+            for (int at = 0; at < count; at++)
+                data[at] = Read();
+            return data;
+        }
+
+        public byte[] Until(byte end)
+        {
+            var data = new List<byte>();
+            for (byte next = Read(); next != end; next = Read())
+            {
+                data.Add(next);
+                if (data.Count > LongestLine)
+                    throw new ProtocolException("no end of the text in " + LongestLine + " bytes");
+            }
+            return data.ToArray();
+        }
+
+        public void Dispose() { client.Close(); }
+
+        void Fill()
+        {
+            taken = filled = 0;
+            try
+            {
+                filled = stream.Read(kept, 0, kept.Length);
+            }
+            catch (IOException)
+            {
+                throw new ProtocolException("the robot sent nothing for " + Timeout.TotalSeconds + " s");
+            }
+            if (filled == 0)
+                throw new ProtocolException("the robot closed the connection; does another host have it?");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+using System;
+using System.IO;
+using System.Linq;
+using System.Threading;
+
+namespace Ts3100.Testing
+{
+    /// <summary>One emulator for the tests of a class, an assembly or a run. <see cref="Fresh"/> gives each test a fresh
+    /// robot of it, in less than a millisecond.</summary>
+    /// <remarks>Needs no test framework. xUnit creates it as a class fixture; NUnit uses <see cref="Shared"/>.</remarks>
+    public class RobotFixture : IDisposable
+    {
+        const string Prepared = "prepared";
+        static readonly Lazy<RobotFixture> shared = new Lazy<RobotFixture>(() => Start(SharedOptions));
+
+        readonly bool prepared;
+        TestRobot current;
+        int tests;
+
+        /// <summary>A robot with the defaults of <c>ts3100 serve</c>.</summary>
+        public RobotFixture() : this(null, new string[0]) { }
+
+        /// <summary>A robot with these options of <c>ts3100 serve</c>, prepared once by <paramref name="prepare"/>: every test
+        /// begins with what that has left.</summary>
+        protected RobotFixture(Action<Robot> prepare, params string[] arguments)
+        {
+            Deny = Severity.Warning;
+            TranscriptDirectory = Path.Combine(AppContext.BaseDirectory, "ts3100-transcripts");
+            Process = new RobotProcess(arguments);
+            if (prepare == null)
+                return;
+            try
+            {
+                using (var robot = new Robot(Process.ControlUrl))
+                {
+                    prepare(robot);
+                    robot.TakeSnapshot(Prepared);
+                }
+                prepared = true;
+            }
+            catch
+            {
+                Process.Dispose();
+                throw;
+            }
+        }
+
+        /// <summary>Starts a robot with these options of <c>ts3100 serve</c>.</summary>
+        public static RobotFixture Start(params string[] arguments) { return new RobotFixture(null, arguments); }
+
+        /// <summary>The options of <see cref="Shared"/>; set them before its first use.</summary>
+        public static string[] SharedOptions { get; set; } = new string[0];
+
+        /// <summary>One robot for this process, started at first use and ended with the process.</summary>
+        public static RobotFixture Shared { get { return shared.Value; } }
+
+        /// <summary>The emulator.</summary>
+        public RobotProcess Process { get; private set; }
+
+        /// <summary>Findings of this severity and worse fail a test: warnings unless you set it. Null denies nothing.</summary>
+        public Severity? Deny { get; set; }
+
+        /// <summary>Where the transcripts of failed tests go: ts3100-transcripts beside the test assembly.</summary>
+        public string TranscriptDirectory { get; set; }
+
+        /// <summary>A fresh robot: as it was started and prepared, nobody connected, no findings.</summary>
+        /// <param name="test">The name of the test, for its transcript.</param>
+        /// <exception cref="InvalidOperationException">Another test still has the robot.</exception>
+        public TestRobot Fresh(string test = "test")
+        {
+            var robot = new TestRobot(this, test, Interlocked.Increment(ref tests));
+            TestRobot other = Interlocked.CompareExchange(ref current, robot, null);
+            if (other != null)
+            {
+                robot.Forget();
+                throw new InvalidOperationException("the test " + other.Test + " still has this robot: end it first, or give "
+                    + "each of the parallel tests a RobotFixture of its own");
+            }
+            try
+            {
+                robot.Reset();
+                if (prepared)
+                    robot.Restore(Prepared);
+                return robot;
+            }
+            catch
+            {
+                robot.Forget();
+                throw;
+            }
+        }
+
+        /// <summary>Ends the emulator.</summary>
+        public void Dispose()
+        {
+            Process.Dispose();
+            GC.SuppressFinalize(this);
+        }
+
+        internal void Release(TestRobot robot) { Interlocked.CompareExchange(ref current, null, robot); }
+    }
+
+    /// <summary>The host of a test has made protocol mistakes.</summary>
+    public sealed class FindingsException : Exception
+    {
+        /// <summary>The mistakes.</summary>
+        public Finding[] Findings { get; private set; }
+
+        internal FindingsException(Finding[] findings, string message) : base(message)
+        {
+            Findings = findings;
+        }
+    }
+
+    /// <summary>The robot of one test.</summary>
+    public sealed class TestRobot : Robot
+    {
+        /// <summary>How many texts the message of a failure repeats.</summary>
+        public const int LastTexts = 6;
+        const int LongestShown = 120;
+
+        readonly RobotFixture fixture;
+        readonly int number;
+        string[] allowed = new string[0];
+        bool ended;
+
+        internal TestRobot(RobotFixture fixture, string test, int number) : base(fixture.Process.ControlUrl)
+        {
+            this.fixture = fixture;
+            this.number = number;
+            Test = test;
+        }
+
+        /// <summary>The name of the test.</summary>
+        public string Test { get; private set; }
+
+        /// <summary>The address of the robot.</summary>
+        public string Address { get { return "127.0.0.1"; } }
+
+        /// <summary>The TCP port of IP0, for the commands of the host.</summary>
+        public int Ip0 { get { return fixture.Process.Port("ip0"); } }
+
+        /// <summary>The TCP port of IP1, for PRINT and INPUT.</summary>
+        public int Ip1 { get { return fixture.Process.Port("ip1"); } }
+
+        /// <summary>The TCP port of IP2, for PRINT and INPUT.</summary>
+        public int Ip2 { get { return fixture.Process.Port("ip2"); } }
+
+        /// <summary>The transcript of this test if it failed, otherwise null. Known after <see cref="End"/>.</summary>
+        public string TranscriptFile { get; private set; }
+
+        /// <summary>Connects a host to IP0.</summary>
+        public Host Connect() { return new Host(Address, Ip0); }
+
+        /// <summary>Findings of these rules do not fail this test.</summary>
+        public void Allow(params string[] rules) { allowed = allowed.Concat(rules).ToArray(); }
+
+        /// <summary>Ends the test: writes the transcript if it failed, and fails it if its host made mistakes.</summary>
+        /// <param name="failed">Whether the test has failed already.</param>
+        /// <exception cref="FindingsException">The host made mistakes.</exception>
+        public void End(bool failed)
+        {
+            if (ended)
+                return;
+            Finding[] denied;
+            string transcript = "";
+            try
+            {
+                denied = fixture.Deny == null ? new Finding[0]
+                    : Findings().Where(one => one.Severity >= fixture.Deny && !allowed.Contains(one.Rule)).ToArray();
+                if (failed || denied.Length > 0)
+                    transcript = Keep();
+            }
+            finally
+            {
+                Forget();
+            }
+            if (denied.Length > 0)
+                throw new FindingsException(denied, "protocol mistakes of the host:\n  " + string.Join("\n  ", (object[])denied)
+                    + "\nlast texts:\n  " + string.Join("\n  ", LastOf(transcript)) + "\ntranscript: " + TranscriptFile);
+        }
+
+        /// <summary>Ends a test that has not failed otherwise; see <see cref="End"/>.</summary>
+        protected override void Dispose(bool disposing) { End(false); }
+
+        internal void Forget()
+        {
+            ended = true;
+            fixture.Release(this);
+            base.Dispose(true);
+        }
+
+        string Keep()
+        {
+            string text = Transcript();
+            Directory.CreateDirectory(fixture.TranscriptDirectory);
+            string name = string.Concat((Test + "-" + number).Select(letter => char.IsLetterOrDigit(letter) ? letter : '-'));
+            string file = Path.Combine(fixture.TranscriptDirectory, name + ".txt");
+            System.IO.File.WriteAllText(file, text);
+            TranscriptFile = file;
+            return text;
+        }
+
+        static string[] LastOf(string transcript)
+        {
+            string[] texts = transcript.Split('\n').Where(line => line.StartsWith("> ", StringComparison.Ordinal)
+                || line.StartsWith("< ", StringComparison.Ordinal)).ToArray();
+            return texts.Skip(Math.Max(0, texts.Length - LastTexts))
+                .Select(text => text.Length > LongestShown ? text.Substring(0, LongestShown) + "..." : text).ToArray();
+        }
+    }
+}

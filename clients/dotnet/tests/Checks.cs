@@ -1,0 +1,292 @@
+// Checks of both libraries without a test framework, so that they run on Mono and on .NET. Prints a line for each; the
+// first that fails ends it with exit code 1. The binary is in TS3100_BINARY.
+using System;
+using System.Diagnostics;
+using System.IO;
+using System.Linq;
+using System.Net.Sockets;
+using System.Text;
+using Ts3100;
+using Ts3100.Testing;
+
+static class Checks
+{
+    const int FreshRobots = 500;
+    // Long enough to travel in several texts.
+    static readonly string Ask = string.Concat(Enumerable.Repeat("' A remark that makes the file long.\n", 20)) + "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
+        + "PRINT IP1, \"THAT IS\", X, CR\nCOUNT = COUNT + 1\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
+
+    static int Main()
+    {
+        try
+        {
+            TextOfJson();
+            SixAxes();
+            Scara();
+            Refusals();
+            Control();
+            FreshRobot();
+            WrongHost();
+            Starts();
+            Console.WriteLine("ok   all of it on " + Environment.Version);
+            return 0;
+        }
+        catch (Exception failed)
+        {
+            Console.WriteLine("FAIL " + failed);
+            return 1;
+        }
+    }
+
+    static void TextOfJson()
+    {
+        Json value = Json.Parse("{\"a\":[1,-2.5e3,true,null,\"\\u00e9\\n\\\"\"],\"b\":{}}");
+        Equal("JSON: what was read is written", "{\"a\":[1,-2500,true,null,\"\u00e9\\u000a\\\"\"],\"b\":{}}", value.ToString());
+        Equal("JSON: an object of names and values", "{\"x\":[1.5,2],\"y\":\"z\"}", Json.Object("x", new[] { 1.5, 2 }, "y", "z"));
+        Equal("JSON: the place of an error", "JSON, character 5: expected `:`, found the end",
+            Thrown<FormatException>(() => Json.Parse("{\"a\"")));
+        Equal("JSON: no endless nesting", true,
+            Thrown<FormatException>(() => Json.Parse(new string('[', 100000))).Contains("at most 64"));
+    }
+
+    static void SixAxes()
+    {
+        using (RobotFixture fixture = RobotFixture.Start())
+        using (TestRobot robot = fixture.Fresh("SixAxes"))
+        using (Host host = robot.Connect())
+        {
+            host.ServoOn();
+            host.Download("ASK", Ask);
+            Equal("UL returns what DL stored", Ask, Encoding.ASCII.GetString(host.Upload("ASK")));
+            Equal("CA has it", Ask.Length, host.Directory()["ASK"]);
+            Equal("VR", "TS3100", host.Version().Split(' ')[0]);
+            host.Select("ASK");
+            Equal("MR of an integer", 3.0, host.Variable("COUNT").Single());
+            Equal("MR of a position", "400 0 200 0 0 0 0 0 11111", string.Join(" ", host.Variable("A1")));
+            host.SetVariable("COUNT", 12);
+            host.SetVariable("RATE", 0.25);
+            Equal("MW of an integer and a real", "12 0.25", host.Variable("COUNT")[0] + " " + Text(host.Variable("RATE")[0]));
+            host.Override(40);
+            using (var channel = new Channel(robot.Address, robot.Ip1))
+            {
+                host.Run();
+                Equal("PRINT", "HOW FAR?", channel.ReadLine());
+                Status running = host.Status();
+                Equal("SU while it runs", "Running external(ethernet) cycle ASK 40 False", string.Join(" ", running.Execution,
+                    running.MasterMode, running.OperationMode, running.File, running.Override, running.MachineLock));
+                channel.Write(2.5);
+                Equal("INPUT and PRINT", "THAT IS       2.500", channel.ReadLine());
+                host.WaitForStop();
+            }
+            host.SetOutput(3, true);
+            robot.SetInput(201, true);
+            robot.RaiseAlarm("1-200");
+            TotalStatus total = host.TotalStatus();
+            Equal("SF", "True False Reset 1-200 False True True False", string.Join(" ", total.ServoOn, total.EmergencyStop, total.Motion,
+                string.Join(",", total.Alarms), total.IsScara, total.Output(3), total.Input(201), total.Input(1)));
+            Equal("SF: eight joints, and the tool point that the control interface shows", "8 408.509 293.282", total.Joints.Length
+                + " " + Text(total.World[0]) + " " + Text(total.World[2]));
+            Equal("AC", "001-200", host.Alarms().Single().Number);
+            Equal("AH", 1, host.AlarmHistory().Count);
+            host.Do("MOVE POINT(400,50,250)");
+            while (host.TotalStatus().Motion == Execution.Running) { }
+            Equal("DO moves the arm", "400 50 250", string.Join(" ", host.TotalStatus().World.Take(3).Select(Text)));
+            host.UseStx = false;
+            Equal("without STX", "ASK", host.Status().File);
+            host.ServoOff();
+        }
+    }
+
+    static void Scara()
+    {
+        using (RobotFixture fixture = RobotFixture.Start("--model", "tsl3000-thl400", "--servo-on"))
+        using (TestRobot robot = fixture.Fresh("Scara"))
+        using (Host host = robot.Connect())
+        {
+            TotalStatus total = host.TotalStatus();
+            Equal("SF of a SCARA", "True 6 True", total.IsScara + " " + total.Joints.Length + " " + total.ServoOn);
+            Equal("and the next answer is its own", Execution.Reset, host.Status().Execution);
+            Equal("its tool point is that of the control interface", Text(robot.State()["arm"]["world"][0].AsDouble()), Text(total.World[0]));
+        }
+    }
+
+    static void Refusals()
+    {
+        using (RobotFixture fixture = RobotFixture.Start("--key-switch", "teaching"))
+        using (TestRobot robot = fixture.Fresh("Refusals"))
+        using (Host host = robot.Connect())
+        {
+            robot.Allow("mode-forbids", "left-in-exchange");
+            Equal("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason",
+                Thrown<RefusedException>(host.ServoOn));
+            robot.ArmFault("no-reply:command=SU");
+            host.Timeout = TimeSpan.FromSeconds(0.2);
+            Equal("a robot that does not answer", "the robot sent nothing for 0.2 s", Thrown<ProtocolException>(() => host.Status()));
+        }
+        Equal("nobody there", true, Thrown<ProtocolException>(() => new Host("127.0.0.1", FreePort())).StartsWith("cannot connect to 127.0.0.1:"));
+    }
+
+    static void Control()
+    {
+        using (RobotFixture fixture = RobotFixture.Start("--time", "stepped"))
+        using (TestRobot robot = fixture.Fresh("Control"))
+        {
+            robot.SetServo(true);
+            robot.SetOverride(50);
+            robot.SetMode("segment");
+            robot.SetMachineLock(true);
+            robot.SetFeedHold(true);
+            Json state = robot.State();
+            Equal("switches", "True 50 segment True True", string.Join(" ", state["servo"].AsBool(), state["override_percent"].AsInt(),
+                state["run_mode"].AsString(), state["machine_lock"].AsBool(), state["feed_hold"].AsBool()));
+            robot.Reset();
+            robot.PutFile("ASK", Ask.Replace("\n", "\r\n"));
+            Equal("a file comes back with LF", Ask, robot.File("ASK"));
+            robot.Select("ASK");
+            robot.SetVariable("COUNT", 7);
+            Equal("a variable", 7.0, robot.Variable("COUNT").Single());
+            robot.SetServo(true);
+            robot.Teach("A1");
+            Equal("a taught position", "408.509", Text(robot.Position("A1")[0]));
+            robot.TakeSnapshot("taught");
+            robot.SetOutput(5, true);
+            robot.PulseInput(1, 0.5);
+            robot.Advance(0.2);
+            Equal("an output and a pulse", "True True", robot.Output(5) + " " + robot.Input(1));
+            Equal("the pulse ends", true, robot.AdvanceUntil("input 1 off", 1));
+            Equal("at its time", "0.5", Text(robot.Now()));
+            robot.Restore("taught");
+            Equal("a snapshot restores the output", false, robot.Output(5));
+            Equal("a wait that is not met", false, robot.WaitUntil("output 5 on", 0));
+            robot.RaiseAlarm("2-046");
+            Equal("an alarm", "2-046", robot.Alarms().Single());
+            robot.ResetAlarms();
+            robot.PressEmergencyStop();
+            Equal("a refusal in the emulator's words", "cannot turn the servo on: the emergency stop is pressed",
+                Thrown<ControlException>(() => robot.SetServo(true)));
+            robot.ReleaseEmergencyStop();
+            robot.OpenSafetySwitch();
+            robot.CloseSafetySwitch();
+            robot.TurnKeySwitch("internal");
+            robot.TurnKeySwitch("ext");
+            robot.SetControlRight("sig");
+            robot.SetBatteryLow(true);
+            robot.PowerOff();
+            robot.PowerOn();
+            robot.ClearFaults();
+            robot.EraseFile("DEMO");
+            Equal("the file is gone", false, robot.Call("GET", "/files")["files"].Any(file => file["name"].AsString() == "DEMO"));
+        }
+        using (var nobody = new Robot("http://127.0.0.1:" + FreePort()))
+            Equal("no emulator", true, Thrown<ControlException>(nobody.ResetAlarms).StartsWith("cannot reach http://127.0.0.1:"));
+    }
+
+    sealed class Prepared : RobotFixture
+    {
+        public Prepared() : base(robot => robot.PutFile("PICK", "PROGRAM PICK\nEND\n"), "--servo-on") { }
+    }
+
+    static void FreshRobot()
+    {
+        Environment.SetEnvironmentVariable("TS3100_KEY_SWITCH", "teaching"); // has no effect
+        using (var fixture = new Prepared())
+        {
+            Environment.SetEnvironmentVariable("TS3100_KEY_SWITCH", null);
+            using (TestRobot robot = fixture.Fresh("first"))
+            using (Host host = robot.Connect())
+            {
+                host.Select("PICK");
+                host.Erase("DEMO");
+                Equal("one test at a time", true, Thrown<InvalidOperationException>(() => fixture.Fresh("second")).StartsWith(
+                    "the test first still has this robot"));
+            }
+            using (TestRobot robot = fixture.Fresh("second"))
+            using (Host host = robot.Connect())
+                Equal("the next test begins with what was prepared", "|True|True|True", host.Status().File + "|"
+                    + host.Directory().ContainsKey("DEMO") + "|" + host.Directory().ContainsKey("PICK") + "|" + host.TotalStatus().ServoOn);
+            var watch = Stopwatch.StartNew();
+            for (int test = 0; test < FreshRobots; test++)
+                fixture.Fresh("many").Dispose();
+            Console.WriteLine("     " + Text(watch.Elapsed.TotalMilliseconds / FreshRobots) + " ms for a fresh robot and its findings");
+        }
+    }
+
+    static void WrongHost()
+    {
+        using (RobotFixture fixture = RobotFixture.Start())
+        {
+            TestRobot robot = fixture.Fresh("Wrong host");
+            using (Host host = robot.Connect())
+                Thrown<RefusedException>(() => host.Command("XX"));
+            string message = Thrown<FindingsException>(robot.Dispose);
+            Equal("the failure names the mistake and its remedy", true, message.Contains(
+                "IP0: unknown command \"XX\" (unknown-command, error). Begin a message with two letters of Table 5.1."));
+            Equal("and the last texts", true, message.Contains("> IP0 XX<CR>\n  < IP0 NG<CR>\n"));
+            Equal("and the transcript", true, File.ReadAllText(robot.TranscriptFile).Contains("> IP0 XX<CR>"));
+            File.Delete(robot.TranscriptFile);
+            robot = fixture.Fresh("Excused");
+            using (Host host = robot.Connect())
+                Thrown<RefusedException>(() => host.Command("XX"));
+            robot.Allow("unknown-command");
+            robot.Dispose();
+            Equal("a mistake that the test allows", null, robot.TranscriptFile);
+            robot = fixture.Fresh("Failed otherwise");
+            robot.End(true);
+            Equal("a test that failed otherwise has its transcript", true, File.Exists(robot.TranscriptFile));
+            File.Delete(robot.TranscriptFile);
+        }
+    }
+
+    static void Starts()
+    {
+        Equal("wrong options", true, Thrown<StartException>(() => RobotFixture.Start("--no-such-option")).Contains("--no-such-option"));
+        string folder = Path.Combine(Path.GetTempPath(), "ts3100 \"checks\" " + Process.GetCurrentProcess().Id);
+        Directory.CreateDirectory(folder);
+        RobotFixture fixture = RobotFixture.Start("--findings", Path.Combine(folder, "findings.json"));
+        Uri control = new Uri(fixture.Process.ControlUrl);
+        fixture.Dispose();
+        Equal("a robot that ends has written its report", true, File.Exists(Path.Combine(folder, "findings.json")));
+        Directory.Delete(folder, true);
+        Thrown<SocketException>(() => new TcpClient(control.Host, control.Port));
+        string binary = Environment.GetEnvironmentVariable(RobotProcess.BinaryVariable);
+        Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, "no-such-binary");
+        Equal("no binary", true, Thrown<StartException>(() => RobotFixture.Start()).StartsWith("cannot run no-such-binary: "));
+        Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, binary);
+    }
+
+    static int FreePort()
+    {
+        var listener = new TcpListener(System.Net.IPAddress.Loopback, 0);
+        listener.Start();
+        int port = ((System.Net.IPEndPoint)listener.LocalEndpoint).Port;
+        listener.Stop();
+        return port;
+    }
+
+    static string Text(double value) { return value.ToString("0.###", System.Globalization.CultureInfo.InvariantCulture); }
+
+    static string Thrown<T>(Action action) where T : Exception
+    {
+        try
+        {
+            action();
+        }
+        catch (T error)
+        {
+            return error.Message;
+        }
+        throw new CheckFailed("expected " + typeof(T).Name + ", found none");
+    }
+
+    static void Equal<T>(string what, T expected, T found)
+    {
+        if (!Equals(expected, found))
+            throw new CheckFailed(what + "\n     expected " + expected + "\n     found    " + found);
+        Console.WriteLine("ok   " + what);
+    }
+
+    sealed class CheckFailed : Exception
+    {
+        public CheckFailed(string message) : base(message) { }
+    }
+}

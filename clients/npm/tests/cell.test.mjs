@@ -1,0 +1,87 @@
+// A test of a cell with Node's own test runner: one robot for the file, a fresh one for each test.
+import assert from "node:assert/strict";
+import { connect } from "node:net";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { start } from "ts3100";
+
+process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
+
+let robot;
+before(async () => { robot = await start(); });
+beforeEach(() => robot.reset());
+afterEach(() => robot.checkFindings({ allow: ["refused-by-state"] }));
+after(() => robot.stop());
+
+/** Your host program: here it sends commands, 50 ms after each answer, and returns the answers. */
+async function host(...commands) {
+  const socket = connect(robot.ports.ip0, robot.address);
+  const answers = [];
+  try {
+    for (const command of commands) {
+      socket.write(`\x02${command}\r\x03`);
+      answers.push(await new Promise((done, fail) => socket.once("data", done).once("error", fail)));
+      await new Promise((done) => setTimeout(done, 51));
+    }
+  } finally {
+    await new Promise((done) => socket.end(done));
+  }
+  return answers.map((answer) => answer.toString().replace(/[\x02\x03\r]/g, ""));
+}
+
+test("the robot places a part", async () => {
+  await robot.setTime("stepped");
+  await robot.putFile("PICK", "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n");
+  assert.deepEqual(await host("SO", "SL,PICK", "RN"), ["OK", "OK", "OK"]);
+  await robot.setInput(1, true);
+  assert.ok(await robot.advanceUntil("output 5 on", 10));
+  assert.ok((await robot.now()) >= 2);
+});
+
+test("the next test finds a fresh robot", async () => {
+  const { servo, files } = await robot.state();
+  assert.equal(servo, false);
+  assert.ok(!files.files.some((file) => file.name === "PICK"));
+});
+
+test("the emergency stop refuses a start", async () => {
+  await robot.pressEmergencyStop();
+  assert.deepEqual(await host("SO"), ["NG"]);
+  await assert.rejects(robot.setServo(true), { name: "ControlError", status: 409, message: "cannot turn the servo on: the emergency stop is pressed" });
+});
+
+test("a wrong host is named", async () => {
+  await host("XX");
+  await assert.rejects(robot.checkFindings(), (error) => {
+    assert.equal(error.name, "FindingsError");
+    assert.match(error.message, /IP0: unknown command "XX" \(unknown-command, error\)\. Begin a message/);
+    assert.match(error.message, /> IP0 XX<CR>\n {2}< IP0 NG<CR>/);
+    return true;
+  });
+  await robot.reset();
+});
+
+test("variables, alarms, snapshots, the log", async () => {
+  await robot.putFile("ASK", "GLOBAL\nCOUNT = 3\nEND\nPROGRAM ASK\nEND\n");
+  await robot.select("ASK");
+  await robot.setVariable("COUNT", 7);
+  await robot.takeSnapshot("seven");
+  await robot.setVariable("COUNT", 8);
+  await robot.restore("seven");
+  assert.deepEqual(await robot.variable("COUNT"), [7]);
+  await robot.raiseAlarm("2-046");
+  assert.deepEqual(await robot.alarms(), ["2-046"]);
+  assert.match(robot.log(), /reset/);
+});
+
+test("what cannot start says why", async () => {
+  await assert.rejects(start({ args: ["--no-such-option"] }), /exit code 2 before it was ready:\n.*--no-such-option/s);
+});
+
+test("a fresh robot costs little", async (context) => {
+  const robots = 500, begun = performance.now();
+  for (let count = 0; count < robots; count++) {
+    await robot.reset();
+    await robot.checkFindings();
+  }
+  context.diagnostic(`${((performance.now() - begun) / robots).toFixed(2)} ms for a fresh robot and its findings`);
+});
