@@ -220,8 +220,9 @@ pub fn whole_number(number: f64) -> Option<u32> {
 ///
 /// # Errors
 /// A number that is not whole or out of range.
-pub fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    number_that(deserializer, "a whole number", whole_number)
+pub fn whole<'de, D: Deserializer<'de>, T: TryFrom<u32>>(deserializer: D) -> Result<T, D::Error> {
+    let fits = |number| T::try_from(whole_number(number)?).ok();
+    number_that(deserializer, "a whole number", fits)
 }
 
 /// As [`whole`], where there may be none.

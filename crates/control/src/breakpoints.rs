@@ -1,6 +1,6 @@
 //! `/breakpoints`, `/program/step` and `/program/run-to`: the selected program, stopped where one wants it.
 
-use super::body::{Json, NoBody};
+use super::body::{Json, NoBody, whole};
 use super::handle::{Answer, Handle};
 use super::panel::ProgramStatus;
 use super::problem::Problem;
@@ -15,14 +15,21 @@ use utoipa::ToSchema;
 #[serde(deny_unknown_fields)]
 pub struct Breakpoints {
     /// Lines of the file, from 1; the program stops before each.
-    lines: Vec<u32>,
+    #[schema(value_type = Vec<u32>)]
+    lines: Vec<FileLine>,
 }
+
+/// A line of a file, from 1.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(transparent)]
+struct FileLine(#[serde(deserialize_with = "whole")] u32);
 
 /// A line of the selected file.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunToRequest {
     /// From 1.
+    #[serde(deserialize_with = "whole")]
     #[schema(minimum = 1)]
     line: u32,
 }
@@ -41,7 +48,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 
 fn breakpoints(view: &View<'_>) -> Breakpoints {
     Breakpoints {
-        lines: view.controller.breakpoints().collect(),
+        lines: view.controller.breakpoints().map(FileLine).collect(),
     }
 }
 
@@ -58,7 +65,8 @@ async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
 /// selected. The robot has no such function; an emulator has.
 #[utoipa::path(put, path = "/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))]
 async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
-    let set = handle.act(Action::Breakpoints(body.lines), breakpoints);
+    let lines = body.lines.into_iter().map(|FileLine(line)| line);
+    let set = handle.act(Action::Breakpoints(lines.collect()), breakpoints);
     set.await.map(Json)
 }
 

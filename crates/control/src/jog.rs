@@ -3,7 +3,7 @@
 //! A call with `hold` is a key that is held: whatever ends the call lets it go.
 
 use super::arm::ArmPosture;
-use super::body::{Json, NoBody};
+use super::body::{Json, NoBody, whole};
 use super::handle::{Answer, DriverHandle, Handle};
 use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,7 @@ const LOOK: Duration = Duration::from_millis(50);
 #[serde(deny_unknown_fields)]
 pub struct JogRequest {
     /// Axis of the arm from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them.
+    #[serde(deserialize_with = "whole")]
     #[schema(minimum = 1, maximum = 8)]
     axis: u8,
     /// Towards larger or smaller values.

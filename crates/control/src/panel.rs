@@ -3,7 +3,7 @@
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
-use super::body::{Json, NoBody};
+use super::body::{Json, NoBody, whole};
 use super::handle::{Answer, Handle};
 use super::problem::Problem;
 use super::route_table::{RouteTable, routes};
@@ -72,6 +72,7 @@ pub struct Battery {
 #[serde(deny_unknown_fields)]
 pub struct Override {
     /// In percent.
+    #[serde(deserialize_with = "whole")]
     #[schema(minimum = 1, maximum = 100)]
     percent: u8,
 }
