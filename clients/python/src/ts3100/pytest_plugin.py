@@ -30,6 +30,19 @@ LIVE = ("load", "select", "servo_on", "faults", "time", "key_switch", "control_r
 OWN = ("model", "controller", "dialect", "options", "flags", "scenario")
 PLUGIN = ("deny",)
 SEVERITIES = ("note", "warning", "error")
+# The rules of docs/reference/findings.md; a test compares them.
+RULES = frozenset("""
+    answer-early command-early command-before-answer poll-fast no-stx bytes-outside text-over-long text-unfinished
+    bad-checksum no-cr message-too-long lower-case blank-after-comma blank-at-end comma-for-blank odd-character
+    abbreviated unknown-command malformed-command extension-command mode-forbids start-servo-off program-errors
+    refused-by-state repeated-refusal servo-off-running write-while-running command-in-exchange unexpected-answer
+    answer-missing download-abandoned left-in-exchange file-without-download file-bad-line file-malformed
+    file-too-large file-line-ends cr-after-eof selected-overwritten long-file-name parameter-pending
+    parameter-broken watchdog-late left-jogging second-connection answers-unread half-duplex line-settings
+    line-garbled line-overflow data-before-input data-cleared input-overflow print-cut input-not-a-number
+    input-empty input-line-feed half-value peer-left print-without-peer input-without-peer protocol-on-channel
+    data-to-ip3 panel-refused signal-refused no-such-line selection-lost
+""".split())
 # Processes kept for tests with other flags than those of the session.
 KEPT_SERVERS = 8
 # Findings and characters shown in a report; the transcript has all of it.
@@ -71,10 +84,11 @@ class _Test:
             self.wanted = {**marker.kwargs, **self.wanted}
         known = LIVE + OWN + PLUGIN
         for key in self.wanted:
-            if key not in known:
-                near = difflib.get_close_matches(key, known, 1)
-                raise pytest.UsageError(f"the marker ts3100 has no {key!r}; " + (f"did you mean {near[0]!r}?" if near else
-                                        f"it has {', '.join(known)}"))
+            _check_word(f"the marker ts3100 has no {key!r}", key, known)
+        deny = self.wanted.get("deny", item.config.getini("ts3100_deny"))
+        self._deny = {word for entry in _listed(deny) for word in entry.split(",")}
+        for word in self._deny:
+            _check_word(f"cannot deny {word!r}: no such rule", word, ("none", *SEVERITIES, *sorted(RULES)))
 
     def path(self, name: Union[str, os.PathLike[str]]) -> str:
         """A path of the marker, which is relative to the file of the test."""
@@ -82,13 +96,21 @@ class _Test:
 
     def denied(self, robot: Robot) -> List[Finding]:
         """The findings that fail the test and have not failed it yet."""
-        deny = self.wanted.get("deny", self.item.config.getini("ts3100_deny"))
-        words = {word for entry in ([deny] if isinstance(deny, str) else deny) for word in entry.split(",")}
-        lowest = min((SEVERITIES.index(word) for word in words & set(SEVERITIES)), default=len(SEVERITIES))
+        lowest = min((SEVERITIES.index(word) for word in self._deny & set(SEVERITIES)), default=len(SEVERITIES))
         found = [finding for finding in robot.findings
-                 if finding.rule in words or SEVERITIES.index(finding.severity) >= lowest]
+                 if finding.rule in self._deny or SEVERITIES.index(finding.severity) >= lowest]
         new, self._blamed = found[self._blamed:], len(found)
         return new
+
+
+def _check_word(message: str, word: str, known: Sequence[str]) -> None:
+    if word not in known:
+        near = difflib.get_close_matches(word, known, 1)
+        raise pytest.UsageError(f"{message}; " + (f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}"))
+
+
+def _listed(value: Any) -> List[Any]:
+    return [value] if isinstance(value, (str, os.PathLike)) else list(value)
 
 
 _TEST = pytest.StashKey[_Test]()
@@ -116,7 +138,12 @@ class Servers:
         key = tuple(flags)
         if self._url and key:
             raise pytest.UsageError(f"cannot set {' '.join(key)} on the running emulator at {self._url}: run without --ts3100-url")
-        robot = self._kept.pop(key, None) or (self._connect() if self._url else self.start(key))
+        robot = self._kept.pop(key, None)
+        if robot and robot.has_ended:
+            robot.close()
+            robot = None
+        if robot is None:
+            robot = self._connect() if self._url else self.start(key)
         self._kept[key] = robot
         if len(self._kept) > KEPT_SERVERS:
             self._kept.popitem(last=False)[1].close()
@@ -174,6 +201,8 @@ def robot(request: pytest.FixtureRequest, ts3100_servers: Servers, tmp_path_fact
     robot = ts3100_servers.get(flags)
     _set_time(test, robot)
     robot.reset()
+    for name in robot.snapshots:
+        robot.delete_snapshot(name)
     _prepare(test, robot)
     yield robot
     _check_findings(test, robot)
@@ -197,10 +226,6 @@ def _own_flags(test: _Test) -> List[str]:
     flags += [f"--set={name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in options.items()]
     extra = wanted.get("flags") or []
     return flags + (shlex.split(extra) if isinstance(extra, str) else list(extra))
-
-
-def _listed(value: Any) -> List[Any]:
-    return [value] if isinstance(value, (str, os.PathLike)) else list(value)
 
 
 def _set_time(test: _Test, robot: Robot) -> None:
@@ -299,7 +324,7 @@ def _explain(report: pytest.TestReport, test: _Test, robot: Robot) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     path.write_bytes(transcript.encode())
     report.sections.append(("ts3100 transcript", str(path)))
-    report.user_properties.append(("ts3100_transcript", str(path)))
+    test.item.user_properties.append(("ts3100_transcript", str(path)))
 
 
 def _artifacts(test: _Test) -> Path:

@@ -7,6 +7,7 @@ docs/reference/control-interface.md of the project, and by the emulator itself a
 from __future__ import annotations
 
 import atexit
+import contextlib
 import http.client
 import json
 import os
@@ -196,7 +197,8 @@ class Lines:
 class Variables:
     """Variables or positions of the selected file: `robot.variables["COUNT"] = 3`.
 
-    A value is a number, a list of numbers for a load, coordinate or position, or nested lists for an array.
+    A value is a number, a list of numbers for a load, a coordinate or a position, and None if nothing was assigned yet. An
+    array is the list of its elements from subscript 0; `robot.variables["TBL(2)"]` is a single one.
     """
 
     def __init__(self, robot: Robot, path: str) -> None:
@@ -222,9 +224,10 @@ class Variables:
 
     @staticmethod
     def _value(row: Mapping[str, Any]) -> Any:
-        value = row.get("value")
-        is_scalar = row.get("kind") in ("integer", "real") and not row.get("bounds")
-        return value[0] if is_scalar and isinstance(value, list) and len(value) == 1 else value
+        def scalar(value: Any) -> Any:
+            return value[0] if isinstance(value, list) and len(value) == 1 else value
+
+        return [scalar(element) for element in row["elements"]] if "elements" in row else scalar(row.get("value"))
 
 
 class Files(MutableMapping[str, str]):
@@ -308,9 +311,11 @@ class Robot:
         # Idle connections, each with the time of its last use. Calls of several threads each take their own.
         self._idle: Deque[Tuple[http.client.HTTPConnection, float]] = deque()
         self._prefix = ""
-        row = self._row(robot)
-        if robot is not None:
-            self._prefix = f"/robots/{quote(robot, safe='')}"
+        try:
+            row = self._row(robot)
+        except BaseException:
+            self._hang_up()
+            raise
         self.name: str = row["name"]
         self._addresses = {name: self._address(text) for name, text in row["ports"].items()}
         self.ports = {name: port for name, (_, port) in self._addresses.items()}
@@ -347,19 +352,27 @@ class Robot:
 
     @classmethod
     def connect(cls, url: str, *, token: Optional[str] = None, robot: Optional[str] = None) -> Self:
-        """Connects to a running emulator by the URL of its control interface; `robot` names one of several."""
+        """Connects to a running emulator by the URL of its control interface; `robot` names one of several, default the first."""
         return cls(url, token=token, robot=robot)
 
     def close(self) -> int:
         """Closes the connections and ends an emulator that was started here. Returns its exit code; 0 otherwise."""
+        self._hang_up()
+        return self._process.end() if self._process else 0
+
+    def _hang_up(self) -> None:
         while self._idle:
             self._idle.pop()[0].close()
-        return self._process.end() if self._process else 0
 
     @property
     def ready(self) -> Dict[str, Any]:
         """The ready line of an emulator that was started here: ports, and addresses of serial lines at `serial`."""
         return self._process.ready if self._process else {}
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether an emulator that was started here has ended by itself."""
+        return self._process is not None and self._process.has_ended()
 
     @property
     def log(self) -> str:
@@ -376,6 +389,8 @@ class Robot:
         rows = self.call("GET", "/robots")["robots"]
         for row in rows:
             if robot in (None, row["name"]):
+                # Of several robots, paths name one.
+                self._prefix = f"/robots/{quote(row['name'], safe='')}" if len(rows) > 1 else ""
                 return cast(Mapping[str, Any], row)
         raise Refused(f"no robot {robot!r}; there are {', '.join(row['name'] for row in rows)}", 404, "robot")
 
@@ -441,7 +456,7 @@ class Robot:
         text = answer.decode("utf-8", "replace")
         problem = json.loads(text) if kind.startswith("application/json") else {}
         message = problem.get("error") or text or f"{method} {path}: status {status}"
-        if problem.get("expected"):
+        if problem.get("expected") and problem["expected"] not in message:
             message += f"; expected {problem['expected']}"
         return Refused(message, status, problem.get("where"))
 
@@ -682,6 +697,7 @@ class _Process:
                                  else {"start_new_session": True})
         # The emulator writes and this process reads: each needs an offset of its own.
         log, self._log = tempfile.mkstemp("-ts3100.log")
+        self._said = ""
         try:
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
                                              env=environment, **group)
@@ -704,12 +720,15 @@ class _Process:
         self.ready: Dict[str, Any] = json.loads(line)
 
     def log(self) -> str:
-        """The log so far; of an emulator that was ended, nothing."""
-        try:
+        """The log so far."""
+        if os.path.exists(self._log):
             with open(self._log, encoding="utf-8", errors="replace") as file:
-                return file.read()
-        except FileNotFoundError:
-            return ""
+                self._said = file.read()
+        return self._said
+
+    def has_ended(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
 
     def ended(self) -> Optional[str]:
         """How it ended by itself."""
@@ -731,6 +750,7 @@ class _Process:
         code = self._process.wait()
         if self._process.stdout:
             self._process.stdout.close()
-        if os.path.exists(self._log):
+        self.log()
+        with contextlib.suppress(FileNotFoundError):
             os.unlink(self._log)
         return code
