@@ -201,7 +201,7 @@ def robot(request: pytest.FixtureRequest, ts3100_servers: Servers, tmp_path_fact
     robot = ts3100_servers.get(flags)
     _set_time(test, robot)
     robot.reset()
-    for name in robot.snapshots:
+    for name in sorted(robot.taken):
         robot.delete_snapshot(name)
     _prepare(test, robot)
     yield robot

@@ -19,7 +19,7 @@ import threading
 import time
 from collections import deque
 from dataclasses import dataclass, fields
-from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Mapping, MutableMapping, Optional, Sequence, Tuple,
+from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Mapping, MutableMapping, Optional, Sequence, Set, Tuple,
                     Type, TypeVar, Union, cast, overload)
 from urllib.parse import quote, urlencode, urlsplit
 
@@ -311,6 +311,8 @@ class Robot:
         # Idle connections, each with the time of its last use. Calls of several threads each take their own.
         self._idle: Deque[Tuple[http.client.HTTPConnection, float]] = deque()
         self._prefix = ""
+        # Names of the snapshots that were taken here and not deleted.
+        self.taken: Set[str] = set()
         try:
             row = self._row(robot)
         except BaseException:
@@ -631,6 +633,7 @@ class Robot:
     def take_snapshot(self, name: str) -> None:
         """Keeps the present state under a name."""
         self.call("PUT", f"/snapshots/{quote(name, safe='')}")
+        self.taken.add(name)
 
     def restore_snapshot(self, name: str) -> None:
         """Returns to a snapshot; hosts stay connected, findings and transcript go on."""
@@ -639,6 +642,7 @@ class Robot:
     def delete_snapshot(self, name: str) -> None:
         """Deletes a snapshot."""
         self.call("DELETE", f"/snapshots/{quote(name, safe='')}")
+        self.taken.discard(name)
 
     # Records
 
