@@ -288,6 +288,33 @@ def tests(programs, folder):
         ok("the tests of the package %s: %s" % (" ".join(arguments), said.strip().splitlines()[-1]))
 
 
+def page(programs, folder):
+    """docs/how-to/pytest.md: its files, and what it says of their run."""
+    with open(os.path.join(ROOT, "docs", "how-to", "pytest.md"), encoding="utf-8") as file:
+        text = file.read()
+    where = os.path.join(folder, "page")
+    os.makedirs(where)
+    files = re.findall(r"^```(?:python|toml)\n# (\S+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (shown,) = re.findall(r"^```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    files.append(("pick.scol", "PROGRAM PICK\nEND\n"))
+    for name, code in files:
+        with open(os.path.join(where, name), "w", encoding="utf-8") as file:
+            file.write(code)
+    pytest = [os.path.join(programs, "python"), "-m", "pytest", "-q", "-p", "no:cacheprovider"]
+    ran = sorted(name for name, _ in files if name.startswith("test_"))
+    equal("the page shows these tests", ["test_cell.py", "test_my_host.py", "test_protocol.py"], ran)
+    # The configuration of the page is for a program of its own; the tests of the page are for the plain one.
+    os.rename(os.path.join(where, "pyproject.toml"), os.path.join(where, "kept.toml"))
+    said = run(*pytest, "test_cell.py", "test_protocol.py", where=where)
+    true("the tests of the page pass", "4 passed" in said, said)
+    said = run(*pytest, "test_my_host.py", where=where, code=1)
+    form = re.escape(shown).replace(re.escape("..."), ".*")
+    true("and the wrong host fails as the page shows", re.search(form, said, re.DOTALL), said)
+    os.rename(os.path.join(where, "kept.toml"), os.path.join(where, "pyproject.toml"))
+    run(*pytest, "test_my_host.py", where=where, code=1)
+    equal("its configuration is taken", 1, len(os.listdir(os.path.join(where, "transcripts"))))
+
+
 def figures(programs, folder):
     """What a fresh robot adds to a test."""
     where = os.path.join(folder, "figures")
@@ -322,6 +349,7 @@ def main():
         user = environment(os.path.join(folder, "user"), sys.executable, wheel, *TEST, *TYPES)
         commands(user, builder, wheel, folder)
         typed(user, folder)
+        page(user, folder)
         tests(user, folder)
         figures(user, folder)
         for number, python in enumerate(arguments.python):

@@ -180,7 +180,7 @@ def test_mistakes_in_a_marker(user: pytest.Pytester) -> None:
     result = run(user, """
         import pytest
 
-        @pytest.mark.ts3100(selct="PICK")
+        @pytest.mark.ts3100(selected="PICK")
         def test_typo(robot): pass
 
         @pytest.mark.ts3100("PICK")
@@ -197,13 +197,16 @@ def test_mistakes_in_a_marker(user: pytest.Pytester) -> None:
     """, "--strict-markers")
     result.assert_outcomes(errors=5)
     result.stdout.fnmatch_lines_random([
-        "*the marker ts3100 has no 'selct'; did you mean 'select'?*", "*the marker ts3100 takes keywords only*",
+        "*the marker ts3100 has no 'selected'; did you mean 'select'?*", "*the marker ts3100 takes keywords only*",
         "*NOSUCH*", "*cannot deny 'lowercase': no such rule; did you mean 'lower-case'?*", "*exit code 2: error:*tv-801*"])
 
 
-def test_configuration(user: pytest.Pytester) -> None:
+def test_configuration(user: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     user.makeini("[pytest]\nts3100_time = stepped\nts3100_deny = note\nts3100_flags = --load pick.scol --select PICK --servo-on\n"
                  "ts3100_artifacts = kept\n")
+    # Paths of the configuration are relative to its folder, wherever pytest is called.
+    user.mkdir("sub")
+    monkeypatch.chdir(user.path / "sub")
     result = run(user, """
         def test_a(robot):
             assert (robot.time_mode, robot.program.file, robot.servo) == ("stepped", "PICK", True)
@@ -213,7 +216,7 @@ def test_configuration(user: pytest.Pytester) -> None:
         def test_b(robot, host):
             assert robot.servo
             host.raw(b"so\\r")
-    """)
+    """, "..")
     result.assert_outcomes(passed=1, failed=1)
     assert len(list((user.path / "kept").iterdir())) == 1
 

@@ -150,8 +150,9 @@ class Servers:
         return robot
 
     def start(self, flags: Sequence[str]) -> Robot:
-        """A process with the flags of the configuration and these."""
-        return Robot.start(time=self._config.getini("ts3100_time"), flags=[*self._flags, *flags])
+        """A process with the flags of the configuration and these; their paths are relative to the root of the tests."""
+        return Robot.start(time=self._config.getini("ts3100_time"), flags=[*self._flags, *flags],
+                           cwd=self._config.rootpath)
 
     def _connect(self) -> Robot:
         """The running emulator; with xdist each worker has one of its robots."""

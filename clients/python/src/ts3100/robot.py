@@ -331,10 +331,11 @@ class Robot:
     def start(cls, *, time: Optional[str] = None, load: Sequence[Union[str, os.PathLike[str]]] = (), select: Optional[str] = None,
               servo_on: bool = False, model: Optional[str] = None, scenario: Union[str, os.PathLike[str], None] = None,
               faults: Sequence[str] = (), options: Optional[Mapping[str, object]] = None, flags: Sequence[str] = (),
-              binary: Optional[str] = None) -> Self:
+              binary: Optional[str] = None, cwd: Union[str, os.PathLike[str], None] = None) -> Self:
         """Starts an emulator on free ports; it ends with `close`, or with this process.
 
-        `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`.
+        `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`. Paths
+        are relative to `cwd`, default the present directory.
         Variables of the environment that set flags (TS3100_...) have no effect on it.
         """
         command: List[str] = [f"--time={time}"] if time else []
@@ -345,7 +346,7 @@ class Robot:
         command += [f"--scenario={os.fspath(scenario)}"] if scenario else []
         command += [f"--fault={fault}" for fault in faults]
         command += [f"--set={name}={_word(value)}" for name, value in (options or {}).items()]
-        process = _Process(binary or find_binary(), [*command, *flags])
+        process = _Process(binary or find_binary(), [*command, *flags], cwd)
         try:
             return cls(process.ready["control"], process=process)
         except BaseException:
@@ -694,7 +695,7 @@ def _word(value: object) -> str:
 class _Process:
     """A `ts3100 serve` on free ports, in a process group of its own: Ctrl-C ends the tests first and then this."""
 
-    def __init__(self, binary: str, flags: Sequence[str]) -> None:
+    def __init__(self, binary: str, flags: Sequence[str], cwd: Union[str, os.PathLike[str], None]) -> None:
         environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
         command = [binary, "serve", "--ports=auto", "--ready-json", *flags]
         group: Dict[str, Any] = ({"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP")} if os.name == "nt"
@@ -704,7 +705,7 @@ class _Process:
         self._said = ""
         try:
             self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
-                                             env=environment, **group)
+                                             env=environment, cwd=cwd, **group)
         except OSError as error:
             os.unlink(self._log)
             raise StartError(f"cannot start {binary}: {error}") from error
