@@ -289,7 +289,7 @@ def tests(programs, folder):
 
 
 def page(programs, folder):
-    """docs/how-to/pytest.md: its files, and what it says of their run."""
+    """docs/how-to/pytest.md and the README of the package: their files, and what the page says of their run."""
     with open(os.path.join(ROOT, "docs", "how-to", "pytest.md"), encoding="utf-8") as file:
         text = file.read()
     where = os.path.join(folder, "page")
@@ -297,16 +297,18 @@ def page(programs, folder):
     files = re.findall(r"^```(?:python|toml)\n# (\S+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     (shown,) = re.findall(r"^```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     files.append(("pick.scol", "PROGRAM PICK\nEND\n"))
+    with open(os.path.join(PACKAGE, "README.md"), encoding="utf-8") as file:
+        files += [("test_readme.py", code) for code in re.findall(r"^```python\n(.*?)^```", file.read(), re.MULTILINE | re.DOTALL)]
     for name, code in files:
         with open(os.path.join(where, name), "w", encoding="utf-8") as file:
             file.write(code)
     pytest = [os.path.join(programs, "python"), "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     ran = sorted(name for name, _ in files if name.startswith("test_"))
-    equal("the page shows these tests", ["test_cell.py", "test_my_host.py", "test_protocol.py"], ran)
+    equal("these tests are shown", ["test_cell.py", "test_my_host.py", "test_protocol.py", "test_readme.py"], ran)
     # The configuration of the page is for a program of its own; the tests of the page are for the plain one.
     os.rename(os.path.join(where, "pyproject.toml"), os.path.join(where, "kept.toml"))
-    said = run(*pytest, "test_cell.py", "test_protocol.py", where=where)
-    true("the tests of the page pass", "4 passed" in said, said)
+    said = run(*pytest, "test_cell.py", "test_protocol.py", "test_readme.py", where=where)
+    true("the tests of the page and of the README pass", "5 passed" in said, said)
     said = run(*pytest, "test_my_host.py", where=where, code=1)
     form = re.escape(shown).replace(re.escape("..."), ".*")
     true("and the wrong host fails as the page shows", re.search(form, said, re.DOTALL), said)

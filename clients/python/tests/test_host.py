@@ -4,6 +4,7 @@ import asyncio
 import threading
 import time
 from datetime import datetime
+from pathlib import Path
 from typing import Any, Callable
 
 import pytest
@@ -286,17 +287,19 @@ def test_several_async_hosts_at_a_time(robot: Robot) -> None:
     asyncio.run(both())
 
 
-def test_a_serial_line_over_tcp() -> None:
+@pytest.mark.parametrize("line", ["socket", "terminal"])
+def test_a_serial_line(line: str, tmp_path: Path) -> None:
     pytest.importorskip("serial")
-    with Robot.start(flags=["--control-right=rs232c", "--serial-host-tcp=127.0.0.1:0"]) as robot:
-        address = robot.ready["serial"]["host"].split("://")[-1]
-        with Host.open_serial(f"socket://{address}") as host:
+    flag = "--serial-host-tcp=127.0.0.1:0" if line == "socket" else f"--serial-dir={tmp_path}"
+    with Robot.start(flags=["--control-right=rs232c", flag]) as robot:
+        port = robot.ready["serial"]["host"].replace("tcp://", "socket://") if line == "socket" else str(tmp_path / "host")
+        with Host.open_serial(port) as host:
             host.servo_on()
             assert host.total_status().servo_on
             assert host.upload("DEMO") == robot.files.read("DEMO")
 
         async def job() -> None:
-            async with await AsyncHost.open_serial(f"socket://{address}") as host:
+            async with await AsyncHost.open_serial(port) as host:
                 assert (await host.total_status()).servo_on
 
         asyncio.run(job())

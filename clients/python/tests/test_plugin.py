@@ -303,6 +303,38 @@ def test_xdist_has_a_server_for_each_worker(user: pytest.Pytester) -> None:
     assert len(urls) == 2 and len({url for _, url in urls}) == 2
 
 
+def test_the_report_of_a_worker_is_complete(user: pytest.Pytester) -> None:
+    pytest.importorskip("xdist")
+    result = run(user, """
+        import pytest
+        from wrong_host import turn_servo_on
+
+        @pytest.mark.ts3100(deny="lower-case")
+        def test_servo(robot):
+            turn_servo_on(robot.address())
+    """, "-n1")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*- ts3100 findings -*", "*- ts3100 last exchange -*", "> IP0 so<CR>", "*- ts3100 transcript -*"])
+
+
+def test_only_some_emulators_are_kept(user: pytest.Pytester) -> None:
+    result = run(user, """
+        import pytest
+
+        started = []
+
+        @pytest.mark.parametrize("number", [
+            pytest.param(number, marks=pytest.mark.ts3100(options={"do.min_run": f"{number}ms"})) for number in range(1, 13)])
+        def test_own(robot, ts3100_server, number):
+            started.append(robot)
+            assert sum(not robot.has_ended for robot in started) <= 8
+
+        def test_the_session_server_is_there(ts3100_server):
+            assert ts3100_server.status == "stop (reset)" and sum(robot.has_ended for robot in started) == 5
+    """)
+    result.assert_outcomes(passed=13)
+
+
 def test_a_robot_that_died_is_said_and_the_next_test_has_another(user: pytest.Pytester) -> None:
     result = run(user, """
         def test_dies(robot):

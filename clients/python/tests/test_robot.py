@@ -1,5 +1,6 @@
 """The control interface by Robot: every setting and method, and how a call fails."""
 
+import sys
 import threading
 import time
 from pathlib import Path
@@ -220,9 +221,14 @@ def test_several_threads_call_at_a_time(robot: Robot) -> None:
 
 
 def test_an_idle_connection_is_opened_again(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert robot.state["status"] == "stop (reset)"
+    def local_port() -> int:
+        assert robot.status == "stop (reset)"
+        return int(robot._idle[0][0].sock.getsockname()[1])
+
+    kept = local_port()
+    assert local_port() == kept
     monkeypatch.setattr(module, "IDLE_LIMIT", -1.0)
-    assert robot.state["status"] == "stop (reset)"
+    assert local_port() != kept
 
 
 def test_one_of_several_robots() -> None:
@@ -255,6 +261,14 @@ def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         Robot.start(binary="/no/such")
     with pytest.raises(ValueError, match="expected the URL of a control interface"):
         Robot.connect("127.0.0.1:3100")
+
+
+def test_the_program_that_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TS3100_BINARY", "/no/such")
+    with pytest.raises(StartError, match="TS3100_BINARY is /no/such, which is no file"):
+        Robot.start()
+    monkeypatch.delenv("TS3100_BINARY")
+    assert Path(ts3100.find_binary()).parent == Path(sys.executable).parent
 
 
 def test_an_emulator_that_died_says_so() -> None:

@@ -20,7 +20,7 @@ STX, ETX, CR, EOF = b"\x02", b"\x03", b"\r", b"\x1a"
 OK, NG, SP, FL = b"OK\r", b"NG\r", b"SP\r", b"FL,"
 # Data bytes of a text, between STX and ETX.
 LONGEST_TEXT = 253
-# Bytes without an ETX after which no text is to be expected any more.
+# Most bytes that wait to be read: hundreds of texts, where one is usual.
 LONGEST_RECEIVED = 64 * 1024
 # The directory of a full drive is longer than any file: 1,000 files of at most 20 characters a record.
 LONGEST_ANSWER = 128 * 1024
@@ -53,6 +53,8 @@ class Protocol:
     def feed(self, data: bytes) -> None:
         """Takes bytes that were received."""
         self._received += data
+        if len(self._received) > LONGEST_RECEIVED:
+            raise ProtocolError(f"{len(self._received)} bytes were received and no text was expected, or none has ended")
 
     def frame(self, data: bytes) -> bytes:
         """The text around this data."""
@@ -94,8 +96,6 @@ class Protocol:
 
     def _any_text(self) -> Exchange[bytes]:
         while (end := self._received.find(ETX)) < 0:
-            if len(self._received) > LONGEST_RECEIVED:
-                raise ProtocolError(f"no ETX in {len(self._received)} bytes")
             yield None
         yield from self._begin()
         data = yield from self._exactly(end - int(self.stx))

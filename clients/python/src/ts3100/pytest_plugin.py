@@ -134,7 +134,7 @@ class Servers:
         self._kept: OrderedDict[Tuple[str, ...], Robot] = OrderedDict()
 
     def get(self, flags: Sequence[str] = ()) -> Robot:
-        """The robot that was started with these flags; the longest unused one gives way."""
+        """The robot that was started with these flags; the longest unused of the others may end for it."""
         key = tuple(flags)
         if self._url and key:
             raise pytest.UsageError(f"cannot set {' '.join(key)} on the running emulator at {self._url}: run without --ts3100-url")
@@ -146,12 +146,13 @@ class Servers:
             robot = self._connect() if self._url else self.start(key)
         self._kept[key] = robot
         if len(self._kept) > KEPT_SERVERS:
-            self._kept.popitem(last=False)[1].close()
+            # That of the session stays: `ts3100_server` has it.
+            self._kept.pop(next(key for key in self._kept if key)).close()
         return robot
 
-    def start(self, flags: Sequence[str]) -> Robot:
+    def start(self, flags: Sequence[str], time: Optional[str] = None) -> Robot:
         """A process with the flags of the configuration and these; their paths are relative to the root of the tests."""
-        return Robot.start(time=self._config.getini("ts3100_time"), flags=[*self._flags, *flags],
+        return Robot.start(time=time or self._config.getini("ts3100_time"), flags=[*self._flags, *flags],
                            cwd=self._config.rootpath)
 
     def _connect(self) -> Robot:
@@ -177,7 +178,7 @@ class Servers:
 
 
 @pytest.fixture(scope="session")
-def ts3100_servers(pytestconfig: pytest.Config) -> Iterator[Servers]:
+def _ts3100_servers(pytestconfig: pytest.Config) -> Iterator[Servers]:
     """The processes of the session."""
     servers = Servers(pytestconfig)
     yield servers
@@ -185,21 +186,21 @@ def ts3100_servers(pytestconfig: pytest.Config) -> Iterator[Servers]:
 
 
 @pytest.fixture(scope="session")
-def ts3100_server(ts3100_servers: Servers) -> Robot:
+def ts3100_server(_ts3100_servers: Servers) -> Robot:
     """The robot of the session, with the flags of the configuration. Nothing resets it: `robot` is for tests."""
-    return ts3100_servers.get()
+    return _ts3100_servers.get()
 
 
 @pytest.fixture
-def robot(request: pytest.FixtureRequest, ts3100_servers: Servers, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
+def robot(request: pytest.FixtureRequest, _ts3100_servers: Servers, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
     """A fresh robot: files, variables, alarms, faults, clock, findings and transcript are as after a start."""
     test = _Test(request.node, tmp_path_factory)
     request.node.stash[_TEST] = test
     flags = _own_flags(test)
     if test.wanted.get("scenario"):
-        yield from _with_scenario(test, ts3100_servers, flags)
+        yield from _with_scenario(test, _ts3100_servers, flags)
         return
-    robot = ts3100_servers.get(flags)
+    robot = _ts3100_servers.get(flags)
     _set_time(test, robot)
     robot.reset()
     for name in sorted(robot.taken):
@@ -258,9 +259,8 @@ def _with_scenario(test: _Test, servers: Servers, flags: List[str]) -> Iterator[
     with tempfile.TemporaryDirectory() as folder:
         results = Path(folder, "scenario.xml")
         flags = [*flags, f"--scenario={test.path(test.wanted['scenario'])}", f"--junit={results}"]
-        robot = servers.start(flags)
+        robot = servers.start(flags, test.wanted.get("time"))
         try:
-            _set_time(test, robot)
             _prepare(test, robot)
             yield robot
             _check_findings(test, robot)
