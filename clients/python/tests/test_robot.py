@@ -223,7 +223,7 @@ def test_several_threads_call_at_a_time(robot: Robot) -> None:
 def test_an_idle_connection_is_opened_again(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     def local_port() -> int:
         assert robot.status == "stop (reset)"
-        return int(robot._idle[0][0].sock.getsockname()[1])
+        return int(robot._idle[-1][0].sock.getsockname()[1])
 
     kept = local_port()
     assert local_port() == kept
