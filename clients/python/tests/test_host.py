@@ -17,7 +17,7 @@ Connect = Callable[..., Any]
 PROGRAM = b"""GLOBAL
   N = 3
   X = 1.5
-  DIM TBL(3)
+  DIM TBL(3) AS INTEGER
 END
 PROGRAM PICK
   DOUT(5)
@@ -126,6 +126,8 @@ def test_variables_and_lines(robot: Robot, connect: Connect) -> None:
     assert "X = -2.25" in robot.files["PICK"]
     host.write_variable("P1", [300.0, 1.5, 200, 0, 0, 0, 0, 0, 11111], VariableType.POSITION)
     assert host.read_variable("P1", VariableType.POSITION)[:3] == (300.0, 1.5, 200.0)
+    host.write_variable("TBL(2)", [5], VariableType.INTEGER)
+    assert host.read_variable("TBL(2)", VariableType.INTEGER) == host.read_variable("TBL(2)") == (5,)
     with pytest.raises(Refused):
         host.read_variable("N", VariableType.REAL)
     host.set_outputs({3: True, 201: True, 4: False})

@@ -1,5 +1,7 @@
 """The control interface by Robot: every setting and method, and how a call fails."""
 
+import http.client
+import io
 import sys
 import threading
 import time
@@ -56,7 +58,7 @@ def test_a_refused_call_says_why(robot: Robot) -> None:
     with pytest.raises(Refused, match="cannot turn the servo on: the emergency stop is pressed") as refused:
         robot.servo = True
     assert refused.value.status == 409
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(Refused, match="1 to 100") as refused:
         robot.override = 130
     assert refused.value.status in (409, 422) and "percent" in str(refused.value.where or refused.value)
     with pytest.raises(Refused) as refused:
@@ -187,6 +189,10 @@ def test_events_come_as_they_happen(robot: Robot) -> None:
     quiet = robot.events(timeout=0.2)
     with pytest.raises(NoReply, match="no event within 0.2 s"):
         next(quiet)
+    # The signs of life of the stream are not events.
+    life = http.client.HTTPConnection("127.0.0.1"), io.BytesIO(b":\n\n" * 3)
+    with pytest.raises(NoReply, match="no event within 0 s"):
+        next(robot._events(*life, 0))  # type: ignore[arg-type]
 
 
 def test_jogging_and_breakpoints(pick: Robot) -> None:
