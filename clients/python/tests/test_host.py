@@ -228,12 +228,12 @@ def test_raw_texts_are_sent_as_they_are(robot: Robot, connect: Connect) -> None:
     assert [finding.rule for finding in robot.findings] == ["lower-case", "unknown-command"]
 
 
-@pytest.mark.ts3100(time="real", faults=["late-reply:command=SO,delay=300", "no-reply:command=RS"], deny="none")
+@pytest.mark.ts3100(time="real", faults=["late-reply:command=SO,delay=600", "no-reply:command=RS"], deny="none")
 def test_an_answer_after_its_time_limit_is_not_taken_for_the_next(robot: Robot, connect: Connect) -> None:
-    host = connect(timeout=0.1)
-    with pytest.raises(NoReply, match="did not answer within 0.1 s"):
+    host = connect(timeout=0.3)
+    with pytest.raises(NoReply, match="did not answer within 0.3 s"):
         host.servo_on()
-    time.sleep(0.4)
+    time.sleep(0.8)
     assert host.status().status is ExecutionStatus.STOP_RESET
     with pytest.raises(NoReply):
         host.reset_program()

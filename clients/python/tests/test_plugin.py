@@ -271,16 +271,19 @@ def test_a_running_emulator(user: pytest.Pytester) -> None:
         def test_fresh(robot, number):
             assert not robot.servo
 
-        @pytest.mark.ts3100(model="tsl3000-thl400")
-        def test_model(robot): pass
+        @pytest.mark.parametrize("flags", [
+            pytest.param(1, marks=pytest.mark.ts3100(model="tsl3000-thl400")),
+            pytest.param(2, marks=pytest.mark.ts3100(scenario="stop.toml"))])
+        def test_own(robot, flags): pass
     """
     with Robot.start(flags=["--robots=2"]) as running, pytest.MonkeyPatch.context() as patch:
         patch.setenv("THE_URL", running.url)
         result = run(user, test, f"--ts3100-url={running.url}", "-rP")
-        result.assert_outcomes(passed=5, errors=1)
-        result.stdout.fnmatch_lines(["*cannot set --model=tsl3000-thl400 on the running emulator at http*: run without --ts3100-url*"])
+        result.assert_outcomes(passed=5, errors=2)
+        result.stdout.fnmatch_lines(["*cannot set --model=tsl3000-thl400 on the running emulator at http*: run without --ts3100-url*",
+                                     "*cannot set --scenario=* on the running emulator*"])
         pytest.importorskip("xdist")
-        run(user, test, f"--ts3100-url={running.url}", "-n2").assert_outcomes(passed=5, errors=1)
+        run(user, test, f"--ts3100-url={running.url}", "-n2").assert_outcomes(passed=5, errors=2)
         result = run(user, test, f"--ts3100-url={running.url}", "-n3")
         result.stdout.fnmatch_lines(["*has 2 robots, too few for worker gw2*"])
         assert running.status == "stop (reset)"

@@ -136,14 +136,12 @@ class Servers:
     def get(self, flags: Sequence[str] = ()) -> Robot:
         """The robot that was started with these flags; the longest unused of the others may end for it."""
         key = tuple(flags)
-        if self._url and key:
-            raise pytest.UsageError(f"cannot set {' '.join(key)} on the running emulator at {self._url}: run without --ts3100-url")
         robot = self._kept.pop(key, None)
         if robot and robot.has_ended:
             robot.close()
             robot = None
         if robot is None:
-            robot = self._connect() if self._url else self.start(key)
+            robot = self._connect() if self._url and not key else self.start(key)
         self._kept[key] = robot
         if len(self._kept) > KEPT_SERVERS:
             # That of the session stays: `ts3100_server` has it.
@@ -152,6 +150,8 @@ class Servers:
 
     def start(self, flags: Sequence[str], time: Optional[str] = None) -> Robot:
         """A process with the flags of the configuration and these; their paths are relative to the root of the tests."""
+        if self._url:
+            raise pytest.UsageError(f"cannot set {' '.join(flags)} on the running emulator at {self._url}: run without --ts3100-url")
         return Robot.start(time=time or self._config.getini("ts3100_time"), flags=[*self._flags, *flags],
                            cwd=self._config.rootpath)
 
@@ -187,7 +187,7 @@ def _ts3100_servers(pytestconfig: pytest.Config) -> Iterator[Servers]:
 
 @pytest.fixture(scope="session")
 def ts3100_server(_ts3100_servers: Servers) -> Robot:
-    """The robot of the session, with the flags of the configuration. Nothing resets it: `robot` is for tests."""
+    """The robot of the session, with the flags of the configuration, as the last test left it. `robot` resets it."""
     return _ts3100_servers.get()
 
 

@@ -459,8 +459,6 @@ class Robot:
         text = answer.decode("utf-8", "replace")
         problem = json.loads(text) if kind.startswith("application/json") else {}
         message = problem.get("error") or text or f"{method} {path}: status {status}"
-        if problem.get("expected") and problem["expected"] not in message:
-            message += f"; expected {problem['expected']}"
         return Refused(message, status, problem.get("where"))
 
     # Panel
