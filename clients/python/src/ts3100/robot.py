@@ -1,0 +1,759 @@
+"""`Robot`: a running emulator, by its control interface; started here, or connected to.
+
+Every call is one HTTP request; what has no method of its own is reached by `Robot.call`. The interface is described in
+docs/reference/control-interface.md of the project, and by the emulator itself at /docs.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass, fields
+from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Mapping, MutableMapping, Optional, Sequence, Set, Tuple,
+                    Type, TypeVar, Union, cast, overload)
+from urllib.parse import quote, urlencode, urlsplit
+
+from .binary import find_binary
+from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
+from .host import Host
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+T = TypeVar("T")
+Number = Union[int, float]
+Condition = Union[str, Mapping[str, object]]
+
+# A cold start on a busy machine; the usual one takes 10 ms.
+START_TIMEOUT = 30.0
+STOP_TIMEOUT = 10.0
+CALL_TIMEOUT = 10.0
+# The emulator closes an idle connection after 30 s.
+IDLE_LIMIT = 20.0
+# Defaults of `advance_until` and `wait`: virtual and wall-clock seconds.
+WITHIN, WALL = 60.0, 30.0
+# The end of the emulator's log in a message.
+LOG_SHOWN = 4096
+LOCAL_ADDRESSES = ("0.0.0.0", "::")
+
+
+@dataclass(frozen=True)
+class Program:
+    """The selected file, the execution status in words, and the line."""
+
+    file: str
+    status: str
+    line: int
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """An alarm, with its cause and its remedy."""
+
+    number: str
+    level: int
+    text: str
+    cause: str
+    remedy: str
+    at: str = ""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A mistake of a host; docs/reference/findings.md lists the rules."""
+
+    rule: str
+    severity: str
+    message: str
+    remedy: str
+    port: str = ""
+    text: str = ""
+    t: float = 0.0
+
+    def __str__(self) -> str:
+        text = f" Text: {self.text!r}." if self.text else ""
+        return f"{self.port} {self.rule} ({self.severity}): {self.message}.{text} {self.remedy}"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault and its outcome."""
+
+    id: int
+    kind: str
+    spec: str
+    armed: bool
+    seen: int
+    fired: int
+    at: Tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The virtual time in seconds and how it passes."""
+
+    mode: str
+    now: float
+    calendar: str
+
+
+@dataclass(frozen=True)
+class Reached:
+    """The virtual time at which a wait ended, and how much had passed."""
+
+    now: float
+    passed: float
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Joints in degrees (a SCARA's third in mm), and the tool point in the world in mm and degrees."""
+
+    joints: Tuple[float, ...]
+    world: Tuple[float, ...]
+    moving: bool
+    percent: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that came in, went out or happened. `fields` has all of the document."""
+
+    seq: int
+    t: float
+    event: str
+    fields: Mapping[str, Any]
+
+
+def _record(kind: Type[T], document: Mapping[str, Any]) -> T:
+    """A record from the keys of a document that it has; lists become tuples."""
+    names = {field.name for field in fields(cast(Any, kind))}
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in document.items() if name in names}
+    try:
+        return kind(**values)
+    except TypeError as error:
+        raise ProtocolError(f"cannot read the answer of the emulator as {kind.__name__}: {error}") from None
+
+
+class _Setting(Generic[T]):
+    """One value that GET reads and PUT sets."""
+
+    def __init__(self, path: str, key: str) -> None:
+        self._path, self._key = path, key
+
+    @overload
+    def __get__(self, robot: None, owner: object) -> Self: ...
+
+    @overload
+    def __get__(self, robot: Robot, owner: object) -> T: ...
+
+    def __get__(self, robot: Optional[Robot], owner: object) -> Union[Self, T]:
+        return self if robot is None else cast(T, robot.call("GET", self._path)[self._key])
+
+    def __set__(self, robot: Robot, value: T) -> None:
+        robot.call("PUT", self._path, {self._key: value})
+
+
+class Lines:
+    """Input or output lines: `robot.inputs[5] = True`."""
+
+    def __init__(self, robot: Robot, path: str) -> None:
+        self._robot, self._path = robot, path
+
+    def __getitem__(self, line: int) -> bool:
+        return bool(self._robot.call("GET", f"{self._path}/{line}")["on"])
+
+    def __setitem__(self, line: int, on: bool) -> None:
+        self._robot.call("PUT", f"{self._path}/{line}", {"on": on})
+
+    @property
+    def on(self) -> List[int]:
+        """The numbers of the lines that are on."""
+        return list(self._robot.call("GET", self._path)["on"])
+
+    def pulse(self, line: int, seconds: float, on: bool = True) -> None:
+        """Sets a line and sets it back after this much virtual time."""
+        self._robot.call("POST", f"{self._path}/{line}/pulse", {"seconds": seconds, "on": on})
+
+    def force(self, line: int, on: bool) -> None:
+        """The line shows this state, whatever drives it, until `release`."""
+        self._robot.call("PUT", f"{self._path}/{line}/force", {"on": on})
+
+    def release(self, line: int) -> None:
+        """Ends forcing."""
+        self._robot.call("DELETE", f"{self._path}/{line}/force")
+
+
+class Variables:
+    """Variables or positions of the selected file: `robot.variables["COUNT"] = 3`.
+
+    A value is a number, a list of numbers for a load, a coordinate or a position, and None if nothing was assigned yet. An
+    array is the list of its elements from subscript 0; `robot.variables["TBL(2)"]` is a single one.
+    """
+
+    def __init__(self, robot: Robot, path: str) -> None:
+        self._robot, self._path = robot, path
+
+    def __getitem__(self, name: str) -> Any:
+        return self._value(self._robot.call("GET", f"{self._path}/{quote(name, safe='')}"))
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.set(name, value)
+
+    def set(self, name: str, value: Any, restore: bool = False) -> None:
+        """Sets a variable; with `restore` also in its file."""
+        self._robot.call("PUT", f"{self._path}/{quote(name, safe='')}", {"value": value, "restore": restore})
+
+    def teach(self, name: str, restore: bool = False) -> None:
+        """A position becomes the present one."""
+        self._robot.call("POST", f"/positions/{quote(name, safe='')}/teach", {"restore": restore})
+
+    def all(self) -> Dict[str, Any]:
+        """All of them by their names."""
+        return {row["name"]: self._value(row) for row in self._robot.call("GET", self._path)}
+
+    @staticmethod
+    def _value(row: Mapping[str, Any]) -> Any:
+        def scalar(value: Any) -> Any:
+            return value[0] if isinstance(value, list) and len(value) == 1 else value
+
+        return [scalar(element) for element in row["elements"]] if "elements" in row else scalar(row.get("value"))
+
+
+class Files(MutableMapping[str, str]):
+    """The files of the RAM drive as texts: `robot.files["PICK"] = source`."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def __getitem__(self, name: str) -> str:
+        return self.read(name).decode("latin-1")
+
+    def __setitem__(self, name: str, content: Union[str, bytes]) -> None:
+        data = content.encode("latin-1") if isinstance(content, str) else content
+        self._robot.call("PUT", self._path(name), {"hex": data.hex()})
+
+    def __delitem__(self, name: str) -> None:
+        self._robot.call("DELETE", self._path(name))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([row["name"] for row in self._robot.call("GET", "/files")["files"]])
+
+    def __len__(self) -> int:
+        return len(self._robot.call("GET", "/files")["files"])
+
+    def read(self, name: str) -> bytes:
+        """The bytes of a file."""
+        try:
+            document = self._robot.call("GET", self._path(name))
+        except Refused as error:
+            if error.status == 404:
+                raise KeyError(name) from error
+            raise
+        return bytes.fromhex(document["hex"]) if "hex" in document else str(document["text"]).encode()
+
+    def load(self, path: Union[str, os.PathLike[str]]) -> str:
+        """Puts a file of this machine on the RAM drive as `--load` does: pick.scol becomes PICK. Returns the name."""
+        stem, ending = os.path.splitext(os.path.basename(os.fspath(path)))
+        name = (stem + ending if ending.lower() == ".par" else stem).upper()
+        with open(path, "rb") as file:
+            content = file.read()
+        self[name] = content.rstrip(b"\x1a").replace(b"\r\n", b"\n").decode("latin-1")
+        return name
+
+    @staticmethod
+    def _path(name: str) -> str:
+        return f"/files/{quote(name, safe='')}"
+
+
+class Robot:
+    """A robot of a running emulator.
+
+        with Robot.start(time="stepped", load=["pick.scol"], select="PICK", servo_on=True) as robot:
+            robot.start_program()
+            robot.advance_until("output 5 on")
+
+    Settings are attributes: `robot.emergency_stop = True`. A refused call raises `Refused` with the reason.
+    """
+
+    key_switch = _Setting[str]("/key-switch", "position")
+    control_right = _Setting[str]("/control-right", "holder")
+    emergency_stop = _Setting[bool]("/emergency-stop", "pressed")
+    safety_switch_open = _Setting[bool]("/safety-switch", "open")
+    servo = _Setting[bool]("/servo", "on")
+    feed_hold = _Setting[bool]("/feed-hold", "on")
+    machine_lock = _Setting[bool]("/machine-lock", "on")
+    battery_low = _Setting[bool]("/battery", "low")
+    override = _Setting[int]("/override", "percent")
+    run_mode = _Setting[str]("/run-mode", "mode")
+    time_mode = _Setting[str]("/clock", "mode")
+    breakpoints = _Setting[List[int]]("/breakpoints", "lines")
+
+    def __init__(self, url: str, *, token: Optional[str] = None, robot: Optional[str] = None,
+                 process: Optional[_Process] = None) -> None:
+        parts = urlsplit(url)
+        if parts.scheme != "http" or not parts.hostname:
+            raise ValueError(f"cannot connect to {url!r}: expected the URL of a control interface, such as http://127.0.0.1:3100")
+        self.url = url.rstrip("/")
+        self._authority = (parts.hostname, parts.port or 80)
+        self._headers = {"Authorization": f"Bearer {token}"} if token else {}
+        self._process = process
+        # Idle connections, each with the time of its last use. Calls of several threads each take their own.
+        self._idle: Deque[Tuple[http.client.HTTPConnection, float]] = deque()
+        self._prefix = ""
+        # Names of the snapshots that were taken here and not deleted.
+        self.taken: Set[str] = set()
+        try:
+            row = self._row(robot)
+        except BaseException:
+            self._hang_up()
+            raise
+        self.name: str = row["name"]
+        self._addresses = {name: self._address(text) for name, text in row["ports"].items()}
+        self.ports = {name: port for name, (_, port) in self._addresses.items()}
+        self.inputs, self.outputs = Lines(self, "/inputs"), Lines(self, "/outputs")
+        self.variables, self.positions = Variables(self, "/variables"), Variables(self, "/positions")
+        self.files = Files(self)
+
+    # Starting, connecting, ending
+
+    @classmethod
+    def start(cls, *, time: Optional[str] = None, load: Sequence[Union[str, os.PathLike[str]]] = (), select: Optional[str] = None,
+              servo_on: bool = False, model: Optional[str] = None, scenario: Union[str, os.PathLike[str], None] = None,
+              faults: Sequence[str] = (), options: Optional[Mapping[str, object]] = None, flags: Sequence[str] = (),
+              binary: Optional[str] = None, cwd: Union[str, os.PathLike[str], None] = None) -> Self:
+        """Starts an emulator on free ports; it ends with `close`, or with this process.
+
+        `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`. Paths
+        are relative to `cwd`, default the present directory.
+        Variables of the environment that set flags (TS3100_...) have no effect on it.
+        """
+        command: List[str] = [f"--time={time}"] if time else []
+        command += [f"--load={os.fspath(path)}" for path in load]
+        command += [f"--select={select}"] if select else []
+        command += ["--servo-on"] if servo_on else []
+        command += [f"--model={model}"] if model else []
+        command += [f"--scenario={os.fspath(scenario)}"] if scenario else []
+        command += [f"--fault={fault}" for fault in faults]
+        command += [f"--set={name}={_word(value)}" for name, value in (options or {}).items()]
+        process = _Process(binary or find_binary(), [*command, *flags], cwd)
+        try:
+            return cls(process.ready["control"], process=process)
+        except BaseException:
+            process.end()
+            raise
+
+    @classmethod
+    def connect(cls, url: str, *, token: Optional[str] = None, robot: Optional[str] = None) -> Self:
+        """Connects to a running emulator by the URL of its control interface; `robot` names one of several, default the first."""
+        return cls(url, token=token, robot=robot)
+
+    def close(self) -> int:
+        """Closes the connections and ends an emulator that was started here. Returns its exit code; 0 otherwise."""
+        self._hang_up()
+        return self._process.end() if self._process else 0
+
+    def _hang_up(self) -> None:
+        while self._idle:
+            self._idle.pop()[0].close()
+
+    @property
+    def ready(self) -> Dict[str, Any]:
+        """The ready line of an emulator that was started here: ports, and addresses of serial lines at `serial`."""
+        return self._process.ready if self._process else {}
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether an emulator that was started here has ended by itself."""
+        return self._process is not None and self._process.has_ended()
+
+    @property
+    def log(self) -> str:
+        """The log of an emulator that was started here."""
+        return self._process.log() if self._process else ""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _row(self, robot: Optional[str]) -> Mapping[str, Any]:
+        rows = self.call("GET", "/robots")["robots"]
+        for row in rows:
+            if robot in (None, row["name"]):
+                # Of several robots, paths name one.
+                self._prefix = f"/robots/{quote(row['name'], safe='')}" if len(rows) > 1 else ""
+                return cast(Mapping[str, Any], row)
+        raise Refused(f"no robot {robot!r}; there are {', '.join(row['name'] for row in rows)}", 404, "robot")
+
+    def _address(self, text: str) -> Tuple[str, int]:
+        host, _, port = text.rpartition(":")
+        host = host.strip("[]")
+        return self._authority[0] if host in LOCAL_ADDRESSES else host, int(port)
+
+    def address(self, port: str = "ip0") -> Tuple[str, int]:
+        """Host and port number of ip0 to ip3."""
+        return self._addresses[port.lower()]
+
+    def host(self, *, timeout: float = 5.0, pause: float = 0.05, stx: bool = True) -> Host:
+        """A host that is connected to IP0."""
+        return Host.connect(self.address(), timeout=timeout, pause=pause, stx=stx)
+
+    # Calls
+
+    def call(self, method: str, path: str, body: object = None, *, timeout: float = CALL_TIMEOUT) -> Any:
+        """Makes any call of the control interface. Returns the JSON document of the answer, or its text or bytes."""
+        data = None if body is None else json.dumps(body).encode()
+        status, kind, answer = self._exchange(method, self._prefix + path, data, timeout)
+        if status >= 400:
+            raise self._refused(method, path, status, kind, answer)
+        if kind.startswith("application/json"):
+            return json.loads(answer)
+        return answer.decode() if kind.startswith(("text/", "application/x-ndjson")) else answer
+
+    def _exchange(self, method: str, path: str, body: Optional[bytes], timeout: float) -> Tuple[int, str, bytes]:
+        headers = self._headers if body is None else {**self._headers, "Content-Type": "application/json"}
+        connection = self._connection(timeout)
+        try:
+            connection.request(method, path, body, headers)
+            answer = connection.getresponse()
+            data = answer.read()
+        except BaseException as error:
+            connection.close()
+            if isinstance(error, socket.timeout):
+                raise NoReply(f"{method} {path}: no answer within {timeout:g} s") from None
+            if isinstance(error, (OSError, http.client.HTTPException)):
+                raise Disconnected(f"{method} {path}: {self._ended() or error}") from error
+            raise
+        self._idle.append((connection, time.monotonic()))
+        return answer.status, answer.getheader("Content-Type") or "", data
+
+    def _connection(self, timeout: float) -> http.client.HTTPConnection:
+        try:
+            connection, used = self._idle.pop()
+        except IndexError:
+            return http.client.HTTPConnection(*self._authority, timeout=timeout)
+        if time.monotonic() - used > IDLE_LIMIT:
+            connection.close()
+        connection.timeout = timeout
+        if connection.sock:
+            connection.sock.settimeout(timeout)
+        return connection
+
+    def _ended(self) -> Optional[str]:
+        return self._process.ended() if self._process else None
+
+    @staticmethod
+    def _refused(method: str, path: str, status: int, kind: str, answer: bytes) -> Error:
+        text = answer.decode("utf-8", "replace")
+        problem = json.loads(text) if kind.startswith("application/json") else {}
+        message = problem.get("error") or text or f"{method} {path}: status {status}"
+        return Refused(message, status, problem.get("where"))
+
+    # Panel
+
+    @property
+    def state(self) -> Dict[str, Any]:
+        """Everything at one moment, as the document of GET /state."""
+        return cast(Dict[str, Any], self.call("GET", "/state"))
+
+    @property
+    def status(self) -> str:
+        """The execution status: running, stop (reset), stop (retry) or stop (continue)."""
+        return self.program.status
+
+    def press_feed_hold(self) -> None:
+        """Presses the button, which turns feed hold on or off."""
+        self.call("POST", "/feed-hold/press")
+
+    def power_off(self) -> None:
+        """Turns the power off: every port is closed."""
+        self.call("POST", "/power/off")
+
+    def power_on(self) -> None:
+        """Turns the power on."""
+        self.call("POST", "/power/on")
+
+    def power_cycle(self) -> None:
+        """Turns the power off and on."""
+        self.call("POST", "/power/cycle")
+
+    def reset(self) -> None:
+        """Everything is as when the emulator was started; connections are closed. Ports and the mode of the clock stay."""
+        self.call("POST", "/reset")
+
+    def jog(self, axis: int, direction: str, *, coordinates: str = "joint", speed: str = "slow", inching: bool = False) -> None:
+        """Presses a key of the teach pendant that moves the arm, `plus` or `minus`, until `jog_stop` or for one step."""
+        self.call("POST", "/jog", {"axis": axis, "direction": direction, "coordinates": coordinates, "speed": speed,
+                                   "inching": inching})
+
+    def jog_stop(self) -> None:
+        """Lets the key go."""
+        self.call("POST", "/jog/stop")
+
+    @property
+    def pose(self) -> Pose:
+        """Where the arm is."""
+        return _record(Pose, self.call("GET", "/arm/pose"))
+
+    # Program
+
+    @property
+    def program(self) -> Program:
+        """The selected program."""
+        return _record(Program, self.call("GET", "/program"))
+
+    def select(self, name: str) -> None:
+        """Selects a file of the RAM drive."""
+        self.call("POST", f"/files/{quote(name, safe='')}/select")
+
+    def start_program(self) -> None:
+        """Presses START."""
+        self.call("POST", "/program/start")
+
+    def stop_program(self) -> None:
+        """Presses STOP."""
+        self.call("POST", "/program/stop")
+
+    def step_program(self) -> None:
+        """Runs one step."""
+        self.call("POST", "/program/step")
+
+    def run_to(self, line: int) -> None:
+        """Runs the program and stops before this line."""
+        self.call("POST", "/program/run-to", {"line": line})
+
+    @property
+    def pendant(self) -> str:
+        """What programs have printed on the teach pendant."""
+        return str(self.call("GET", "/pendant")["text"])
+
+    def type_keys(self, keys: str) -> None:
+        """Types at the teach pendant, for INPUT without a channel; `\\r` is the key that ends a value."""
+        self.call("POST", "/pendant/keys", {"keys": keys})
+
+    # Alarms and faults
+
+    @property
+    def alarms(self) -> List[Alarm]:
+        """The active alarms, oldest first."""
+        return [_record(Alarm, row) for row in self.call("GET", "/alarms")["active"]]
+
+    @property
+    def alarm_history(self) -> List[Alarm]:
+        """The error history, newest first."""
+        return [_record(Alarm, row) for row in self.call("GET", "/alarms")["history"]]
+
+    def raise_alarm(self, number: str, detail: str = "") -> None:
+        """Raises an alarm, such as `2-046`."""
+        self.call("POST", "/alarms", {"number": number, **({"detail": detail} if detail else {})})
+
+    def reset_alarms(self) -> None:
+        """Presses ALARM RESET."""
+        self.call("POST", "/alarms/reset")
+
+    @property
+    def faults(self) -> List[Fault]:
+        """The faults since the start, and their outcome."""
+        return [_record(Fault, row) for row in self.call("GET", "/faults")["faults"]]
+
+    def arm(self, spec: str) -> Fault:
+        """Arms a fault, such as `no-reply:command=SU`."""
+        rows = self.call("POST", "/faults", {"spec": spec})["faults"]
+        return _record(Fault, max(rows, key=lambda row: row["armed"] and row["id"]))
+
+    def disarm(self, fault: int) -> None:
+        """Disarms a fault by its number; it stays in the list."""
+        self.call("DELETE", f"/faults/{fault}")
+
+    def clear_faults(self) -> None:
+        """Removes all faults."""
+        self.call("DELETE", "/faults")
+
+    # Ports
+
+    def channel(self, port: str) -> Dict[str, Any]:
+        """A communication port (HOST, COM1, IP0 to IP3): its peer, its exchange, its buffer."""
+        return cast(Dict[str, Any], self.call("GET", f"/channels/{port.upper()}"))
+
+    def inject(self, port: str, data: Union[str, bytes]) -> None:
+        """Bytes as if the peer of a SCOL channel had sent them."""
+        body = {"hex": data.hex()} if isinstance(data, bytes) else {"text": data}
+        self.call("POST", f"/channels/{port.upper()}/inject", body)
+
+    def drop(self, port: str) -> None:
+        """Closes the connection of the peer."""
+        self.call("POST", f"/channels/{port.upper()}/drop")
+
+    # Time
+
+    @property
+    def clock(self) -> Clock:
+        """The virtual time, and how it passes."""
+        return _record(Clock, self.call("GET", "/clock"))
+
+    def advance(self, seconds: float, *, wall: float = WALL) -> None:
+        """Advances a stopped clock (`time_mode` stepped) by so many seconds; `wall` bounds the real time it takes."""
+        self.call("POST", "/clock/advance", {"seconds": seconds, "wall": wall}, timeout=wall + CALL_TIMEOUT)
+
+    def advance_until(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
+        """Advances a stopped clock until a condition is met, such as `output 5 on`. Raises NotReached after `within` s."""
+        return self._await("/clock/advance-until", condition, within, wall)
+
+    def wait(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
+        """Waits for a condition while time passes by itself. Raises NotReached after `within` s of virtual time."""
+        return self._await("/wait", condition, within, wall)
+
+    def _await(self, path: str, condition: Condition, within: float, wall: float) -> Reached:
+        body = {"condition": condition, "within": within, "wall": wall}
+        answer = self.call("POST", path, body, timeout=wall + CALL_TIMEOUT)
+        if not answer["reached"]:
+            raise NotReached(f"the condition `{condition}` was not met within {within:g} s of virtual time")
+        return _record(Reached, answer)
+
+    # Snapshots
+
+    @property
+    def snapshots(self) -> List[str]:
+        """The names of the snapshots."""
+        return [row["name"] for row in self.call("GET", "/snapshots")["snapshots"]]
+
+    def take_snapshot(self, name: str) -> None:
+        """Keeps the present state under a name."""
+        self.call("PUT", f"/snapshots/{quote(name, safe='')}")
+        self.taken.add(name)
+
+    def restore_snapshot(self, name: str) -> None:
+        """Returns to a snapshot; hosts stay connected, findings and transcript go on."""
+        self.call("POST", f"/snapshots/{quote(name, safe='')}/restore")
+
+    def delete_snapshot(self, name: str) -> None:
+        """Deletes a snapshot."""
+        self.call("DELETE", f"/snapshots/{quote(name, safe='')}")
+        self.taken.discard(name)
+
+    # Records
+
+    @property
+    def findings(self) -> List[Finding]:
+        """The mistakes of hosts since the start or the last reset, oldest first."""
+        return [_record(Finding, row) for row in self.call("GET", "/findings")]
+
+    def transcript(self, format: str = "text") -> str:
+        """What went over the ports, as `text` or `jsonl`."""
+        return str(self.call("GET", f"/transcript?format={format}"))
+
+    def events(self, since: Optional[int] = None, *, count: Optional[int] = None, timeout: float = CALL_TIMEOUT) -> Iterator[Event]:
+        """The events as they happen; `since` 1 begins with the oldest kept. Raises NoReply after `timeout` s of silence."""
+        query = urlencode({name: value for name, value in (("since", since), ("count", count)) if value is not None})
+        connection = http.client.HTTPConnection(*self._authority, timeout=timeout)
+        path = f"{self._prefix}/events" + (f"?{query}" if query else "")
+        try:
+            connection.request("GET", path, headers=self._headers)
+            answer = connection.getresponse()
+            if answer.status >= 400:
+                raise self._refused("GET", path, answer.status, answer.getheader("Content-Type") or "", answer.read())
+        except BaseException:
+            connection.close()
+            raise
+        return self._events(connection, answer, timeout)
+
+    def _events(self, connection: http.client.HTTPConnection, answer: http.client.HTTPResponse, timeout: float) -> Iterator[Event]:
+        quiet = time.monotonic() + timeout
+        try:
+            for line in answer:
+                if line.startswith(b"data:"):
+                    document = json.loads(line[5:])
+                    yield Event(document.get("seq", 0), document.get("t", 0.0), document.get("event", ""), document)
+                    quiet = time.monotonic() + timeout
+                elif time.monotonic() > quiet:
+                    raise socket.timeout
+        except socket.timeout:
+            raise NoReply(f"no event within {timeout:g} s") from None
+        finally:
+            answer.close()
+            connection.close()
+
+
+def _word(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+class _Process:
+    """A `ts3100 serve` on free ports, in a process group of its own: Ctrl-C ends the tests first and then this."""
+
+    def __init__(self, binary: str, flags: Sequence[str], cwd: Union[str, os.PathLike[str], None]) -> None:
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
+        command = [binary, "serve", "--ports=auto", "--ready-json", *flags]
+        group: Dict[str, Any] = ({"creationflags": getattr(subprocess, "CREATE_NEW_PROCESS_GROUP")} if os.name == "nt"
+                                 else {"start_new_session": True})
+        # The emulator writes and this process reads: each needs an offset of its own.
+        log, self._log = tempfile.mkstemp("-ts3100.log")
+        self._said = ""
+        try:
+            self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
+                                             env=environment, cwd=cwd, **group)
+        except OSError as error:
+            os.unlink(self._log)
+            raise StartError(f"cannot start {binary}: {error}") from error
+        finally:
+            os.close(log)
+        atexit.register(self.end)
+        watch = threading.Timer(START_TIMEOUT, self._process.kill)
+        watch.start()
+        assert self._process.stdout
+        line = self._process.stdout.readline()
+        watch.cancel()
+        if not line:
+            code = self._process.wait()
+            said = self.log().strip() or "it said nothing"
+            self.end()
+            raise StartError(f"cannot start the emulator, exit code {code}: {said}")
+        self.ready: Dict[str, Any] = json.loads(line)
+
+    def log(self) -> str:
+        """The log so far."""
+        if os.path.exists(self._log):
+            with open(self._log, encoding="utf-8", errors="replace") as file:
+                self._said = file.read()
+        return self._said
+
+    def has_ended(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
+
+    def ended(self) -> Optional[str]:
+        """How it ended by itself."""
+        try:
+            code = self._process.wait(0.2)
+        except subprocess.TimeoutExpired:
+            return None
+        return f"the emulator has ended with exit code {code}: {self.log()[-LOG_SHOWN:].strip()}"
+
+    def end(self) -> int:
+        """Ends it as Ctrl-C does, so that it writes its reports. Returns the exit code."""
+        atexit.unregister(self.end)
+        if self._process.poll() is None:
+            self._process.send_signal(getattr(signal, "CTRL_BREAK_EVENT") if os.name == "nt" else signal.SIGTERM)
+            try:
+                self._process.wait(STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+        code = self._process.wait()
+        if self._process.stdout:
+            self._process.stdout.close()
+        self.log()
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(self._log)
+        return code

@@ -1,0 +1,293 @@
+"""The control interface by Robot: every setting and method, and how a call fails."""
+
+import http.client
+import io
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import ts3100
+from ts3100 import Disconnected, Host, NoReply, NotReached, Refused, Robot, StartError
+from ts3100 import robot as module
+
+PROGRAM = """GLOBAL
+  COUNT = 3
+  DIM TBL(3)
+END
+PROGRAM PICK
+  TBL(2) = 4
+  DOUT(5)
+  INPUT COUNT
+  PRINT "GOT", COUNT, CR
+  DELAY 60
+  INPUT IP1, COUNT
+END
+DATA
+  POINT P1 = 300,0,400,0,0,0,0,0
+END
+"""
+pytestmark = pytest.mark.ts3100(time="stepped", deny="none")
+
+
+@pytest.fixture
+def pick(robot: Robot) -> Robot:
+    robot.files["PICK"] = PROGRAM
+    robot.select("PICK")
+    robot.servo = True
+    return robot
+
+
+SETTINGS = [("key_switch", "ext", "teaching"), ("control_right", "ether", "sig"), ("emergency_stop", False, True),
+            ("safety_switch_open", False, True), ("servo", False, True), ("feed_hold", False, True), ("machine_lock", False, True),
+            ("battery_low", False, True), ("override", 100, 35), ("run_mode", "cycle", "step"), ("time_mode", "stepped", "auto")]
+
+
+@pytest.mark.parametrize("name, before, after", SETTINGS)
+def test_settings_are_attributes(robot: Robot, name: str, before: Any, after: Any) -> None:
+    assert getattr(robot, name) == before
+    setattr(robot, name, after)
+    assert getattr(robot, name) == after
+
+
+def test_a_refused_call_says_why(robot: Robot) -> None:
+    robot.emergency_stop = True
+    with pytest.raises(Refused, match="cannot turn the servo on: the emergency stop is pressed") as refused:
+        robot.servo = True
+    assert refused.value.status == 409
+    with pytest.raises(Refused, match="1 to 100") as refused:
+        robot.override = 130
+    assert refused.value.status in (409, 422) and "percent" in str(refused.value.where or refused.value)
+    with pytest.raises(Refused) as refused:
+        robot.select("NOSUCH")
+    assert refused.value.status == 404
+
+
+def test_a_program_is_driven(pick: Robot) -> None:
+    assert pick.program == ts3100.Program("PICK", "stop (reset)", pick.program.line)
+    pick.start_program()
+    assert pick.status == "running"
+    assert pick.advance_until("output 5 on").passed == 0
+    assert pick.outputs[5] and 5 in pick.outputs.on
+    pick.type_keys("12\r")
+    pick.advance(0.1)
+    assert pick.pendant.split() == ["GOT", "12"]
+    assert (pick.variables["COUNT"], pick.variables["TBL(2)"]) == (12, 4)
+    assert pick.variables["TBL"] == [None, None, 4, None]
+    reached = pick.advance_until({"line": 11}, within=100)
+    assert 59 < reached.passed <= 60
+    pick.stop_program()
+    pick.advance(1)
+    assert pick.status == "stop (continue)"
+    with pytest.raises(NotReached, match="`output 9 on` was not met within 3 s"):
+        pick.advance_until("output 9 on", within=3)
+
+
+def test_time_passes_by_itself(pick: Robot) -> None:
+    pick.time_mode = "auto"
+    started = time.monotonic()
+    pick.start_program()
+    pick.type_keys("1\r")
+    # A state: unlike the line, it still holds if it began before the wait.
+    pick.wait("alarm 2-046", within=100)
+    assert pick.clock.now >= 60 and time.monotonic() - started < 20
+
+
+def test_variables_and_positions(pick: Robot) -> None:
+    assert pick.variables["COUNT"] == 3
+    pick.variables["COUNT"] = 8
+    pick.variables.set("COUNT", 9, restore=True)
+    assert pick.variables.all()["COUNT"] == 9 and "COUNT = 9" in pick.files["PICK"]
+    assert pick.positions["P1"][:3] == [300, 0, 400]
+    pick.positions["P1"] = [310, 0, 400, 0, 0, 0, 0, 0, 0]
+    assert pick.positions["P1"][0] == 310
+    pick.positions.teach("P1")
+    assert pick.positions["P1"][0] == pytest.approx(pick.pose.world[0])
+    with pytest.raises(Refused):
+        pick.variables["NOSUCH"]
+
+
+def test_files_are_a_mapping(robot: Robot, tmp_path: Path) -> None:
+    assert {"DEMO", "USER.PAR"} <= set(robot.files)
+    robot.files["NOTE"] = "REMARK A\n"
+    assert (robot.files["NOTE"], robot.files.read("NOTE"), len(robot.files)) == ("REMARK A\n", b"REMARK A\n", 5)
+    del robot.files["NOTE"]
+    assert "NOTE" not in robot.files
+    with pytest.raises(KeyError):
+        robot.files["NOTE"]
+    path = tmp_path / "place.scol"
+    path.write_bytes(b"PROGRAM PLACE\r\nEND\r\n\x1a")
+    assert robot.files.load(path) == "PLACE" and robot.files["PLACE"] == "PROGRAM PLACE\nEND\n"
+
+
+def test_lines(robot: Robot) -> None:
+    robot.inputs[7] = True
+    assert robot.inputs[7] and robot.inputs.on == [7]
+    robot.inputs.pulse(8, 0.2)
+    assert robot.inputs[8]
+    robot.advance(0.3)
+    assert not robot.inputs[8]
+    robot.outputs.force(9, True)
+    assert robot.outputs[9]
+    robot.outputs.release(9)
+    assert not robot.outputs[9]
+
+
+def test_alarms_faults_and_findings(robot: Robot) -> None:
+    robot.raise_alarm("2-046", "line 12")
+    (alarm,) = robot.alarms
+    assert (alarm.number, alarm.level, alarm.text) == ("2-046", 2, "Invalid channel: line 12") and alarm.remedy
+    robot.reset_alarms()
+    assert robot.alarms == [] and [alarm.number for alarm in robot.alarm_history] == ["2-046"]
+    fault = robot.arm("ng:command=SU")
+    assert (fault.kind, fault.armed, fault.fired) == ("ng", True, 0)
+    with robot.host(pause=0) as host, pytest.raises(Refused):
+        host.status()
+    (fault,) = robot.faults
+    assert (fault.fired, fault.at) == (1, (0.0,))
+    second = robot.arm("no-reply:command=SO")
+    robot.disarm(second.id)
+    assert [fault.armed for fault in robot.faults] == [False, False]
+    robot.clear_faults()
+    assert robot.faults == []
+    with robot.host(pause=0) as host:
+        host.raw(b"so\r")
+    assert "lower-case (note): \"so\" is taken as SO" in str(robot.findings[-1])
+    assert "> IP0 so<CR>" in robot.transcript() and '"event":"start"' in robot.transcript("jsonl")
+
+
+def test_channels_power_and_snapshots(robot: Robot) -> None:
+    with Host.connect(robot.address(), pause=0) as host:
+        host.servo_on()
+        assert robot.channel("ip0")["peer"]
+        robot.take_snapshot("ready")
+        robot.servo = False
+        robot.restore_snapshot("ready")
+        assert robot.servo and robot.snapshots == ["ready"]
+        robot.delete_snapshot("ready")
+        robot.power_cycle()
+        with pytest.raises(Disconnected):
+            host.servo_on()
+    robot.power_off()
+    robot.power_on()
+    robot.press_feed_hold()
+    assert robot.feed_hold
+    robot.reset()
+    assert not robot.feed_hold and robot.clock.now == 0
+
+
+def test_events_come_as_they_happen(robot: Robot) -> None:
+    events = robot.events(timeout=5)
+    robot.servo = True
+    robot.select("DEMO")
+    first, second = next(events), next(events)
+    assert (first.event, first.fields["on"], second.event) == ("servo", True, "selected")
+    assert list(robot.events(since=first.seq, count=2)) == [first, second]
+    quiet = robot.events(timeout=0.2)
+    with pytest.raises(NoReply, match="no event within 0.2 s"):
+        next(quiet)
+    # The signs of life of the stream are not events.
+    life = http.client.HTTPConnection("127.0.0.1"), io.BytesIO(b":\n\n" * 3)
+    with pytest.raises(NoReply, match="no event within 0 s"):
+        next(robot._events(*life, 0))  # type: ignore[arg-type]
+
+
+def test_jogging_and_breakpoints(pick: Robot) -> None:
+    if "/breakpoints" not in pick.call("GET", "/openapi.json")["paths"]:
+        pytest.skip("this build of the emulator has no breakpoints")
+    pick.breakpoints = [9]
+    pick.start_program()
+    pick.type_keys("1\r")
+    pick.advance(1)
+    assert (pick.status, pick.breakpoints) == ("stop (continue)", [9])
+    pick.step_program()
+    pick.run_to(11)
+    pick.advance(70)
+    assert pick.status == "stop (continue)"
+    pick.key_switch = "teaching"
+    before = pick.pose.joints[0]
+    pick.jog(1, "plus", speed="fast")
+    pick.advance(0.5)
+    pick.jog_stop()
+    pick.advance(1)
+    assert pick.pose.joints[0] > before + 1
+
+
+def test_several_threads_call_at_a_time(robot: Robot) -> None:
+    robot.time_mode = "real"
+    waiting = threading.Thread(target=lambda: robot.wait("input 5 on", within=10))
+    waiting.start()
+    time.sleep(0.05)
+    robot.inputs[5] = True
+    waiting.join(5)
+    assert not waiting.is_alive()
+
+
+def test_an_idle_connection_is_opened_again(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    def local_port() -> int:
+        assert robot.status == "stop (reset)"
+        return int(robot._idle[-1][0].sock.getsockname()[1])
+
+    kept = local_port()
+    assert local_port() == kept
+    monkeypatch.setattr(module, "IDLE_LIMIT", -1.0)
+    assert local_port() != kept
+
+
+def test_one_of_several_robots() -> None:
+    with Robot.start(flags=["--robots=2", "--listen=127.0.0.1"]) as first:
+        second = Robot.connect(first.url, robot="robot-2")
+        second.servo = True
+        assert (first.name, second.name, first.servo, second.servo) == ("robot-1", "robot-2", False, True)
+        assert first.address() != second.address()
+        second.close()
+        with pytest.raises(Refused, match="no robot 'x'; there are robot-1, robot-2"):
+            Robot.connect(first.url, robot="x")
+
+
+def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TS3100_TIME", "nonsense")
+    load = tmp_path / "pick.scol"
+    load.write_text(PROGRAM)
+    robot = Robot.start(time="stepped", load=[load], select="PICK", servo_on=True, faults=["ng:command=SU"],
+                        options={"text.checksum": "sum", "extensions": False}, flags=["--deny", "unknown-command"])
+    assert (robot.program.file, robot.servo, robot.faults[0].kind) == ("PICK", True, "ng")
+    with Host.connect(robot.address(), pause=0, checksum=True) as host, pytest.raises(Refused):
+        host.command("XX")
+    assert robot.close() == 3
+    assert "unknown command" in robot.log
+    with pytest.raises(Disconnected):
+        robot.state
+    with pytest.raises(StartError, match="(?s)exit code 2: error: .*NOSUCH"):
+        Robot.start(select="NOSUCH")
+    with pytest.raises(StartError, match="cannot start /no/such"):
+        Robot.start(binary="/no/such")
+    with pytest.raises(ValueError, match="expected the URL of a control interface"):
+        Robot.connect("127.0.0.1:3100")
+
+
+def test_the_program_that_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TS3100_BINARY", "/no/such")
+    with pytest.raises(StartError, match="TS3100_BINARY is /no/such, which is no file"):
+        Robot.start()
+    monkeypatch.delenv("TS3100_BINARY")
+    assert Path(ts3100.find_binary()).parent == Path(sys.executable).parent
+
+
+def test_an_emulator_that_died_says_so() -> None:
+    robot = Robot.start()
+    assert robot._process
+    robot._process._process.kill()
+    with pytest.raises(Disconnected, match="the emulator has ended with exit code -9"):
+        robot.state
+    robot.close()
+
+
+def test_the_token_is_presented() -> None:
+    token = "a-token-of-the-test-0123456789"
+    with pytest.raises(Refused) as refused:
+        Robot.start(flags=[f"--control-token={token}"])
+    assert refused.value.status == 401
