@@ -6,24 +6,29 @@ files outlive the container on their volume, and `docker stop` ends it in order.
     python3 tests/container.py [--binary STATIC_TS3100]
 
 Without --binary the binary is built for x86_64-unknown-linux-musl or the same of this machine. Docker is installed by
-apt and its daemon started where they are missing, which needs root or sudo and is said. Where no registry is in reach
-the base image is made of Debian's busybox-static."""
+apt and its daemon started where they are missing, which needs root or sudo and is said."""
 
 import argparse
 import json
 import os
+import re
+import shutil
+import subprocess
 import sys
+import tarfile
 import time
 import urllib.error
 import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from engine import IMAGE, build, docker, run, static_binary, succeeds  # noqa: E402
+from engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
 from wire import Failed, Host, Line, equal, true  # noqa: E402
 
 NAME, VOLUME = "ts3100-test-robot", "ts3100-test-drive"
 TOKEN = "only-for-this-test"
+NETWORK = "ts3100-test-network"
 HEALTHY_TIMEOUT = 30
+MOST_BYTES = 8_000_000
 STOP_LIMIT = 5.0
 
 
@@ -37,12 +42,13 @@ class Container:
             IMAGE, *arguments)
         self.wait_until_healthy()
 
-    def wait_until_healthy(self):
+    @classmethod
+    def wait_until_healthy(cls):
         end = time.monotonic() + HEALTHY_TIMEOUT
-        while self.inspect("{{.State.Health.Status}}") != "healthy":
-            if time.monotonic() > end or self.inspect("{{.State.Running}}") != "true":
+        while cls.inspect("{{.State.Health.Status}}") != "healthy":
+            if time.monotonic() > end or cls.inspect("{{.State.Running}}") != "true":
                 raise Failed("the container is not healthy\n%s\n%s"
-                             % (self.inspect("{{json .State}}"), run("docker", "logs", NAME)))
+                             % (cls.inspect("{{json .State}}"), run("docker", "logs", NAME)))
             time.sleep(0.2)
 
     @staticmethod
@@ -85,7 +91,7 @@ class Container:
 
 def job():
     """What a CI job does with its robot."""
-    robot = Container(environment=["TS3100_CONTROL=0.0.0.0:3100", "TS3100_CONTROL_TOKEN=" + TOKEN])
+    robot = Container(environment=["TS3100_CONTROL_TOKEN=" + TOKEN])
     ip0, ip1 = Host(robot.address(1000), True), Line(robot.address(1001))
     ip0.command(b"SO")
     ip0.download(b"HELLO", b"PROGRAM HELLO\nPRINT IP1, \"HELLO\", CR\nEND\n")
@@ -106,10 +112,74 @@ def job():
     robot.stop()
 
 
+def image():
+    """What the image holds, and how it is described."""
+    size = int(run("docker", "image", "inspect", "-f", "{{.Size}}", IMAGE))
+    true("the image has %.2f MB, at most %.0f" % (size / 1e6, MOST_BYTES / 1e6), size < MOST_BYTES)
+    run("docker", "create", "--name", NAME, IMAGE)
+    exported = subprocess.Popen(["docker", "export", NAME], stdout=subprocess.PIPE)
+    with tarfile.open(fileobj=exported.stdout, mode="r|") as archive:
+        # What the engine itself adds to every container is empty.
+        found = sorted(entry.name for entry in archive if entry.isfile() and entry.size)
+    exported.wait()
+    run("docker", "rm", NAME)
+    equal("one file is in it", ["usr/local/bin/ts3100"], found)
+    labels = json.loads(run("docker", "image", "inspect", "-f", "{{json .Config.Labels}}", IMAGE))
+    for name in ("title", "description", "licenses", "version", "revision"):
+        true("label %s: %s" % (name, labels.get("org.opencontainers.image." + name)),
+             labels.get("org.opencontainers.image." + name))
+
+
+def flags():
+    """The health check finds the robot whatever its flags are."""
+    for arguments in (["serve", "--listen", "0.0.0.0", "--port-offset", "10000"], ["serve", "--ports", "auto"],
+                      ["serve", "--listen", "0.0.0.0", "--control", "off"]):
+        robot = Container(*arguments)
+        equal("healthy with %s" % " ".join(arguments[1:]), "healthy", robot.inspect("{{.State.Health.Status}}"))
+        robot.stop()
+    robot = Container()
+    problem = None
+    try:
+        robot.call("/state")
+    except OSError as error:
+        problem = error
+    true("without a token the control interface is closed to the outside: %s" % problem, problem)
+    robot.stop()
+
+
+def by_name():
+    """Another container reaches the control interface by the name of the service, with one variable."""
+    run("docker", "network", "create", NETWORK)
+    for variable, words in (("TS3100_CONTROL_OPEN=1", []), ("TS3100_CONTROL_TOKEN=" + TOKEN, ["--token", TOKEN])):
+        run("docker", "run", "-d", "--name", NAME, "--network", NETWORK, "--network-alias", "robot", "-e", variable, IMAGE)
+        Container.wait_until_healthy()
+        said = run("docker", "run", "--rm", "--network", NETWORK, IMAGE, "ctl", "--url", "http://robot:3100", *words, "state")
+        true("ctl state by the name of the service, with %s" % variable.split("=")[0], "run_state" in said or "mode" in said, said)
+        said = run("docker", "run", "--rm", "--network", NETWORK, IMAGE, "host", "robot:1000", "so")
+        equal("and a host by its name", "OK", said)
+        warned = "without a token" in run("docker", "logs", NAME) or "every call" in run("docker", "logs", NAME)
+        equal("the banner warns of an open interface", not words, warned)
+        run("docker", "rm", "-f", NAME)
+
+
+def compose():
+    """packaging/compose.yaml: a robot, and tests that wait until it is healthy and find it by its name."""
+    if not shutil.which("docker-compose"):
+        install("docker-compose")
+    command = ["docker-compose", "-f", os.path.join(ROOT, "packaging", "compose.yaml"), "-p", NAME]
+    environment = {**os.environ, "TS3100_IMAGE": IMAGE}
+    try:
+        said = run(*command, "up", "--no-color", "--exit-code-from", "tests", env=environment)
+        true("the tests of compose.yaml pass", re.search(r"tests_1 .*OK", said), said)
+    finally:
+        run(*command, "down", env=environment)
+
+
 def clean():
     """Nothing of ours is left, of this run or of one that was killed."""
     succeeds("docker", "rm", "-f", NAME)
     succeeds("docker", "volume", "rm", VOLUME)
+    succeeds("docker", "network", "rm", NETWORK)
 
 
 def main():
@@ -121,7 +191,11 @@ def main():
             build(arguments.binary or static_binary())
             clean()
             try:
+                image()
                 job()
+                flags()
+                by_name()
+                compose()
             finally:
                 clean()
     except (Failed, OSError) as failed:

@@ -14,7 +14,6 @@ from wire import Failed
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 IMAGE = "ts3100-test"
 DAEMON_TIMEOUT = 60
-PULL_TIMEOUT = 30
 ROOT_COMMAND = [] if os.geteuid() == 0 else ["sudo"]
 
 
@@ -72,23 +71,6 @@ def start_docker():
     return daemon
 
 
-def base_image():
-    """busybox:1, from a registry or of the system's static one."""
-    if succeeds("docker", "image", "inspect", "busybox:1") or succeeds("docker", "pull", "-q", "busybox:1",
-                                                                       timeout=PULL_TIMEOUT):
-        return
-    print("no registry in reach: busybox:1 is made of busybox-static", flush=True)
-    if not (shutil.which("busybox") and "statically" in run("sh", "-c", "file -L $(command -v busybox) || echo statically")):
-        install("busybox-static")
-    with tempfile.TemporaryDirectory() as folder:
-        for place in ("bin", "etc", "tmp"):
-            os.mkdir(os.path.join(folder, place))
-        shutil.copy(shutil.which("busybox"), os.path.join(folder, "bin", "busybox"))
-        for applet in ("sh", "mkdir", "chown"):
-            os.symlink("busybox", os.path.join(folder, "bin", applet))
-        run("sh", "-c", "tar -cf - -C '%s' . | docker import - busybox:1" % folder)
-
-
 def static_binary():
     """A binary without shared libraries, of the sources as they are."""
     target = "%s-unknown-linux-musl" % platform.machine()
@@ -100,6 +82,4 @@ def static_binary():
 
 def build(binary):
     """The image, by the command of docs/how-to/docker.md."""
-    base_image()
-    run("sh", "-c", "tar -cf - -C '%s/packaging' Dockerfile -C '%s' ts3100 | docker build -q -t %s -"
-        % (ROOT, os.path.dirname(os.path.abspath(binary)), IMAGE))
+    run("sh", "-c", "'%s/packaging/image.sh' context '%s' | docker build -q -t %s -" % (ROOT, os.path.abspath(binary), IMAGE))

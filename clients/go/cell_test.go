@@ -55,7 +55,7 @@ func start(ctx context.Context) (stop func(), err error) {
 			Image:        image,
 			ExposedPorts: []string{ip0Port, "1001/tcp", "1002/tcp", controlPort},
 			// The network of the container is the test's own, so the control interface needs no token.
-			Env:        map[string]string{"TS3100_CONTROL": "0.0.0.0:3100", "TS3100_CONTROL_OPEN": "1"},
+			Env:        map[string]string{"TS3100_CONTROL_OPEN": "1"},
 			WaitingFor: wait.ForHTTP("/health").WithPort(controlPort),
 		},
 		Started: true,

@@ -18,7 +18,7 @@ before(async () => {
   container = await new GenericContainer(process.env.TS3100_IMAGE ?? "ts3100")
     .withExposedPorts(IP0, 1001, 1002, CONTROL)
     // The network of the container is the test's own, so the control interface needs no token.
-    .withEnvironment({ TS3100_CONTROL: `0.0.0.0:${CONTROL}`, TS3100_CONTROL_OPEN: "1" })
+    .withEnvironment({ TS3100_CONTROL_OPEN: "1" })
     .withWaitStrategy(Wait.forHttp("/health", CONTROL))
     .start();
   [address, ip0] = [container.getHost(), container.getMappedPort(IP0)];

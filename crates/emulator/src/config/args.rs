@@ -50,7 +50,7 @@ pub struct ServeArgs {
         value_parser = switch())]
     pub ready_json: Option<bool>,
     /// Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: 3100 plus
-    /// the offset; a free port with --ports auto]
+    /// the offset; a free port with --ports auto; with a token or --control-open at the address of --listen]
     #[arg(long, help_heading = "Control interface", value_name = "WHERE")]
     pub control: Option<ControlChoice>,
     /// Require this bearer token; required unless it listens on loopback. Visible in the process list: prefer

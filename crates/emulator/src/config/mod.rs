@@ -261,6 +261,14 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
 pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
     let free = ControlSettings::free();
     let mut address = free.address;
+    // Who gives a token, or says that none is needed, wants to reach it from where the robot is reached.
+    let is_guarded = args.control_token.is_some() || args.control_token_file.is_some();
+    if let Some(listen) = args
+        .listen
+        .filter(|_| is_guarded || args.control_open == Some(true))
+    {
+        address.set_ip(listen);
+    }
     match (args.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
         (Some(ControlChoice::Address(chosen)), _) => address = chosen,

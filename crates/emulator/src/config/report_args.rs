@@ -11,7 +11,8 @@ use ts3100_recording::reports::{Deny, FindingsFormat, Reports};
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Reports")]
 pub struct ReportArgs {
-    /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, otherwise JSON (repeatable)
+    /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, .md for Markdown, otherwise
+    /// JSON (repeatable)
     #[arg(long, value_name = "FILE")]
     pub findings: Vec<PathBuf>,
     /// Format of the findings, whatever the file name ends with

@@ -7,6 +7,7 @@ pub mod findings;
 mod html;
 pub mod junit;
 pub mod lcov;
+mod markdown;
 mod sarif;
 mod settings;
 

@@ -1,12 +1,13 @@
 //! Which reports are written at the end of a run, and how they determine its exit code. The contents are in `findings`,
 //! `coverage`, `lcov` and the formats beside them.
 
-use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, sarif};
+use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif};
 use super::{ReportError, write_report};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
+use ts3100_controller::options::Config;
 use ts3100_driver::files;
 use ts3100_proto::words::UnexpectedWord;
 
@@ -77,6 +78,8 @@ pub enum FindingsFormat {
     Junit,
     /// SARIF 2.1.0 (.sarif).
     Sarif,
+    /// Markdown for the summary of a CI job, with the coverage (.md).
+    Markdown,
     /// A JSON document (.json).
     Json,
 }
@@ -88,6 +91,7 @@ impl FindingsFormat {
         match files::extension(path).as_str() {
             "xml" => FindingsFormat::Junit,
             "sarif" => FindingsFormat::Sarif,
+            "md" => FindingsFormat::Markdown,
             _ => FindingsFormat::Json,
         }
     }
@@ -157,7 +161,7 @@ impl Reports {
         let config = controller.config();
         let findings = run_record.findings();
         for (path, format) in &self.findings {
-            write_report(path, &self.findings_text(&findings, *format))?;
+            write_report(path, &self.findings_text(&findings, *format, run_record, config))?;
         }
         // Going through all cells takes longer than a short run.
         let is_asked = !self.coverage.is_empty() || self.min_coverage.is_some();
@@ -183,10 +187,19 @@ impl Reports {
         })
     }
 
-    fn findings_text(&self, findings: &Findings, format: FindingsFormat) -> String {
+    fn findings_text(
+        &self,
+        findings: &Findings,
+        format: FindingsFormat,
+        run: &RunRecord,
+        config: &Config,
+    ) -> String {
         match format {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
+            FindingsFormat::Markdown => {
+                markdown::document(&FindingsView::new(findings), &run.coverage(config))
+            }
             FindingsFormat::Json => pretty(&FindingsView::new(findings)),
         }
     }

@@ -38,7 +38,6 @@ final class RobotContainer implements AutoCloseable {
         container = new GenericContainer<>(DockerImageName.parse(image))
                 .withExposedPorts(IP0, 1001, 1002, CONTROL)
                 // The network of the container is the test's own, so the control interface needs no token.
-                .withEnv("TS3100_CONTROL", "0.0.0.0:" + CONTROL)
                 .withEnv("TS3100_CONTROL_OPEN", "1")
                 .waitingFor(Wait.forHttp("/health").forPort(CONTROL));
         container.start();

@@ -1,0 +1,60 @@
+//! The findings of a run as Markdown, for the summary of a CI job: what a host did wrong and what to do, and how much of the
+//! protocol it used.
+
+use super::{CoverageReport, FindingsView};
+use std::fmt::Write as _;
+
+/// The document.
+pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> String {
+    let mut out = String::from("## Robot\n\n");
+    if findings.findings.is_empty() {
+        out += "No protocol mistakes.\n";
+    } else {
+        out += "| Finding | Times | What the host did | What to do |\n|---|---|---|---|\n";
+    }
+    for broken in &findings.findings {
+        let first = broken.first.first();
+        let example = first.map_or_else(String::new, |first| {
+            let port = first.port.unwrap_or("controller");
+            format!("<br>{port} at {:.3} s: {}", first.t, cell(&first.message))
+        });
+        let (rule, severity, docs) = (broken.rule, broken.severity, &broken.docs);
+        // Writing to a String does not fail.
+        let _ = writeln!(
+            out,
+            "| [{rule}]({docs}) ({severity}) | {} | {}{example} | {} |",
+            broken.count,
+            cell(broken.title),
+            cell(broken.remedy)
+        );
+    }
+    let CoverageReport {
+        percent,
+        reached,
+        reachable,
+        ..
+    } = coverage;
+    let _ = writeln!(
+        out,
+        "\n{percent} % of the permission tables used: {reached} of {reachable} cells."
+    );
+    out
+}
+
+/// Text in a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('|', "\\|")
+        .replace(['\r', '\n'], " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_stays_one() {
+        assert_eq!(cell("a | <STX>\nb"), "a \\| &lt;STX> b");
+    }
+}
