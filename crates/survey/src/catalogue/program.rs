@@ -1,0 +1,410 @@
+//! Questions to the language, and to what a program does at its ports. No axis moves.
+
+use super::{ROW, decides, reading};
+use crate::peer::Line;
+use crate::probe::{Ask, Class, Heard, Probe};
+use crate::talk::{PATIENCE, QUIET, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::status::ExecutionStatus;
+
+const PROGRAM: Probe = Probe {
+    class: Class::Program,
+    repeats: 2,
+    ..ROW
+};
+
+/// How long an unsolicited SP is waited for.
+const STOP_NOTICE: Duration = Duration::from_millis(700);
+/// How long a program that ought to wait is given to show it.
+const SETTLED: Duration = Duration::from_secs(1);
+
+/// A program that puts a value into R; `R` begins as 7.
+macro_rules! computes {
+    ($body:literal) => {
+        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n")
+    };
+    ($body:literal, $more:literal) => {
+        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n", $more)
+    };
+}
+
+pub(super) const PROBES: &[Probe] = &[
+    // First: without it the answers of the others mean nothing.
+    Probe {
+        id: "value",
+        question: "Does MR give what a program has assigned?",
+        sends: "a program: R = 1234.5",
+        ask: Ask::Value(computes!("R = 1234.5\r\n")),
+        readings: &[reading("1234.5")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "int-division",
+        question: "What is 7/2?",
+        sends: "a program: R = 7/2",
+        ask: Ask::Value(computes!("N = 7\r\nM = 2\r\nR = N/M\r\n")),
+        readings: &[
+            decides("3", "scol.int_division", "truncate"),
+            decides("3.5", "scol.int_division", "real"),
+            reading("4"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "int-division-negative",
+        question: "What is -7/2?",
+        sends: "a program: R = -7/2",
+        ask: Ask::Value(computes!("N = -7\r\nM = 2\r\nR = N/M\r\n")),
+        readings: &[reading("-3"), reading("-3.5"), reading("-4")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "first-kind",
+        question: "Does a variable that began as an integer stay one?",
+        sends: "a program: N = 1, N = 2.7, R = N",
+        ask: Ask::Value(computes!("N = 1\r\nN = 2.7\r\nR = N\r\n")),
+        readings: &[reading("2"), reading("2.7"), reading("3")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "equal-within",
+        question: "By how much may two reals differ and be equal?",
+        sends: "a program: a search for the largest X with X == 0.0",
+        ask: Ask::Steps(equal_within),
+        readings: &[
+            decides("0", "scol.equal_within", "0"),
+            decides("*", "scol.equal_within", "*"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "unknown-input",
+        question: "What is DIN of a number that no input has?",
+        sends: "a program: R = DIN(999)",
+        ask: Ask::Value(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
+        readings: &[
+            decides("7", "scol.din_unknown", "alarm"),
+            decides("0", "scol.din_unknown", "zero"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "data-copy",
+        question: "Does a subprogram see what its caller has assigned to a name of DATA?",
+        sends: "a program: P.X = 5, and a subprogram: R = P.X",
+        ask: Ask::Value(computes!(
+            "PSURV.X = 5\r\nSURVEY2\r\n",
+            "PROGRAM SURVEY2\r\nR = PSURV.X\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3\r\nEND\r\n"
+        )),
+        readings: &[
+            decides("5", "scol.data_copy", "false"),
+            decides("1", "scol.data_copy", "true"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "too-many-numbers",
+        question: "Is a position with too many numbers refused?",
+        sends: "a program with a POINT of twelve numbers, selected",
+        ask: Ask::Selects("PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n"),
+        readings: &[reading("refused"), reading("accepted")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "braces",
+        question: "Do braces after WORK make a coordinate?",
+        sends: "a program with WORK = {0,0,0}, selected",
+        ask: Ask::Selects("PROGRAM SURVEY\r\nWORK = {0,0,0}\r\nEND\r\n"),
+        readings: &[reading("accepted"), reading("refused")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "jump-into-loop",
+        question: "Is a jump into a FOR loop refused?",
+        sends: "a program with a GOTO into a loop, selected",
+        ask: Ask::Selects("PROGRAM SURVEY\r\nGOTO L1\r\nFOR I = 1 TO 2\r\nL1: R = 1\r\nNEXT I\r\nEND\r\n"),
+        readings: &[reading("accepted"), reading("refused")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "motion-at-rest",
+        question: "What is REMAIN while the arm rests?",
+        sends: "a program: R = REMAIN",
+        ask: Ask::Value(computes!("R = REMAIN\r\n")),
+        readings: &[reading("0"), reading("100")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "task-number",
+        question: "Which number has the first task?",
+        sends: "a program: R = TID",
+        ask: Ask::Value(computes!("R = TID\r\n")),
+        readings: &[reading("1"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "timer",
+        question: "What does TIMER count?",
+        sends: "a program: TIMER = 0, DELAY 1, R = INT(TIMER + 0.5)",
+        ask: Ask::Value(computes!("TIMER = 0\r\nDELAY 1\r\nR = INT(TIMER + 0.5)\r\n")),
+        readings: &[reading("1"), reading("10"), reading("100"), reading("1000")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "label-rcycle",
+        question: "What is answered to RS,CYC without the label RCYCLE?",
+        sends: "a program without RCYCLE, selected; RS,CYC",
+        ask: Ask::Steps(|talk| {
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            Ok(if talk.asks("RS,CYC")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "erase-selected",
+        question: "What is answered to ER of the selected file?",
+        sends: "a program, selected; ER",
+        ask: Ask::Steps(|talk| {
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            let is_erased = talk.asks(&format!("ER,{}", crate::talk::FILE))?;
+            Ok(if is_erased { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "stop-in-delay",
+        question: "Where does SP inside a DELAY stop a program?",
+        sends: "a program: DELAY 2, R = 1; RN, SP",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!("DELAY 2\r\nR = 1\r\n"))?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("SP")?;
+            let status = talk.finish()?;
+            let name = status.map_or("running", ExecutionStatus::as_str);
+            Ok(name.to_owned())
+        }),
+        readings: &[reading("stop (continue)"), reading("stop (retry)"), reading("stop (reset)")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "wait-after-stop",
+        question: "Where does a program continue that SP has stopped inside a WAIT?",
+        sends: "a program: WAIT for what never comes, R = 1; RN, SP, RN",
+        ask: Ask::Steps(wait_after_stop),
+        readings: &[
+            decides("after the WAIT", "wait.after_stop", "next"),
+            decides("at the WAIT", "wait.after_stop", "again"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "unsolicited-stop",
+        question: "Is SP sent when a program has ended?",
+        sends: "a program that ends, on connections with texts of each form",
+        ask: Ask::Steps(unsolicited_stop),
+        readings: &[
+            decides("not to a host without STX", "sp.unsolicited", "auto"),
+            decides("to every host", "sp.unsolicited", "true"),
+            decides("never", "sp.unsolicited", "false"),
+            reading("to hosts with STX, and no other is served"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-without-peer",
+        question: "What does PRINT do on IP1 while nobody is connected?",
+        sends: "a program: PRINT IP1, R = 1; nobody connected to IP1",
+        ask: Ask::Value(computes!("PRINT IP1, \"SURVEY\", CR\r\nR = 1\r\n")),
+        readings: &[
+            decides("7", "channel.no_peer", "alarm"),
+            decides("1", "channel.no_peer", "silent"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-numbers",
+        question: "How are numbers printed?",
+        sends: "a program: PRINT IP1 of 7 and 0.0625; a connection to IP1",
+        ask: Ask::Steps(|talk| prints(talk, computes!("N = 7\r\nA = 0.0625\r\nPRINT IP1, N, A, CR\r\n"))),
+        readings: &[reading("           7       0.063<CR>"), reading("           7       0.062<CR>")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-too-wide",
+        question: "How is a number printed that needs more than 12 characters?",
+        sends: "a program: PRINT IP1 of -1234567936.0; a connection to IP1",
+        ask: Ask::Steps(|talk| prints(talk, computes!("A = -1234567936.0\r\nPRINT IP1, A, CR\r\n"))),
+        readings: &[reading("************<CR>"), reading("-1234567936.000<CR>")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-malformed",
+        question: "What does INPUT do with something that is no number?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends ABC",
+        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"ABC\r")),
+        readings: &[
+            decides("an alarm", "input.malformed", "alarm"),
+            decides("0", "input.malformed", "leading-number"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-empty",
+        question: "What is an empty field to INPUT?",
+        sends: "a program: INPUT IP1 of three numbers; a connection to IP1 that sends 1,,2",
+        ask: Ask::Steps(|talk| {
+            let program = computes!("A = 5\r\nB = 5\r\nC = 5\r\nINPUT IP1, A, B, C\r\nR = A*100 + B*10 + C\r\n");
+            inputs(talk, program, b"1,,2\r")
+        }),
+        readings: &[reading("102"), reading("an alarm")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-blanks",
+        question: "Do LF and blanks around a number count for INPUT?",
+        sends: "a program: INPUT IP1 of two numbers; a connection to IP1 that sends blanks and LF with them",
+        ask: Ask::Steps(|talk| {
+            let program = computes!("A = 5\r\nB = 5\r\nINPUT IP1, A, B\r\nR = A*10 + B\r\n");
+            inputs(talk, program, b" 1 ,\n 2\r\n")
+        }),
+        readings: &[reading("12"), reading("an alarm")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-before-start",
+        question: "Does INPUT see what came before the start?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends 3 before RN and 4 after it",
+        ask: Ask::Steps(input_before_start),
+        readings: &[reading("4"), reading("3")],
+        ..PROGRAM
+    },
+];
+
+/// A number without needless digits; any other text as it is.
+pub(crate) fn plain(value: &str) -> Heard {
+    match value.parse::<f64>() {
+        Ok(number) => format!("{number}"),
+        Err(_) => value.to_owned(),
+    }
+}
+
+/// The largest difference at which a real is equal to 0, to four digits: the program halves an interval.
+fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let source = computes!(
+        "L = 0.0\r\nH = 2000.0\r\nFOR I = 1 TO 50\r\nM = (L + H)/2\r\nIF M == 0.0 THEN GOTO YES\r\nH = M\r\nGOTO OK\r\n\
+         YES: L = M\r\nOK: NEXT I\r\nR = L*1000\r\n"
+    );
+    talk.run(source)?;
+    let thousandths: f64 = talk
+        .variable("R", 1)?
+        .parse()
+        .map_err(|_| Trouble::Surprise("MR gave no number".to_owned()))?;
+    // MR writes three decimals; a real has seven digits.
+    let value = thousandths / 1000.0;
+    let digits = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    Ok(plain(&format!("{digits}")))
+}
+
+fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(concat!(
+        "GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n"
+    ))?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.command("SP")?;
+    if talk.until_stopped(SETTLED)?.is_none() {
+        talk.command("EC,BREAK")?;
+        return Ok("SP does not stop it".to_owned());
+    }
+    talk.start()?;
+    let ended = talk.until_stopped(SETTLED)?;
+    let value = plain(&talk.variable("R", 1)?);
+    let heard = match (ended, value.as_str()) {
+        (Some(_), "1") => "after the WAIT",
+        (None, "0") => "at the WAIT",
+        _ => "somewhere else",
+    };
+    if ended.is_none() {
+        talk.command("SP")?;
+        talk.until_stopped(SETTLED)?;
+    }
+    Ok(heard.to_owned())
+}
+
+/// Runs a program that ends by itself. Returns whether SP has come.
+fn is_told_of_the_end(talk: &mut Talk<'_>) -> Result<bool, Trouble> {
+    talk.take_stops();
+    talk.start()?;
+    talk.finish()?;
+    talk.wait(STOP_NOTICE)?;
+    Ok(talk.take_stops() > 0)
+}
+
+fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.reopen()?;
+    talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
+    if !is_told_of_the_end(talk)? {
+        return Ok("never".to_owned());
+    }
+    talk.reopen()?;
+    let text = talk.text("SU\r");
+    let bare = text.get(1..).unwrap_or_default();
+    let is_bare_served = talk.kind_of_answer(bare)? == "answer without STX";
+    let is_extension_served = talk.content("SM,1")?.is_some();
+    let is_told = is_told_of_the_end(talk)?;
+    talk.reopen()?;
+    Ok(match (is_told, is_bare_served || is_extension_served) {
+        (true, true) => "to every host",
+        (false, true) => "not to a host without STX",
+        (true, false) => "to hosts with STX, and no other is served",
+        (false, false) => "to hosts with STX only, and no other is served",
+    }
+    .to_owned())
+}
+
+/// What a program prints on IP1.
+fn prints(talk: &mut Talk<'_>, source: &str) -> Result<Heard, Trouble> {
+    talk.select(source)?;
+    talk.open(Line::Channel)?;
+    talk.wait(QUIET)?;
+    talk.start()?;
+    let heard = talk.listen(Line::Channel, PATIENCE);
+    talk.finish()?;
+    talk.close(Line::Channel);
+    Ok(ts3100_proto::escape::Escaped::for_reading(&heard?).to_string())
+}
+
+/// The value of R after a program has read these bytes on IP1; `an alarm` when the program has stopped at its INPUT.
+fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Trouble> {
+    talk.select(source)?;
+    talk.open(Line::Channel)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.say(Line::Channel, sent)?;
+    talk.wait(QUIET)?;
+    let ended = talk.finish()?;
+    talk.close(Line::Channel);
+    let value = plain(&talk.variable("R", 1)?);
+    Ok(match (ended, value.as_str()) {
+        (Some(ExecutionStatus::Continue), "7") => "an alarm".to_owned(),
+        (None, _) => "it waits".to_owned(),
+        (Some(_), _) => value,
+    })
+}
+
+fn input_before_start(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(computes!("INPUT IP1, R\r\n"))?;
+    talk.open(Line::Channel)?;
+    talk.say(Line::Channel, b"3\r")?;
+    talk.wait(QUIET)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.say(Line::Channel, b"4\r")?;
+    talk.wait(QUIET)?;
+    talk.finish()?;
+    talk.close(Line::Channel);
+    Ok(plain(&talk.variable("R", 1)?))
+}
