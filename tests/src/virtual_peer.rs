@@ -2,11 +2,8 @@
 
 use crate::Robot;
 use std::time::Duration;
-use ts3100_controller::{Port, Time};
+use ts3100_controller::{Output, Port, Time};
 use ts3100_survey::{Line, Peer, PeerError};
-
-/// Longest step of time while bytes are waited for.
-const STEP: Duration = Duration::from_millis(5);
 
 /// The peer.
 pub struct VirtualPeer {
@@ -15,8 +12,8 @@ pub struct VirtualPeer {
     /// IP0 or HOST.
     port: Port,
     open: [bool; 3],
-    /// Every byte that was sent on the line for commands, one item for each call.
-    pub sent: Vec<Vec<u8>>,
+    /// What was sent on the line for commands, one item for each call, with its time.
+    pub sent: Vec<(Duration, Vec<u8>)>,
 }
 
 impl VirtualPeer {
@@ -28,6 +25,22 @@ impl VirtualPeer {
             port,
             open: [false; 3],
             sent: Vec::new(),
+        }
+    }
+
+    /// Closes what the controller has closed, and forgets the rest of what it did.
+    fn follow(&mut self) {
+        for output in std::mem::take(&mut self.robot.outputs) {
+            let ports = match output {
+                Output::Disconnect { port, .. } => vec![port],
+                Output::PowerOff => vec![self.port, Port::Ip1],
+                _ => continue,
+            };
+            for line in [Line::Commands, Line::Channel] {
+                if ports.contains(&self.port(line)) {
+                    self.close(line);
+                }
+            }
         }
     }
 
@@ -69,9 +82,10 @@ impl Peer for VirtualPeer {
             return Err(PeerError::Closed);
         }
         if line == Line::Commands {
-            self.sent.push(bytes.to_vec());
+            self.sent.push((self.now(), bytes.to_vec()));
         }
         self.robot.raw(self.port(line), bytes);
+        self.follow();
         Ok(())
     }
 
@@ -87,8 +101,12 @@ impl Peer for VirtualPeer {
                 return Ok(bytes);
             }
             let due = self.robot.cell.deadline().unwrap_or(end);
-            let next = due.clamp(now + Duration::from_micros(1), now + STEP).min(end);
+            let next = due.max(now + Duration::from_micros(1)).min(end);
             self.robot.advance(next.since(now));
+            self.follow();
+            if !self.open[line as usize] {
+                return Err(PeerError::Closed);
+            }
         }
     }
 

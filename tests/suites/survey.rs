@@ -1,11 +1,14 @@
 //! `ts3100 survey` against the emulator: under every option value it finds that value, under faults it finds nothing wrong, and
 //! what it sends is what it says.
 
+use std::time::Duration;
+use ts3100_controller::faults::FaultAction;
 use ts3100_controller::options::Options;
-use ts3100_controller::{Config, Dialect, PanelAction, Port};
+use ts3100_controller::{Config, ControlRight, Dialect, PanelAction, Port};
 use ts3100_driver::tcp::LinkOptions;
 use ts3100_emulator::config::set_option;
-use ts3100_survey::{Class, Plan, Report, Verdict, survey};
+use ts3100_proto::escape::Escaped;
+use ts3100_survey::{Class, Peer as _, Plan, Report, ReportError, Verdict, differences, survey};
 use ts3100_tests::Robot;
 use ts3100_tests::virtual_peer::VirtualPeer;
 
@@ -51,29 +54,33 @@ fn a_controller_as_it_is_by_default_has_the_first_reading_of_every_question() {
     assert_eq!(others, [("while-sending", "", "only a serial line takes turns")]);
 }
 
-/// Options and values that a survey finds, and the classes that it takes. The default of each is found in every other run.
-const DECIDED: &[(&str, &[&str])] = &[
-    ("channel.no_peer", &["alarm", "silent"]),
-    ("dl.command_ends", &["true", "false"]),
-    ("do.min_run", &["100ms", "200ms", "0.5s", "1s"]),
-    ("drive.open_mode", &["1 1 1 1", "1 0 0 0", "1 1 0 0"]),
-    ("extensions", &["true", "false"]),
-    ("input.malformed", &["alarm", "leading-number"]),
-    ("parameter.line_end", &["lf", "cr"]),
-    ("scol.data_copy", &["true", "false"]),
-    ("scol.din_unknown", &["alarm", "zero"]),
-    ("scol.equal_within", &["0", "0.001", "0.5", "12.5"]),
-    ("scol.int_division", &["truncate", "real"]),
-    ("servo.interval", &["0s", "7s", "3s"]),
-    ("sf.split", &["one", "several"]),
-    ("sp.unsolicited", &["auto", "true", "false"]),
-    ("strict_50ms", &["true", "false"]),
-    ("su.layout", &["one-record", "six-records"]),
-    ("text.checksum", &["none", "sum"]),
-    ("text.require_cr", &["true", "false"]),
-    ("text.stx", &["detect", "required"]),
-    ("vr.layout", &["blanks", "packed"]),
-    ("wait.after_stop", &["next", "again"]),
+/// Options and values that a survey finds, and the class of questions that it takes.
+const DECIDED: &[(&str, Class, &[&str])] = &[
+    ("channel.no_peer", Class::Program, &["alarm", "silent"]),
+    ("dl.command_ends", Class::Files, &["true", "false"]),
+    ("do.min_run", Class::Motion, &["100ms", "200ms", "0.5s", "1s"]),
+    ("drive.open_mode", Class::Look, &["1 1 1 1", "1 0 0 0", "1 1 0 0"]),
+    ("extensions", Class::Look, &["true", "false"]),
+    ("input.malformed", Class::Program, &["alarm", "leading-number"]),
+    ("parameter.line_end", Class::Look, &["lf", "cr"]),
+    ("scol.data_copy", Class::Program, &["true", "false"]),
+    ("scol.din_unknown", Class::Program, &["alarm", "zero"]),
+    (
+        "scol.equal_within",
+        Class::Program,
+        &["0", "0.001", "0.5", "12.5"],
+    ),
+    ("scol.int_division", Class::Program, &["truncate", "real"]),
+    ("servo.interval", Class::Motion, &["0s", "7s", "3s"]),
+    ("sf.split", Class::Look, &["one", "several"]),
+    ("sp.unsolicited", Class::Program, &["auto", "true", "false"]),
+    ("strict_50ms", Class::Look, &["true", "false"]),
+    ("su.layout", Class::Look, &["one-record", "six-records"]),
+    ("text.checksum", Class::Look, &["none", "sum"]),
+    ("text.require_cr", Class::Look, &["true", "false"]),
+    ("text.stx", Class::Look, &["detect", "required"]),
+    ("vr.layout", Class::Look, &["blanks", "packed"]),
+    ("wait.after_stop", Class::Program, &["next", "again"]),
 ];
 
 /// The options of a configuration, with what follows from the arm.
@@ -89,15 +96,254 @@ fn options(pairs: &[(&str, &str)]) -> Options {
 #[test]
 fn under_every_option_value_the_survey_finds_that_value() {
     let mut wrong = Vec::new();
-    for (option, values) in DECIDED {
+    for (option, class, values) in DECIDED {
         for value in *values {
-            let report = surveyed(&[(option, value)], &ALL);
+            let report = surveyed(&[(option, value)], &[*class]);
             let found: Vec<_> = report.options().into_iter().collect();
-            // Not this option alone: all together make the same controller.
-            if report.stopped.is_some() || options(&found) != options(&[(option, value)]) {
+            // Not this option alone: all that was found makes the same controller.
+            let is_found = found.iter().any(|(known, _)| known == option);
+            if !is_found || report.stopped.is_some() || options(&found) != options(&[(option, value)]) {
                 wrong.push(format!("{option} = {value}: {:?} {found:?}", report.stopped));
             }
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Faults of every kind, whose wrong answers must not be taken for those of a controller.
+const FAULTS: &[&str] = &[
+    "no-reply:probability=0.05",
+    "no-reply:command=SU,probability=0.3",
+    "no-reply:command=VR",
+    "no-reply:lost=command,probability=0.1",
+    "no-reply:command=MR",
+    "no-reply:command=RN,after=3",
+    "late-reply:delay=600,probability=0.2",
+    "late-reply:delay=3000,probability=0.1",
+    "late-reply:delay=100",
+    "ng:command=VR",
+    "ng:command=SM",
+    "ng:command=SU,probability=0.2",
+    "ng:command=MR,probability=0.4",
+    "ng:command=RN,probability=0.3",
+    "ng:probability=0.1",
+    "wrong-reply:probability=0.05",
+    "lost-etx:probability=0.05",
+    "flipped-bit:probability=0.03",
+    "flipped-bit:way=in,probability=0.03",
+    "split-bytes:size=3,pause=20",
+    "merged-texts:hold=300,probability=0.2",
+    "duplicate-text:probability=0.05",
+    "reset-mid-text:probability=0.03",
+    "half-open:probability=0.03",
+    "slow-line:speed=9600",
+    "drive-full",
+    "power-loss:delay=100",
+    "alarm:command=RN,number=2-046,delay=50,probability=0.3",
+    "emergency-stop:command=RN,delay=100,probability=0.3",
+    "servo-failure:command=RN,delay=100,probability=0.3",
+    "key-turned:delay=100",
+    "lost-record:probability=0.5",
+];
+
+#[test]
+fn a_controller_with_faults_and_delays_gets_no_wrong_answer() {
+    let (mut wrong, mut decided) = (Vec::new(), 0);
+    for seed in 0..100_u64 {
+        // Each seed another controller, another fault, and most of them with legal variation.
+        let index = usize::try_from(seed).unwrap();
+        let (option, _, values) = DECIDED[index % DECIDED.len()];
+        let value = values[index / DECIDED.len() % values.len()];
+        let mut controller = config(&[(option, value)]);
+        controller.fault_seed = seed;
+        controller.vary = (seed % 4 != 3).then_some(seed);
+        let truth = controller.options.clone();
+        let mut peer = peer(controller, Port::Ip0);
+        let mut faults = Vec::new();
+        if seed % 10 != 0 {
+            // Once, three times, or whenever there is an occasion.
+            let (fault, times) = (
+                FAULTS[index % FAULTS.len()],
+                [0, 1, 3][(index + index / FAULTS.len()) % 3],
+            );
+            let separator = if fault.contains(':') { ',' } else { ':' };
+            faults.push(format!("{fault}{separator}times={times}"));
+        }
+        for fault in &faults {
+            peer.robot
+                .feed(FaultAction::Arm(Box::new(fault.parse().unwrap())).into());
+        }
+        let Ok(report) = survey(&mut peer, &plan(&ALL), &mut |_| {}) else {
+            continue;
+        };
+        for (option, value) in report.options() {
+            decided += 1;
+            let mut found = truth.clone();
+            let mut links = LinkOptions::default();
+            set_option(&mut found, &mut links, option, value).unwrap();
+            let effective = |options: &Options| Options {
+                equal_within: Some(options.equal_within.unwrap_or(0.0)),
+                ..options.clone()
+            };
+            if effective(&found) != effective(&truth) {
+                wrong.push(format!(
+                    "seed {seed}, {faults:?}: {option} = {value}, stopped {:?}",
+                    report.stopped
+                ));
+            }
+        }
+    }
+    println!("{decided} options decided");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(decided > 500, "{decided}: it must not stop at everything");
+}
+
+/// Everything that a survey of the class *look* sends, text by text; the two over-long and cut ones by how they begin.
+const LOOKS: &[&str] = &[
+    "<STX>SU<CR><ETX>",
+    "<STX>VR<CR><ETX>",
+    "<STX>CA<CR><ETX>",
+    "<STX>SF<CR><ETX>",
+    "<STX>SM,1<CR><ETX>",
+    "<STX>HI,1 8<CR><ETX>",
+    "<STX>UL,USER.PAR<CR><ETX>",
+    "<STX>UL,ETHERNET.PAR<CR><ETX>",
+    "<STX>OK<CR><ETX>",
+    "<STX>ZZ<CR><ETX>",
+    "SU<CR><ETX>",
+    "<STX>SU<ETX>",
+    "<STX>su<CR><ETX>",
+    "<STX>VR<STX>SU<CR><ETX>",
+    "<STX>",
+];
+
+#[test]
+fn to_look_sends_nothing_else_keeps_its_pauses_and_takes_less_than_two_minutes() {
+    let mut peer = peer(config(&[]), Port::Ip0);
+    let report = survey(&mut peer, &plan(&[Class::Look]), &mut |_| {}).unwrap();
+    assert_eq!(report.stopped, None);
+    let mut last = None;
+    let mut close = 0;
+    for (at, bytes) in &peer.sent {
+        let text = Escaped::for_reading(bytes).to_string();
+        assert!(
+            LOOKS.contains(&text.as_str()) || text.starts_with("<STX>AAAA"),
+            "{text}"
+        );
+        if last.is_some_and(|last| *at < last + Duration::from_millis(50)) {
+            close += 1;
+        }
+        last = Some(*at);
+    }
+    // The question about the pause, three times; what it sends changes nothing.
+    assert_eq!(close, 3);
+    let took = peer.now();
+    assert!(took < Duration::from_secs(120), "{took:?}");
+    // Twenty a second at most.
+    let mut requests = peer
+        .sent
+        .iter()
+        .filter(|(_, bytes)| bytes != b"\x02OK\r\x03")
+        .map(|(at, _)| *at)
+        .collect::<Vec<_>>();
+    requests.sort_unstable();
+    for window in requests.windows(21) {
+        assert!(window[20] - window[0] >= Duration::from_secs(1));
+    }
+}
+
+#[test]
+fn what_it_changes_is_put_back_whatever_happens() {
+    let mut config = config(&[]);
+    config.fault_seed = 5;
+    for fault in [
+        None,
+        Some("no-reply:command=RN,after=9"),
+        Some("reset-mid-text:command=MR,after=5"),
+    ] {
+        let mut peer = peer(config.clone(), Port::Ip0);
+        peer.robot.load("MINE", "PROGRAM MINE\nEND\n");
+        if let Some(fault) = fault {
+            peer.robot
+                .feed(FaultAction::Arm(Box::new(fault.parse().unwrap())).into());
+        }
+        let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+        assert_eq!(
+            report.stopped.is_some(),
+            fault.is_some(),
+            "{fault:?}: {:?}",
+            report.stopped
+        );
+        assert_eq!(report.left, [""; 0], "{fault:?}");
+        let controller = &peer.robot.cell.controller;
+        assert!(
+            controller.files().all(|(name, _)| name != "TSSURVEY"),
+            "{fault:?}"
+        );
+        assert_eq!(controller.selected(), "MINE", "{fault:?}");
+        assert_eq!(controller.alarms().active(), [], "{fault:?}");
+        // And nothing of the user's is written down.
+        assert!(!report.write().contains("MINE"), "{fault:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_works_or_has_such_a_file_is_left_alone() {
+    let mut peer = peer(config(&[]), Port::Ip0);
+    peer.robot.load("TSSURVEY", "PROGRAM MINE\nEND\n");
+    let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+    let refused = report
+        .answers
+        .iter()
+        .filter(|answer| answer.verdict == Verdict::Refused)
+        .count();
+    assert_eq!(
+        refused,
+        report.answers.len() - plan(&[Class::Look]).probes().count() + 1,
+        "and while-sending"
+    );
+    let mut files = peer.robot.cell.controller.files();
+    assert!(files.any(|file| file == ("TSSURVEY", b"PROGRAM MINE\nEND\n".as_slice())));
+}
+
+#[test]
+fn the_file_is_read_as_it_was_written_and_a_change_is_noticed() {
+    let report = surveyed(&[("su.layout", "six-records")], &[Class::Look]);
+    let text = report.write();
+    let read = Report::read(&text).unwrap();
+    assert_eq!(read.answers, report.answers);
+    assert_eq!(read.options().get("su.layout"), Some(&"six-records"));
+    assert_eq!(read.write(), text);
+    assert!(
+        Report::read(&text.replace("share = false", "share = true"))
+            .unwrap()
+            .share
+    );
+    let changed = text.replace("six-records", "one-record");
+    assert!(matches!(
+        Report::read(&changed),
+        Err(ReportError::Checksum { .. })
+    ));
+    let other = surveyed(&[], &[Class::Look]);
+    let differences: Vec<_> = differences(&report, &other)
+        .into_iter()
+        .map(|difference| difference.probe)
+        .collect();
+    assert_eq!(differences, ["status-form"]);
+}
+
+#[test]
+fn a_serial_line_shows_what_happens_while_it_sends() {
+    for value in ["lost", "kept"] {
+        let mut config = config(&[("serial.while_sending", value)]);
+        config.control_right = ControlRight::Rs232c;
+        let mut peer = peer(config, Port::Host);
+        let report = survey(&mut peer, &plan(&[Class::Look]), &mut |_| {}).unwrap();
+        assert_eq!(report.stopped, None);
+        assert_eq!(report.options().get("serial.while_sending"), Some(&value));
+        assert!(
+            report.answer_times().is_empty(),
+            "the line takes most of the time"
+        );
+    }
 }

@@ -61,7 +61,11 @@ mod tests {
         for probe in probes() {
             assert!(seen.insert(probe.id), "{} twice", probe.id);
             assert!(probe.question.ends_with('?'), "{}", probe.id);
-            assert!(!probe.sends.is_empty() && !probe.readings.is_empty(), "{}", probe.id);
+            assert!(
+                !probe.sends.is_empty() && !probe.readings.is_empty(),
+                "{}",
+                probe.id
+            );
             let heard: BTreeSet<&str> = probe.readings.iter().map(|reading| reading.heard).collect();
             assert_eq!(heard.len(), probe.readings.len(), "{}", probe.id);
         }

@@ -195,7 +195,10 @@ impl Report {
     /// How many answers have this verdict.
     #[must_use]
     pub fn count(&self, verdict: Verdict) -> usize {
-        self.answers.iter().filter(|answer| answer.verdict == verdict).count()
+        self.answers
+            .iter()
+            .filter(|answer| answer.verdict == verdict)
+            .count()
     }
 
     /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
@@ -212,7 +215,10 @@ impl Report {
     pub fn write(&self) -> String {
         let body = self.body();
         let checksum = checksum(&body);
-        format!("{HEADER}share = {}\n\nchecksum = \"{checksum}\"\n{body}", self.share)
+        format!(
+            "{HEADER}share = {}\n\nchecksum = \"{checksum}\"\n{body}",
+            self.share
+        )
     }
 
     fn body(&self) -> String {
@@ -277,7 +283,9 @@ impl Report {
         if file.format != FORMAT {
             return Err(ReportError::Format(file.format));
         }
-        let body = text.split_once("\nchecksum = ").and_then(|(_, rest)| rest.split_once('\n'));
+        let body = text
+            .split_once("\nchecksum = ")
+            .and_then(|(_, rest)| rest.split_once('\n'));
         let computed = checksum(body.unwrap_or_default().1);
         if computed != file.checksum {
             let found = file.checksum;

@@ -63,7 +63,9 @@ pub fn survey(
     let mut report = Report::default();
     match greet(&mut talk, &mut report) {
         Ok(()) => {}
-        Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) => return Err(PeerError::Unreachable(reason)),
+        Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) => {
+            return Err(PeerError::Unreachable(reason));
+        }
     }
     let mut before = Before::default();
     let mut class = None;
@@ -96,7 +98,9 @@ pub fn survey(
         let answer = Answer { traffic, ..answer };
         watch(Step::Answered(&answer));
         report.answers.push(answer);
+        // What was not prepared was not asked: the file of that name may be the user's.
         if report.stopped.is_none()
+            && class == Some(probe.class)
             && probe.class >= Class::Files
             && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class)
         {
@@ -140,7 +144,9 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     let status = talk.status()?;
     talk.hide(&status.file);
     if let Some(content) = talk.content("VR")? {
-        let records = content.split(|byte| *byte == CR).filter(|record| !record.is_empty());
+        let records = content
+            .split(|byte| *byte == CR)
+            .filter(|record| !record.is_empty());
         let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
         report.versions = records.map(text).collect();
     }
@@ -151,7 +157,10 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     }
     let burst = talk.burst("SF")?;
     let form = forms::total_status(&burst, burst.first() == Some(&STX));
-    form.split(", ").last().unwrap_or_default().clone_into(&mut report.arm);
+    form.split(", ")
+        .last()
+        .unwrap_or_default()
+        .clone_into(&mut report.arm);
     talk.acknowledge()?;
     if form.starts_with("several") {
         talk.rest_of_burst()?;
@@ -291,7 +300,16 @@ fn put_back(talk: &mut Talk<'_>, before: &Before) -> Vec<String> {
     // Something that came late must not keep the rest from being put back.
     let quiet = Duration::from_secs(1);
     let _late = talk.rest_of_burst().and_then(|_| talk.wait(quiet));
-    if tidy(talk, if before.has_changed_selection { Class::Program } else { Class::Files }).is_err() {
+    if tidy(
+        talk,
+        if before.has_changed_selection {
+            Class::Program
+        } else {
+            Class::Files
+        },
+    )
+    .is_err()
+    {
         left.push(format!("the file {FILE} may still be on the RAM drive"));
     }
     if before.has_changed_selection

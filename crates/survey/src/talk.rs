@@ -224,7 +224,9 @@ impl<'a> Talk<'a> {
                     return Err(Trouble::Surprise(format!("a text came damaged: {what}")));
                 }
                 Decoded::Skipped { bytes } => {
-                    return Err(Trouble::Surprise(format!("{bytes} bytes came that belong to no text")));
+                    return Err(Trouble::Surprise(format!(
+                        "{bytes} bytes came that belong to no text"
+                    )));
                 }
             }
         }
@@ -398,8 +400,9 @@ impl<'a> Talk<'a> {
                 Received::More => {
                     self.acknowledge()?;
                     let next = self.hear(PATIENCE)?;
-                    let next = next
-                        .ok_or_else(|| Trouble::Surprise(format!("the answer to {command} stopped midway")))?;
+                    let next = next.ok_or_else(|| {
+                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
+                    })?;
                     data = next.data.to_vec();
                 }
             }

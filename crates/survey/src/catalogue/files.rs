@@ -42,13 +42,15 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(|talk| {
             talk.store(SOURCE)?;
             let size = size(talk)?;
-            Ok(match size.map(|size| size.cast_signed() - SOURCE.len().cast_signed()) {
-                Some(0) => "without EOF",
-                Some(1) => "with EOF",
-                Some(_) => "another size",
-                None => "no such file",
-            }
-            .to_owned())
+            Ok(
+                match size.map(|size| size.cast_signed() - SOURCE.len().cast_signed()) {
+                    Some(0) => "without EOF",
+                    Some(1) => "with EOF",
+                    Some(_) => "another size",
+                    None => "no such file",
+                }
+                .to_owned(),
+            )
         }),
         readings: &[reading("without EOF"), reading("with EOF")],
         is_public: false,
@@ -100,7 +102,10 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "DL of TSSURVEY with a comment of 300 characters",
         ask: Ask::Steps(|talk| {
             let comment = "-".repeat(LONGEST_LINE + 48);
-            stored(talk, format!("PROGRAM SURVEY\r\n'{comment}\r\nEND\r\n").as_bytes())
+            stored(
+                talk,
+                format!("PROGRAM SURVEY\r\n'{comment}\r\nEND\r\n").as_bytes(),
+            )
         }),
         readings: &[reading("refused"), reading("stored")],
         ..FILES
@@ -112,7 +117,12 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(|talk| {
             talk.store(SOURCE)?;
             talk.command(&format!("ER,{FILE}"))?;
-            Ok(if talk.asks(&format!("ER,{FILE}"))? { "OK" } else { "NG" }.to_owned())
+            Ok(if talk.asks(&format!("ER,{FILE}"))? {
+                "OK"
+            } else {
+                "NG"
+            }
+            .to_owned())
         }),
         readings: &[reading("NG"), reading("OK")],
         ..FILES
@@ -148,7 +158,9 @@ fn command_in_download(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         "answer" => Ok("the command is served".to_owned()),
         "OK" => {
             // The download goes on: its end makes a file of it.
-            let end = talk.text(&String::from_utf8_lossy(&parse("END<CR><EOF>").unwrap_or_default()));
+            let end = talk.text(&String::from_utf8_lossy(
+                &parse("END<CR><EOF>").unwrap_or_default(),
+            ));
             let heard = talk.kind_of_answer(&end)?;
             Ok(match heard.as_str() {
                 "OK" => "it is a part of the file".to_owned(),

@@ -43,7 +43,9 @@ pub fn directory(content: &[u8]) -> &'static str {
     let Ok(entries) = decode_directory(content) else {
         return OTHER;
     };
-    let records = content.split(|byte| *byte == CR).filter(|record| !record.is_empty());
+    let records = content
+        .split(|byte| *byte == CR)
+        .filter(|record| !record.is_empty());
     let blanks = |record: &[u8]| record.iter().filter(|byte| **byte == b' ').count() == 1;
     let is_single = records.clone().all(blanks);
     match (is_single, entries.is_sorted_by(|a, b| a.name <= b.name)) {

@@ -184,7 +184,7 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "extensions",
         question: "Are commands served that the six-axis manual does not have?",
-        sends: "SM,1",
+        sends: "SM,1 and HI,1 8",
         ask: Ask::Steps(extensions),
         readings: &[
             decides("served", "extensions", "true"),
@@ -201,7 +201,11 @@ pub(super) const PROBES: &[Probe] = &[
             let content = content(talk, "SM,1")?;
             let items = content.split(|byte| *byte == b' ').count();
             let is_known = ts3100_proto::status::sm::QuickStatus::decode(&content).is_ok();
-            Ok(if is_known { format!("{items} items") } else { forms::OTHER.to_owned() })
+            Ok(if is_known {
+                format!("{items} items")
+            } else {
+                forms::OTHER.to_owned()
+            })
         }),
         readings: &[reading("14 items")],
         ..ROW
@@ -215,7 +219,12 @@ pub(super) const PROBES: &[Probe] = &[
             let text = String::from_utf8_lossy(&content);
             let digits = text.trim_end_matches('\r');
             let is_number = digits.parse::<u8>().is_ok() && !digits.starts_with('+');
-            Ok(if is_number { "a decimal number" } else { forms::OTHER }.to_owned())
+            Ok(if is_number {
+                "a decimal number"
+            } else {
+                forms::OTHER
+            }
+            .to_owned())
         }),
         readings: &[reading("a decimal number")],
         is_public: false,
@@ -240,7 +249,8 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "UL,ETHERNET.PAR",
         ask: Ask::Steps(|talk| {
             let content = content(talk, "UL,ETHERNET.PAR")?;
-            Ok(forms::open_mode(&content).map_or_else(|| forms::OTHER.to_owned(), |mode| mode.replace(' ', "")))
+            Ok(forms::open_mode(&content)
+                .map_or_else(|| forms::OTHER.to_owned(), |mode| mode.replace(' ', "")))
         }),
         readings: &[
             decides("1111", "drive.open_mode", "1 1 1 1"),
@@ -271,7 +281,10 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a text dropped after a pause of more than 10 s inside it?",
         sends: "SU with a pause of 8 s, and of 11 s, after STX",
         ask: Ask::Steps(character_limit),
-        readings: &[reading("served after 8 s, dropped after 11 s"), reading("served after 11 s")],
+        readings: &[
+            reading("served after 8 s, dropped after 11 s"),
+            reading("served after 11 s"),
+        ],
         repeats: 1,
         ..ROW
     },
@@ -365,12 +378,15 @@ fn total_status(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
 }
 
 fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    let is_served = talk.content("SM,1")?.is_some();
+    // Two of them: one alone may be refused for another reason.
+    let quick_status = talk.content("SM,1")?.is_some();
+    let inputs = talk.content("HI,1 8")?.is_some();
     let is_scara = total_status(talk)? == "one text, SCARA";
-    Ok(match (is_served, is_scara) {
-        (true, true) => "served on a SCARA arm",
-        (true, false) => "served",
-        (false, _) => "NG",
+    Ok(match (quick_status, inputs, is_scara) {
+        (true, true, true) => "served on a SCARA arm",
+        (true, true, false) => "served",
+        (false, false, _) => "NG",
+        (true, false, _) | (false, true, _) => "some of them",
     }
     .to_owned())
 }

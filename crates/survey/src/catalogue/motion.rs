@@ -80,7 +80,10 @@ pub(super) const PROBES: &[Probe] = &[
             let status = talk.finish()?;
             talk.wait(QUIET)?;
             let notice = if talk.take_stops() > 0 { ", SP" } else { "" };
-            Ok(format!("{}{notice}", status.map_or("running", ExecutionStatus::as_str)))
+            Ok(format!(
+                "{}{notice}",
+                status.map_or("running", ExecutionStatus::as_str)
+            ))
         }),
         readings: &[
             reading("stop (retry)"),
@@ -153,7 +156,8 @@ pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble>
         _ => SfLayout::Eight,
     };
     let content = burst.get(head..head + layout.len()).unwrap_or_default();
-    SystemStatus::decode(content, layout).map_err(|error| Trouble::Surprise(format!("the answer to SF: {error}")))
+    SystemStatus::decode(content, layout)
+        .map_err(|error| Trouble::Surprise(format!("the answer to SF: {error}")))
 }
 
 /// Halves the interval in which the time lies, until it is known to 10 ms. What the network adds is never taken for time of the

@@ -24,7 +24,12 @@ macro_rules! computes {
         concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n")
     };
     ($body:literal, $more:literal) => {
-        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n", $more)
+        concat!(
+            "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n",
+            $body,
+            "END\r\n",
+            $more
+        )
     };
 }
 
@@ -106,7 +111,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "too-many-numbers",
         question: "Is a position with too many numbers refused?",
         sends: "a program with a POINT of twelve numbers, selected",
-        ask: Ask::Selects("PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n"),
+        ask: Ask::Selects(
+            "PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n",
+        ),
         readings: &[reading("refused"), reading("accepted")],
         ..PROGRAM
     },
@@ -186,7 +193,11 @@ pub(super) const PROBES: &[Probe] = &[
             let name = status.map_or("running", ExecutionStatus::as_str);
             Ok(name.to_owned())
         }),
-        readings: &[reading("stop (continue)"), reading("stop (retry)"), reading("stop (reset)")],
+        readings: &[
+            reading("stop (continue)"),
+            reading("stop (retry)"),
+            reading("stop (reset)"),
+        ],
         ..PROGRAM
     },
     Probe {
@@ -229,7 +240,10 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How are numbers printed?",
         sends: "a program: PRINT IP1 of 7 and 0.0625; a connection to IP1",
         ask: Ask::Steps(|talk| prints(talk, computes!("N = 7\r\nA = 0.0625\r\nPRINT IP1, N, A, CR\r\n"))),
-        readings: &[reading("           7       0.063<CR>"), reading("           7       0.062<CR>")],
+        readings: &[
+            reading("           7       0.063<CR>"),
+            reading("           7       0.062<CR>"),
+        ],
         ..PROGRAM
     },
     Probe {
@@ -256,7 +270,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is an empty field to INPUT?",
         sends: "a program: INPUT IP1 of three numbers; a connection to IP1 that sends 1,,2",
         ask: Ask::Steps(|talk| {
-            let program = computes!("A = 5\r\nB = 5\r\nC = 5\r\nINPUT IP1, A, B, C\r\nR = A*100 + B*10 + C\r\n");
+            let program =
+                computes!("A = 5\r\nB = 5\r\nC = 5\r\nINPUT IP1, A, B, C\r\nR = A*100 + B*10 + C\r\n");
             inputs(talk, program, b"1,,2\r")
         }),
         readings: &[reading("102"), reading("an alarm")],
