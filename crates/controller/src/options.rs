@@ -191,6 +191,9 @@ pub struct Options {
     pub bad_character: BadCharacter,
     /// `serial.while_sending`.
     pub while_sending: WhileSending,
+    /// `reply.delay`: how long the answers to commands take, as least, quartiles and greatest of many; 0: at once.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub reply_delay: [Duration; 5],
     /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
     #[cfg_attr(feature = "serde", serde(default))]
     pub servo_interval: Duration,
@@ -250,6 +253,7 @@ impl Options {
             serial_pacing: true,
             bad_character: BadCharacter::Drop,
             while_sending: WhileSending::Lost,
+            reply_delay: [Duration::ZERO; 5],
             servo_interval: Duration::ZERO,
             sticky_work: false,
             data_copy: false,

@@ -80,6 +80,8 @@ pub enum Ask {
     Bytes(&'static str),
     /// This program is run; heard is the value of its global variable R.
     Value(&'static str),
+    /// The same of a program that an alarm may stop: `stopped` then.
+    Stops(&'static str),
     /// This program is selected: `accepted` or `refused`.
     Selects(&'static str),
     /// More than one step.

@@ -63,6 +63,24 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// The answer of a controller from which this was heard.
+    #[must_use]
+    pub fn heard(probe: &Probe, heard: Heard) -> Answer {
+        match probe.reading(&heard) {
+            Some((reading, verdict)) => Answer {
+                sets: reading
+                    .sets
+                    .map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
+                heard,
+                ..Answer::without(probe, verdict, String::new())
+            },
+            None => Answer {
+                heard,
+                ..Answer::without(probe, Verdict::Unknown, "no reading that is known".to_owned())
+            },
+        }
+    }
+
     /// An answer that says nothing yet.
     pub(crate) fn without(probe: &Probe, verdict: Verdict, note: String) -> Answer {
         Answer {

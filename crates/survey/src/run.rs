@@ -84,7 +84,7 @@ pub fn survey(
             }
         };
         let answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
-            Ok(heard) => answered(probe, heard),
+            Ok(heard) => Answer::heard(probe, heard),
             Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
             Err(Trouble::Surprise(reason)) => {
                 report.stopped = Some(format!("{}: {reason}", probe.id));
@@ -227,10 +227,18 @@ fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
             talk.run(source)?;
             Ok(catalogue::plain(&talk.variable("R", 1)?))
         }
+        Ask::Stops(source) => match talk.try_run(source)? {
+            true => Ok(catalogue::plain(&talk.variable("R", 1)?)),
+            false => Ok("stopped".to_owned()),
+        },
         Ask::Selects(source) => {
             talk.store(source)?;
-            let is_selected = talk.asks(&format!("SL,{FILE}"))?;
-            Ok(if is_selected { "accepted" } else { "refused" }.to_owned())
+            if talk.asks(&format!("SL,{FILE}"))? {
+                return Ok("accepted".to_owned());
+            }
+            // One that is certainly right: SL is not refused for another reason.
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            Ok("refused".to_owned())
         }
         Ask::Steps(steps) => steps(talk),
     }
@@ -247,26 +255,12 @@ fn with_checksum(mut bytes: Vec<u8>, checksum: Checksum) -> Vec<u8> {
     bytes
 }
 
-fn answered(probe: &Probe, heard: Heard) -> Answer {
-    match probe.reading(&heard) {
-        Some((reading, verdict)) => Answer {
-            sets: reading
-                .sets
-                .map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
-            heard,
-            ..Answer::without(probe, verdict, String::new())
-        },
-        None => Answer {
-            heard,
-            ..Answer::without(probe, Verdict::Unknown, "no reading that is known".to_owned())
-        },
-    }
-}
-
 /// After a surprise what looked like silence or a refusal may have been another loss.
 fn distrust_silence(report: &mut Report) {
     for answer in &mut report.answers {
-        let is_negative = ["silence", "NG", "never", "lost", "none", "dropped", "refused"]
+        let is_negative = [
+            "silence", "NG", "never", "lost", "none", "dropped", "refused", "stop", "alarm", "found",
+        ]
             .iter()
             .any(|word| answer.heard.contains(word));
         if is_negative && matches!(answer.verdict, Verdict::Manual | Verdict::Variation) {

@@ -7,7 +7,8 @@ use crate::report::Delays;
 use core::time::Duration;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, FlSender, Received};
-use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::command::RunMode;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
 
@@ -62,6 +63,8 @@ pub struct Talk<'a> {
     last: Duration,
     /// When the last command of [`Talk::ask`] went out and when its answer was here.
     asked: (Duration, Duration),
+    /// Those of the first status: with other ones the same commands are refused.
+    modes: Option<(MasterMode, RunMode)>,
     /// Unsolicited SP that have come.
     stops: usize,
     /// What went over the line, for the report.
@@ -83,6 +86,7 @@ impl<'a> Talk<'a> {
             decoder: decoder(Checksum::None),
             last,
             asked: (last, last),
+            modes: None,
             stops: 0,
             traffic: Vec::new(),
             is_kept: false,
@@ -505,7 +509,13 @@ impl<'a> Talk<'a> {
     pub fn status(&mut self) -> Result<StatusBody, Trouble> {
         let content = self.content("SU")?;
         let content = content.ok_or_else(|| Trouble::Refused("SU got NG".to_owned()))?;
-        StatusBody::decode(&content).map_err(|error| Trouble::Surprise(format!("the answer to SU: {error}")))
+        let status = StatusBody::decode(&content)
+            .map_err(|error| Trouble::Surprise(format!("the answer to SU: {error}")))?;
+        let modes = (status.master_mode, status.run_mode);
+        if *self.modes.get_or_insert(modes) != modes {
+            return Err(Trouble::Surprise("somebody has changed the mode".to_owned()));
+        }
+        Ok(status)
     }
 
     /// Stores a file of the survey.
@@ -582,14 +592,37 @@ impl<'a> Talk<'a> {
         }
     }
 
-    /// Runs a program to its end. A program that does not end is stopped.
+    /// Runs a program to its end. Returns whether it came to its end; an alarm stops it before. A program that does not end
+    /// is stopped.
     ///
     /// # Errors
     /// It is refused.
-    pub fn run(&mut self, source: &str) -> Result<Option<ExecutionStatus>, Trouble> {
+    pub fn try_run(&mut self, source: &str) -> Result<bool, Trouble> {
         self.select(source)?;
         self.start()?;
-        self.finish()
+        Ok(self.finish()? == Some(ExecutionStatus::Reset))
+    }
+
+    /// Runs a program that has no reason to stop before its end.
+    ///
+    /// # Errors
+    /// It is refused, or it stopped.
+    pub fn run(&mut self, source: &str) -> Result<(), Trouble> {
+        match self.try_run(source)? {
+            true => Ok(()),
+            false => Err(stopped_midway()),
+        }
+    }
+
+    /// The program has been started and waits.
+    ///
+    /// # Errors
+    /// It stopped.
+    pub fn expect_running(&mut self) -> Result<(), Trouble> {
+        match self.status()?.execution {
+            ExecutionStatus::Running => Ok(()),
+            ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => Err(stopped_midway()),
+        }
     }
 
     /// Waits for the end of the program that runs, and stops it if there is none.
@@ -620,6 +653,10 @@ impl<'a> Talk<'a> {
     pub fn take_stops(&mut self) -> usize {
         std::mem::take(&mut self.stops)
     }
+}
+
+fn stopped_midway() -> Trouble {
+    Trouble::Surprise("the program of the survey stopped, and nothing in it says why".to_owned())
 }
 
 fn decoder(checksum: Checksum) -> TextDecoder {

@@ -5,7 +5,7 @@ use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Heard, Probe};
 use crate::talk::{PATIENCE, Talk, Trouble};
 use std::time::Duration;
-use ts3100_proto::text::{Checksum, Framing, STX};
+use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 
 /// How soon a controller that closes a second connection does so.
 const SECOND: Duration = Duration::from_secs(1);
@@ -67,6 +67,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "<STX>su<CR><ETX>",
         ask: Ask::Bytes("<STX>su<CR><ETX>"),
         readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -75,6 +76,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "<STX>VR<STX>SU<CR><ETX>",
         ask: Ask::Bytes("<STX>VR<STX>SU<CR><ETX>"),
         readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -83,6 +85,16 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "<STX>AAA... 300 bytes<CR><ETX>",
         ask: Ask::Steps(over_long),
         readings: &[reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "long-message",
+        question: "Is a command of more than 253 data bytes taken from two texts?",
+        sends: "SU and 300 blanks, in two texts",
+        ask: Ask::Steps(long_message),
+        readings: &[reading("silence, answer"), reading("NG, NG"), reading("NG, silence")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -91,6 +103,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "ZZ",
         ask: Ask::Bytes("<STX>ZZ<CR><ETX>"),
         readings: &[reading("NG"), reading("silence")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -99,6 +112,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "OK",
         ask: Ask::Bytes("<STX>OK<CR><ETX>"),
         readings: &[reading("silence"), reading("NG")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -107,6 +121,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "SU, then SU again instead of OK",
         ask: Ask::Steps(command_in_exchange),
         readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -166,6 +181,7 @@ pub(super) const PROBES: &[Probe] = &[
             reading("other blanks, another order"),
         ],
         is_public: false,
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -208,6 +224,7 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &[reading("14 items")],
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -228,6 +245,46 @@ pub(super) const PROBES: &[Probe] = &[
         }),
         readings: &[reading("a decimal number")],
         is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "line-words",
+        question: "How does IO end?",
+        sends: "IO,1",
+        ask: Ask::Steps(|talk| {
+            let burst = talk.burst("IO,1")?;
+            let sum = usize::from(talk.checksum() == Checksum::Sum);
+            let text = burst.get(..burst.len() - sum).unwrap_or_default();
+            let data = text.get(1..text.len().saturating_sub(1)).unwrap_or_default();
+            let Some(content) = data.strip_prefix(b"FL,".as_slice()) else {
+                return Err(Trouble::Refused("IO,1 got NG".to_owned()));
+            };
+            talk.acknowledge()?;
+            Ok(match content.len() {
+                80 => "80 bytes without EOF",
+                81 if content.last() == Some(&EOF) => "80 bytes and EOF",
+                _ => forms::OTHER,
+            }
+            .to_owned())
+        }),
+        readings: &[reading("80 bytes without EOF"), reading("80 bytes and EOF")],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "maintenance-form",
+        question: "Which form has MN?",
+        sends: "MN",
+        ask: Ask::Steps(|talk| {
+            let content = content(talk, "MN")?;
+            let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
+            Ok(if is_known { "records that end in CR" } else { forms::OTHER }.to_owned())
+        }),
+        readings: &[reading("records that end in CR")],
+        is_public: false,
+        repeats: 2,
         ..ROW
     },
     Probe {
@@ -305,6 +362,17 @@ fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.kind_of_answer(&text)
 }
 
+/// The first text is full, the second one has the end.
+fn long_message(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let message = format!("SU{}\r", " ".repeat(TOO_LONG));
+    let (first, second) = message.split_at(MAX_DATA);
+    let first = talk.text(first);
+    let first = talk.kind_of_answer(&first)?;
+    let second = talk.text(second);
+    let second = talk.kind_of_answer(&second)?;
+    Ok(format!("{first}, {second}"))
+}
+
 fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let first = talk.ask("SU")?;
     if !first.starts_with(b"FL,") {
@@ -361,7 +429,7 @@ fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     Ok(heard.to_owned())
 }
 
-fn total_status(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+pub(super) fn total_status(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let burst = talk.burst("SF")?;
     let sum = usize::from(talk.checksum() == Checksum::Sum);
     let text = burst.get(..burst.len() - sum).unwrap_or_default();

@@ -116,6 +116,82 @@ pub(super) const PROBES: &[Probe] = &[
         ..MOTION
     },
     Probe {
+        id: "stop-in-feed-hold",
+        question: "Where does SP in feed hold stop a program?",
+        sends: "a program with DELAY 3; RN, FD, SP, SF",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("FD")?;
+            talk.command("SP")?;
+            talk.wait(QUIET)?;
+            let status = total_status(talk)?;
+            if status.feed_hold {
+                talk.command("FD")?;
+            }
+            talk.finish()?;
+            let hold = if status.feed_hold { ", still held" } else { "" };
+            Ok(format!("{}{hold}", status.execution.as_str()))
+        }),
+        readings: &[reading("stop (retry)"), reading("stop (continue)"), reading("running, still held")],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "reset-ends-feed-hold",
+        question: "Does RS,PRG end feed hold?",
+        sends: "FD, RS,PRG, SF",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.command("FD")?;
+            talk.command("RS,PRG")?;
+            let is_held = total_status(talk)?.feed_hold;
+            if is_held {
+                talk.command("FD")?;
+            }
+            Ok(if is_held { "it stays" } else { "it ends it" }.to_owned())
+        }),
+        readings: &[reading("it ends it"), reading("it stays")],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "mode-abbreviation",
+        question: "Are the words of EC,MODE taken when they are cut?",
+        sends: "EC,MODE CY, in cycle operation",
+        ask: Ask::Steps(|talk| Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())),
+        readings: &[reading("OK"), reading("NG")],
+        ..MOTION
+    },
+    Probe {
+        id: "quick-status-do",
+        question: "Does a DO that moves nothing change DC of SM?",
+        sends: "SM,1, DO,R = 1, SM,1",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            let mut counts = Vec::new();
+            for _ in 0..2 {
+                let content = talk.content("SM,1")?;
+                let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+                let text = String::from_utf8_lossy(&content).into_owned();
+                counts.push(text.split(' ').find(|item| item.starts_with("DC")).map(str::to_owned));
+                if counts.len() == 1 {
+                    talk.command("DO,R = 1")?;
+                    talk.wait(LONGEST_DO)?;
+                }
+            }
+            Ok(match counts.as_slice() {
+                [Some(first), Some(second)] if first == second => "it stays",
+                [Some(_), Some(_)] => "it counts",
+                _ => "no DC",
+            }
+            .to_owned())
+        }),
+        readings: &[reading("it stays"), reading("it counts")],
+        ..MOTION
+    },
+    Probe {
         id: "servo-twice",
         question: "What is answered to SO while servo power is on?",
         sends: "SO, SO",

@@ -3,13 +3,13 @@
 use super::{ROW, decides, reading};
 use crate::peer::Line;
 use crate::probe::{Ask, Class, Heard, Probe};
-use crate::talk::{PATIENCE, QUIET, Talk, Trouble};
+use crate::talk::{FILE, PATIENCE, QUIET, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 
 const PROGRAM: Probe = Probe {
     class: Class::Program,
-    repeats: 2,
+    repeats: 1,
     ..ROW
 };
 
@@ -53,6 +53,7 @@ pub(super) const PROBES: &[Probe] = &[
             decides("3.5", "scol.int_division", "real"),
             reading("4"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -80,17 +81,19 @@ pub(super) const PROBES: &[Probe] = &[
             decides("0", "scol.equal_within", "0"),
             decides("*", "scol.equal_within", "*"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
         id: "unknown-input",
         question: "What is DIN of a number that no input has?",
         sends: "a program: R = DIN(999)",
-        ask: Ask::Value(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
+        ask: Ask::Stops(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
         readings: &[
-            decides("7", "scol.din_unknown", "alarm"),
+            decides("stopped", "scol.din_unknown", "alarm"),
             decides("0", "scol.din_unknown", "zero"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -105,6 +108,7 @@ pub(super) const PROBES: &[Probe] = &[
             decides("5", "scol.data_copy", "false"),
             decides("1", "scol.data_copy", "true"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -131,6 +135,101 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program with a GOTO into a loop, selected",
         ask: Ask::Selects("PROGRAM SURVEY\r\nGOTO L1\r\nFOR I = 1 TO 2\r\nL1: R = 1\r\nNEXT I\r\nEND\r\n"),
         readings: &[reading("accepted"), reading("refused")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "monitor",
+        question: "Does ON ... DO act when its condition becomes true?",
+        sends: "a program: ON F == 1 DO R = 5, F = 1, DELAY 0.1",
+        ask: Ask::Value(computes!("F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n")),
+        readings: &[reading("5"), reading("7")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "task-variables",
+        question: "Has each task variables of its own?",
+        sends: "a program that starts a second task; both assign to N",
+        ask: Ask::Value(computes!(
+            "N = 1\r\nI = TASK(\"SURVEY2\")\r\nDELAY 0.2\r\nR = N\r\n",
+            "PROGRAM SURVEY2\r\nN = 2\r\nEND\r\n"
+        )),
+        readings: &[reading("1"), reading("2")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "product",
+        question: "Is the second factor of P * T relative to the first?",
+        sends: "a program: R = X of a position turned by 90 degrees, times a shift by 10 in Y",
+        ask: Ask::Steps(|talk| {
+            let turned = match super::look::total_status(talk)?.as_str() {
+                "one text, SCARA" => "0,0,0,90",
+                _ => "0,0,0,0,0,90",
+            };
+            let source = format!(
+                "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nP = POINT({turned})*TRANS(0,10)\r\nR = P.X\r\nEND\r\n"
+            );
+            talk.run(&source)?;
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("-10"), reading("0"), reading("10")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "global-array",
+        question: "Does an array of GLOBAL without initial values survive RS,PRG?",
+        sends: "a program with an array, run before and after RS,PRG",
+        ask: Ask::Steps(|talk| {
+            let source = "GLOBAL\r\nR = 7.0\r\nDIM TBL(2) AS INTEGER\r\nEND\r\nPROGRAM SURVEY\r\nR = TBL(1)\r\nTBL(1) = 5\r\nEND\r\n";
+            talk.run(source)?;
+            talk.command("RS,PRG")?;
+            talk.start()?;
+            talk.finish()?;
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("5"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "restore",
+        question: "Does RESTORE write a value into the file?",
+        sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
+        ask: Ask::Steps(|talk| {
+            talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
+            let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
+            let text = String::from_utf8_lossy(&content).replace(' ', "");
+            let is_written = text.split("END").next().is_some_and(|globals| globals.contains("SURV=5"));
+            Ok(if is_written { "written" } else { "not written" }.to_owned())
+        }),
+        readings: &[reading("written"), reading("not written")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "start-without-file",
+        question: "What is answered to RN without a selected file?",
+        sends: "RS,SEL, RN",
+        ask: Ask::Steps(|talk| {
+            talk.command("RS,SEL")?;
+            Ok(if talk.asks("RN")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "download-selected",
+        question: "What becomes of a stopped program whose file is stored again?",
+        sends: "a program with DELAY 2; RN, SP; DL of the same file",
+        ask: Ask::Steps(|talk| {
+            let source = computes!("DELAY 2\r\nR = 1\r\nDELAY 1\r\n");
+            talk.select(source)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("SP")?;
+            talk.finish()?;
+            talk.store(source)?;
+            Ok(talk.status()?.execution.as_str().to_owned())
+        }),
+        readings: &[reading("stop (reset)"), reading("stop (continue)")],
         ..PROGRAM
     },
     Probe {
@@ -174,7 +273,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program, selected; ER",
         ask: Ask::Steps(|talk| {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            let is_erased = talk.asks(&format!("ER,{}", crate::talk::FILE))?;
+            let is_erased = talk.asks(&format!("ER,{}", FILE))?;
             Ok(if is_erased { "OK" } else { "NG" }.to_owned())
         }),
         readings: &[reading("NG"), reading("OK")],
@@ -209,6 +308,7 @@ pub(super) const PROBES: &[Probe] = &[
             decides("after the WAIT", "wait.after_stop", "next"),
             decides("at the WAIT", "wait.after_stop", "again"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -222,17 +322,19 @@ pub(super) const PROBES: &[Probe] = &[
             decides("never", "sp.unsolicited", "false"),
             reading("to hosts with STX, and no other is served"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
         id: "print-without-peer",
         question: "What does PRINT do on IP1 while nobody is connected?",
         sends: "a program: PRINT IP1, R = 1; nobody connected to IP1",
-        ask: Ask::Value(computes!("PRINT IP1, \"SURVEY\", CR\r\nR = 1\r\n")),
+        ask: Ask::Stops(computes!("PRINT IP1, \"SURVEY\", CR\r\nR = 1\r\n")),
         readings: &[
-            decides("7", "channel.no_peer", "alarm"),
+            decides("stopped", "channel.no_peer", "alarm"),
             decides("1", "channel.no_peer", "silent"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -263,6 +365,7 @@ pub(super) const PROBES: &[Probe] = &[
             decides("an alarm", "input.malformed", "alarm"),
             decides("0", "input.malformed", "leading-number"),
         ],
+        repeats: 2,
         ..PROGRAM
     },
     Probe {
@@ -286,6 +389,82 @@ pub(super) const PROBES: &[Probe] = &[
             inputs(talk, program, b" 1 ,\n 2\r\n")
         }),
         readings: &[reading("12"), reading("an alarm")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-long",
+        question: "How much of a PRINT of 300 bytes is sent?",
+        sends: "a program: PRINT IP1 of 25 numbers; a connection to IP1",
+        ask: Ask::Steps(|talk| {
+            let source = format!(
+                "PROGRAM SURVEY\r\nN = 1\r\nPRINT IP1, {}CR\r\nEND\r\n",
+                "N, ".repeat(25)
+            );
+            Ok(format!("{} bytes", prints(talk, &source)?.replace("<CR>", "\r").len()))
+        }),
+        readings: &[reading("256 bytes"), reading("255 bytes"), reading("301 bytes")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-overflow",
+        question: "What is a number of more than 32 bits to INPUT?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends 99999999999",
+        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"99999999999\r")),
+        readings: &[reading("an alarm"), reading("2147483647"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-buffer",
+        question: "How many bytes wait for INPUT at most?",
+        sends: "a program that counts its INPUT; a connection to IP1 that sends 300 bytes before",
+        ask: Ask::Steps(input_buffer),
+        readings: &[reading("256 bytes"), reading("300 bytes or more")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-lost-peer",
+        question: "What becomes of half a number when its sender leaves?",
+        sends: "a program: INPUT IP1; a connection that sends 12 and ends, another one that sends 3",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!("INPUT IP1, R\r\n"))?;
+            talk.open(Line::Channel)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"12")?;
+            talk.wait(QUIET)?;
+            talk.open(Line::Channel)?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"3\r")?;
+            talk.wait(QUIET)?;
+            talk.finish()?;
+            talk.close(Line::Channel);
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("3"), reading("123")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "buffer-reset",
+        question: "Does PRINT \"BUFFRESET\" clear what INPUT would read?",
+        sends: "a program: DELAY 1, PRINT IP1 of BUFFRESET, INPUT IP1; a connection that sends 3 before and 4 after it",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!("DELAY 1\r\nPRINT IP1, \"BUFFRESET\"\r\nINPUT IP1, R\r\n"))?;
+            talk.open(Line::Channel)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"3\r")?;
+            let printed = talk.listen(Line::Channel, SETTLED + QUIET)?;
+            talk.say(Line::Channel, b"4\r")?;
+            talk.wait(QUIET)?;
+            talk.finish()?;
+            talk.close(Line::Channel);
+            let value = plain(&talk.variable("R", 1)?);
+            let sent = if printed.is_empty() { "" } else { ", and sends something" };
+            Ok(format!("{value}{sent}"))
+        }),
+        readings: &[reading("4"), reading("3"), reading("3, and sends something")],
         ..PROGRAM
     },
     Probe {
@@ -324,9 +503,9 @@ fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
 }
 
 fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    talk.select(concat!(
-        "GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n"
-    ))?;
+    talk.select(
+        "GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n",
+    )?;
     talk.start()?;
     talk.wait(QUIET)?;
     talk.command("SP")?;
@@ -398,6 +577,7 @@ fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Troub
     talk.open(Line::Channel)?;
     talk.start()?;
     talk.wait(QUIET)?;
+    talk.expect_running()?;
     talk.say(Line::Channel, sent)?;
     talk.wait(QUIET)?;
     let ended = talk.finish()?;
@@ -407,6 +587,25 @@ fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Troub
         (Some(ExecutionStatus::Continue), "7") => "an alarm".to_owned(),
         (None, _) => "it waits".to_owned(),
         (Some(_), _) => value,
+    })
+}
+
+/// Counts the numbers of four bytes that are there after a burst of 300.
+fn input_buffer(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(computes!("N = 0\r\nR = 0\r\nDELAY 1\r\nNX: INPUT IP1, N\r\nR = R + 1\r\nGOTO NX\r\n"))?;
+    talk.open(Line::Channel)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.say(Line::Channel, "100\r".repeat(75).as_bytes())?;
+    talk.wait(PATIENCE)?;
+    let count = plain(&talk.variable("R", 1)?);
+    talk.command("SP")?;
+    talk.until_stopped(SETTLED)?;
+    talk.close(Line::Channel);
+    Ok(match count.parse::<usize>() {
+        Ok(75) => "300 bytes or more".to_owned(),
+        Ok(count) => format!("{} bytes", count * 4),
+        Err(_) => "no count".to_owned(),
     })
 }
 
