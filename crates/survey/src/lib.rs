@@ -16,6 +16,6 @@ mod talk;
 
 pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
 pub use probe::{Ask, Class, Heard, Probe, Reading, Verdict};
-pub use report::{Answer, Delays, Difference, Report, ReportError, differences};
+pub use report::{Answer, Delays, Difference, MAX_REPORT, Report, ReportError, differences};
 pub use run::{Plan, Step, survey};
 pub use talk::Trouble;

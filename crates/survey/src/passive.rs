@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use ts3100_proto::command::Command;
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, StxRule, Text, TextDecoder, TextOptions};
 
@@ -134,6 +135,14 @@ impl<'a> Passive<'a> {
         self.answered = Some((self.answered.map_or(at, |(begin, _)| begin), at));
         self.answer.extend_from_slice(bytes);
         self.last = Some(at);
+    }
+
+    /// The connection begins again.
+    pub fn reconnected(&mut self) {
+        self.close();
+        self.host = decoder();
+        (self.open, self.last, self.ended) = (None, None, None);
+        (self.is_other, self.is_running, self.has_stopped) = (false, false, false);
     }
 
     /// Nothing more comes on this connection.
@@ -262,10 +271,8 @@ impl<'a> Passive<'a> {
                 self.evidence.versions = records.map(text).collect();
             }
             "CA" => self.evidence.hear("directory-form", forms::directory(content)),
-            "SM" => {
-                if ts3100_proto::status::sm::QuickStatus::decode(content).is_ok() {
-                    self.evidence.hear("quick-status-form", "14 items");
-                }
+            "SM" if QuickStatus::decode(content).is_ok() => {
+                self.evidence.hear("quick-status-form", "14 items");
             }
             "UL" if name.starts_with(b"UL,USER.PAR") => {
                 self.evidence.hear("parameter-line-end", forms::line_end(content));

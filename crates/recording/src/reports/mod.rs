@@ -4,7 +4,7 @@
 
 pub mod coverage;
 pub mod findings;
-mod html;
+pub mod html;
 pub mod junit;
 pub mod lcov;
 mod sarif;
