@@ -18,11 +18,17 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// `| id | behaviour | evidence | clauses | option | survey |`
 fn row(line: &str) -> Option<String> {
-    let cells: Vec<&str> = line.strip_prefix("| ")?.strip_suffix(" |")?.split(" | ").collect();
+    let cells: Vec<&str> = line
+        .strip_prefix("| ")?
+        .strip_suffix(" |")?
+        .split(" | ")
+        .collect();
     let [id, behaviour @ .., evidence, _clauses, _option, survey] = cells.as_slice() else {
         return None;
     };
-    let is_row = id.rsplit_once('-').is_some_and(|(_, number)| number.parse::<u16>().is_ok());
+    let is_row = id
+        .rsplit_once('-')
+        .is_some_and(|(_, number)| number.parse::<u16>().is_ok());
     // A cell may hold the sign of a choice, as in `one \| several`.
     is_row.then(|| format!("{id}\t{evidence}\t{survey}\t{}", behaviour.join(" | ")))
 }

@@ -101,6 +101,15 @@ const ROWS: &[Row] = &[
         &[("lf", "LF"), ("cr", "CR")],
     ),
     row(
+        "reply.delay",
+        time_of_an_answer,
+        &[
+            ("0", "at once"),
+            ("30", "after 30 ms"),
+            ("10 10 40 40 40", "between 10 and 40 ms"),
+        ],
+    ),
+    row(
         "scol.data_copy",
         datum_after_a_subprogram_changed_it,
         &[("false", "9.000"), ("true", "1.000")],
@@ -568,4 +577,26 @@ fn start_after_a_stop_in_wait(robot: &mut Robot) -> String {
         shown
     };
     format!("{shown}, {}", status(robot))
+}
+
+/// When the answers to CA come, of twenty.
+fn time_of_an_answer(robot: &mut Robot) -> String {
+    let mut times = BTreeSet::new();
+    for _ in 0..20 {
+        robot.send(Port::Ip0, b"SO\r");
+        let mut millis = 0;
+        while robot.received(Port::Ip0).is_empty() {
+            robot.advance_ms(1);
+            millis += 1;
+            assert!(millis < 100);
+        }
+        times.insert(millis);
+        robot.advance_ms(60);
+    }
+    match (times.first(), times.last()) {
+        (Some(0), Some(0)) => "at once".to_owned(),
+        (Some(first), Some(last)) if first == last => format!("after {first} ms"),
+        (Some(10..), Some(..=40)) if times.len() > 3 => "between 10 and 40 ms".to_owned(),
+        _ => format!("{times:?}"),
+    }
 }

@@ -123,8 +123,9 @@ impl<'a> Passive<'a> {
         self.host.push(bytes);
         while let Some(decoded) = self.host.next() {
             let Decoded::Text(text) = decoded else { continue };
-            // Of several at once it is not known which one is answered.
-            let is_first = self.open.is_none();
+            // Of several at once it is not known which one is answered; OK and NG are not.
+            let is_done = |open: &Open| matches!(open.text.data.as_ref(), b"OK\r" | b"NG\r");
+            let is_first = self.open.as_ref().is_none_or(is_done);
             let is_early = self.last.is_some_and(|last| at < last + PAUSE);
             self.open = is_first.then_some(Open { text, at, is_early });
         }
@@ -189,7 +190,10 @@ impl<'a> Passive<'a> {
             let form = forms::total_status(answer, answer.first() == Some(&ts3100_proto::text::STX));
             if form != forms::OTHER {
                 self.evidence.hear("total-status-texts", form);
-                form.split(", ").last().unwrap_or_default().clone_into(&mut self.evidence.arm);
+                form.split(", ")
+                    .last()
+                    .unwrap_or_default()
+                    .clone_into(&mut self.evidence.arm);
             }
         }
     }
@@ -249,7 +253,11 @@ impl<'a> Passive<'a> {
         if letters == "SM" {
             let is_scara = self.evidence.arm == "SCARA";
             if !self.evidence.arm.is_empty() {
-                let heard = if is_scara { "served on a SCARA arm" } else { "served" };
+                let heard = if is_scara {
+                    "served on a SCARA arm"
+                } else {
+                    "served"
+                };
                 self.evidence.hear("extensions", heard);
             }
         }
@@ -266,7 +274,9 @@ impl<'a> Passive<'a> {
             }
             "VR" => {
                 self.evidence.hear("versions-form", forms::versions(content));
-                let records = content.split(|byte| *byte == CR).filter(|record| !record.is_empty());
+                let records = content
+                    .split(|byte| *byte == CR)
+                    .filter(|record| !record.is_empty());
                 let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
                 self.evidence.versions = records.map(text).collect();
             }
@@ -279,7 +289,7 @@ impl<'a> Passive<'a> {
             }
             "UL" if name.starts_with(b"UL,ETHERNET.PAR") => {
                 if let Some(mode) = forms::open_mode(content) {
-                    self.evidence.hear("open-mode", mode.replace(' ', ""));
+                    self.evidence.hear("open-mode", mode);
                 }
             }
             _ => {}

@@ -67,7 +67,7 @@ pub type Heard = String;
 /// One reading of the manual.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// What a controller with this reading answers, as a [`Heard`]; `*` stands for any number.
+    /// What a controller with this reading answers, as a [`Heard`]; `*` stands for any number, or several with blanks between them.
     pub heard: &'static str,
     /// The value of the option that makes the emulator do the same; `*` is the number heard.
     pub sets: Option<(&'static str, &'static str)>,
@@ -114,7 +114,7 @@ impl Probe {
     #[must_use]
     pub fn reading(&self, heard: &str) -> Option<(&'static Reading, Verdict)> {
         let fits = |reading: &Reading| match reading.heard {
-            "*" => heard.parse::<f64>().is_ok(),
+            "*" => heard.starts_with(|char: char| char.is_ascii_digit()) && heard.bytes().all(is_numeral),
             text => text == heard,
         };
         let index = self.readings.iter().position(fits)?;
@@ -124,4 +124,9 @@ impl Probe {
         };
         Some((self.readings.get(index)?, verdict))
     }
+}
+
+/// Of numbers, one or several.
+const fn is_numeral(byte: u8) -> bool {
+    matches!(byte, b'0'..=b'9' | b'.' | b' ')
 }

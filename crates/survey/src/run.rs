@@ -261,8 +261,8 @@ fn distrust_silence(report: &mut Report) {
         let is_negative = [
             "silence", "NG", "never", "lost", "none", "dropped", "refused", "stop", "alarm", "found",
         ]
-            .iter()
-            .any(|word| answer.heard.contains(word));
+        .iter()
+        .any(|word| answer.heard.contains(word));
         if is_negative && matches!(answer.verdict, Verdict::Manual | Verdict::Variation) {
             answer.verdict = Verdict::Unknown;
             answer.sets = None;

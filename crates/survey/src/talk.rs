@@ -5,11 +5,11 @@ use crate::peer::{Line, Peer, PeerError};
 use crate::probe::Heard;
 use crate::report::Delays;
 use core::time::Duration;
+use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, FlSender, Received};
-use ts3100_proto::command::RunMode;
-use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
 
 /// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
@@ -621,7 +621,9 @@ impl<'a> Talk<'a> {
     pub fn expect_running(&mut self) -> Result<(), Trouble> {
         match self.status()?.execution {
             ExecutionStatus::Running => Ok(()),
-            ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => Err(stopped_midway()),
+            ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => {
+                Err(stopped_midway())
+            }
         }
     }
 

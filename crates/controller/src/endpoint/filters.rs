@@ -6,8 +6,8 @@
 use super::Endpoints;
 use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
-use crate::faults::rng::Rng;
 use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
+use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
 use crate::limits::MAX_FAULTS;
 use crate::output::Event;

@@ -145,7 +145,8 @@ fn class(word: &str) -> Result<Class, String> {
 }
 
 fn serial_settings(text: &str) -> Result<SerialSettings, String> {
-    SerialSettings::parse(text).ok_or_else(|| "expected speed, length, parity and stop bits, such as 9600 8 0 1".to_owned())
+    SerialSettings::parse(text)
+        .ok_or_else(|| "expected speed, length, parity and stop bits, such as 9600 8 0 1".to_owned())
 }
 
 /// Runs `survey`.
@@ -154,7 +155,11 @@ pub(super) fn run(args: &SurveyArgs) -> anyhow::Result<u8> {
         None => ask_controller(&args.target, args.out.as_deref()),
         Some(SurveyCommand::Show { file, html }) => {
             let report = read(file)?;
-            print(&if *html { page::html(&report) } else { page::text(&report) })
+            print(&if *html {
+                page::html(&report)
+            } else {
+                page::text(&report)
+            })
         }
         Some(SurveyCommand::Diff { first, second }) => compare(first, second),
         Some(SurveyCommand::Infer { recording, out }) => infer(recording, out.as_deref()),
@@ -222,7 +227,9 @@ fn explained(class: Class) -> &'static str {
         Class::Program => {
             "selects and runs programs TSSURVEY that compute, print and wait; no axis moves; resets the program and its alarms"
         }
-        Class::Motion => "switches servo power, executes statements with DO, uses feed hold and BREAK; no motion is asked for",
+        Class::Motion => {
+            "switches servo power, executes statements with DO, uses feed hold and BREAK; no motion is asked for"
+        }
     }
 }
 
@@ -278,7 +285,9 @@ fn line(answer: &Answer) -> String {
 }
 
 fn summary(report: &Report) -> String {
-    let counts = Verdict::ALL.iter().map(|verdict| format!("{} {}", report.count(*verdict), verdict.word()));
+    let counts = Verdict::ALL
+        .iter()
+        .map(|verdict| format!("{} {}", report.count(*verdict), verdict.word()));
     counts.collect::<Vec<_>>().join(", ")
 }
 
@@ -289,7 +298,9 @@ fn ask_controller(target: &TargetArgs, out: Option<&Path>) -> anyhow::Result<u8>
         return Ok(0);
     }
     if !consents(&plan) {
-        print_error(format_args!("nothing was sent: the class motion needs the word {CONSENT}"));
+        print_error(format_args!(
+            "nothing was sent: the class motion needs the word {CONSENT}"
+        ));
         return Ok(UNUSABLE);
     }
     let report = match asked(target, &plan)? {
@@ -315,7 +326,10 @@ fn keep(report: &Report, out: Option<&Path>) -> anyhow::Result<()> {
     if let Some(path) = out {
         std::fs::write(path, report.write()).with_context(|| format!("cannot write {}", path.display()))?;
         say!("{}: read it before you give it to others", path.display());
-        say!("ts3100 serve --like {} answers like this controller", path.display());
+        say!(
+            "ts3100 serve --like {} answers like this controller",
+            path.display()
+        );
     }
     Ok(())
 }
@@ -388,7 +402,9 @@ pub(super) fn conform(args: &ConformArgs) -> anyhow::Result<u8> {
         return Ok(0);
     }
     if !consents(&plan) {
-        print_error(format_args!("nothing was sent: the class motion needs the word {CONSENT}"));
+        print_error(format_args!(
+            "nothing was sent: the class motion needs the word {CONSENT}"
+        ));
         return Ok(UNUSABLE);
     }
     let report = match asked(&args.target, &plan)? {
@@ -423,7 +439,12 @@ fn junit_of(report: &Report, fails: impl Fn(&Answer) -> bool) -> String {
             (false, Verdict::Refused) => junit::skipped(&answer.note),
             (false, Verdict::Manual | Verdict::Variation | Verdict::Unknown) => junit::success(),
         };
-        junit::case(&format!("ts3100.conform.{class}"), &answer.probe, Duration::ZERO, status)
+        junit::case(
+            &format!("ts3100.conform.{class}"),
+            &answer.probe,
+            Duration::ZERO,
+            status,
+        )
     });
     junit::report("ts3100 conform", Duration::ZERO, cases)
 }
@@ -433,7 +454,13 @@ pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
     let mut out = String::new();
     if args.list {
         for row in ledger::rows() {
-            out += &format!("{:<10} {:<9} {:<34} {}\n", row.id, row.evidence.word(), row.survey, row.behaviour);
+            out += &format!(
+                "{:<10} {:<9} {:<34} {}\n",
+                row.id,
+                row.evidence.word(),
+                row.survey,
+                row.behaviour
+            );
         }
         out += "\n";
     }

@@ -28,6 +28,7 @@ pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use tracing::info;
 use ts3100_control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
@@ -40,7 +41,7 @@ use ts3100_proto::words::Word as _;
 use ts3100_recording::reports::Reports;
 use ts3100_recording::scenario::Scenario;
 use ts3100_recording::transcript::TranscriptFile;
-use ts3100_survey::Report;
+use ts3100_survey::{Report, ledger};
 
 /// The complete configuration of an emulator, ready to be opened.
 #[derive(Debug, Clone)]
@@ -236,6 +237,12 @@ fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
         let times: Vec<String> = times.iter().map(ToString::to_string).collect();
         set.push(format!("reply.delay={}", times.join(" ")));
     }
+    let (settled, assumed) = ledger::settled(&report);
+    info!(
+        "like {}: {} options set; its answers settle {settled} of the {assumed} behaviours that are assumed, the others remain so",
+        path.display(),
+        set.len()
+    );
     set.append(&mut args.set);
     args.set = set;
     if args.model.is_none() && report.arm == SCARA {

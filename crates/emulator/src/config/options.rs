@@ -92,7 +92,11 @@ impl Values {
         match self {
             Values::Flag => &["true", "false"],
             Values::Words(words) => words,
-            Values::Duration { .. } | Values::Whole { .. } | Values::Number { .. } | Values::OpenModes | Values::Quartiles => &[],
+            Values::Duration { .. }
+            | Values::Whole { .. }
+            | Values::Number { .. }
+            | Values::OpenModes
+            | Values::Quartiles => &[],
         }
     }
 }

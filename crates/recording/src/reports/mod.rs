@@ -99,10 +99,14 @@ impl RunRecord {
     /// Coverage of the permission tables so far, resets or not.
     #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
+        CoverageReport::new(&self.command_coverage(), config)
+    }
+
+    fn command_coverage(&self) -> CommandCoverage {
         let record = self.data();
         let mut whole = record.coverage_before.clone();
         whole.add(record.coverage.clone());
-        CoverageReport::new(&whole, config)
+        whole
     }
 
     /// Coverage of the permission tables since the start or the last reset.

@@ -157,7 +157,7 @@ impl Reports {
         let config = controller.config();
         let findings = run_record.findings();
         for (path, format) in &self.findings {
-            write_report(path, &self.findings_text(&findings, *format))?;
+            write_report(path, &self.findings_text(&findings, *format, run_record))?;
         }
         // Going through all cells takes longer than a short run.
         let is_asked = !self.coverage.is_empty() || self.min_coverage.is_some();
@@ -183,11 +183,11 @@ impl Reports {
         })
     }
 
-    fn findings_text(&self, findings: &Findings, format: FindingsFormat) -> String {
+    fn findings_text(&self, findings: &Findings, format: FindingsFormat, run: &RunRecord) -> String {
         match format {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
-            FindingsFormat::Json => pretty(&FindingsView::new(findings)),
+            FindingsFormat::Json => pretty(&FindingsView::of_run(findings, &run.command_coverage())),
         }
     }
 }

@@ -134,7 +134,11 @@ pub(super) const PROBES: &[Probe] = &[
             let hold = if status.feed_hold { ", still held" } else { "" };
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
-        readings: &[reading("stop (retry)"), reading("stop (continue)"), reading("running, still held")],
+        readings: &[
+            reading("stop (retry)"),
+            reading("stop (continue)"),
+            reading("running, still held"),
+        ],
         is_public: false,
         ..MOTION
     },
@@ -175,7 +179,11 @@ pub(super) const PROBES: &[Probe] = &[
                 let content = talk.content("SM,1")?;
                 let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
                 let text = String::from_utf8_lossy(&content).into_owned();
-                counts.push(text.split(' ').find(|item| item.starts_with("DC")).map(str::to_owned));
+                counts.push(
+                    text.split(' ')
+                        .find(|item| item.starts_with("DC"))
+                        .map(str::to_owned),
+                );
                 if counts.len() == 1 {
                     talk.command("DO,R = 1")?;
                     talk.wait(LONGEST_DO)?;

@@ -141,7 +141,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "monitor",
         question: "Does ON ... DO act when its condition becomes true?",
         sends: "a program: ON F == 1 DO R = 5, F = 1, DELAY 0.1",
-        ask: Ask::Value(computes!("F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n")),
+        ask: Ask::Value(computes!(
+            "F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n"
+        )),
         readings: &[reading("5"), reading("7")],
         ..PROGRAM
     },
@@ -198,7 +200,10 @@ pub(super) const PROBES: &[Probe] = &[
             talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
             let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
             let text = String::from_utf8_lossy(&content).replace(' ', "");
-            let is_written = text.split("END").next().is_some_and(|globals| globals.contains("SURV=5"));
+            let is_written = text
+                .split("END")
+                .next()
+                .is_some_and(|globals| globals.contains("SURV=5"));
             Ok(if is_written { "written" } else { "not written" }.to_owned())
         }),
         readings: &[reading("written"), reading("not written")],
@@ -400,7 +405,10 @@ pub(super) const PROBES: &[Probe] = &[
                 "PROGRAM SURVEY\r\nN = 1\r\nPRINT IP1, {}CR\r\nEND\r\n",
                 "N, ".repeat(25)
             );
-            Ok(format!("{} bytes", prints(talk, &source)?.replace("<CR>", "\r").len()))
+            Ok(format!(
+                "{} bytes",
+                prints(talk, &source)?.replace("<CR>", "\r").len()
+            ))
         }),
         readings: &[reading("256 bytes"), reading("255 bytes"), reading("301 bytes")],
         is_public: false,
@@ -410,7 +418,13 @@ pub(super) const PROBES: &[Probe] = &[
         id: "input-overflow",
         question: "What is a number of more than 32 bits to INPUT?",
         sends: "a program: INPUT IP1; a connection to IP1 that sends 99999999999",
-        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"99999999999\r")),
+        ask: Ask::Steps(|talk| {
+            inputs(
+                talk,
+                computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"),
+                b"99999999999\r",
+            )
+        }),
         readings: &[reading("an alarm"), reading("2147483647"), reading("0")],
         ..PROGRAM
     },
@@ -450,7 +464,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does PRINT \"BUFFRESET\" clear what INPUT would read?",
         sends: "a program: DELAY 1, PRINT IP1 of BUFFRESET, INPUT IP1; a connection that sends 3 before and 4 after it",
         ask: Ask::Steps(|talk| {
-            talk.select(computes!("DELAY 1\r\nPRINT IP1, \"BUFFRESET\"\r\nINPUT IP1, R\r\n"))?;
+            talk.select(computes!(
+                "DELAY 1\r\nPRINT IP1, \"BUFFRESET\"\r\nINPUT IP1, R\r\n"
+            ))?;
             talk.open(Line::Channel)?;
             talk.start()?;
             talk.wait(QUIET)?;
@@ -461,7 +477,11 @@ pub(super) const PROBES: &[Probe] = &[
             talk.finish()?;
             talk.close(Line::Channel);
             let value = plain(&talk.variable("R", 1)?);
-            let sent = if printed.is_empty() { "" } else { ", and sends something" };
+            let sent = if printed.is_empty() {
+                ""
+            } else {
+                ", and sends something"
+            };
             Ok(format!("{value}{sent}"))
         }),
         readings: &[reading("4"), reading("3"), reading("3, and sends something")],
@@ -503,9 +523,7 @@ fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
 }
 
 fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    talk.select(
-        "GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n",
-    )?;
+    talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
     talk.start()?;
     talk.wait(QUIET)?;
     talk.command("SP")?;
@@ -592,7 +610,9 @@ fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Troub
 
 /// Counts the numbers of four bytes that are there after a burst of 300.
 fn input_buffer(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    talk.select(computes!("N = 0\r\nR = 0\r\nDELAY 1\r\nNX: INPUT IP1, N\r\nR = R + 1\r\nGOTO NX\r\n"))?;
+    talk.select(computes!(
+        "N = 0\r\nR = 0\r\nDELAY 1\r\nNX: INPUT IP1, N\r\nR = R + 1\r\nGOTO NX\r\n"
+    ))?;
     talk.open(Line::Channel)?;
     talk.start()?;
     talk.wait(QUIET)?;

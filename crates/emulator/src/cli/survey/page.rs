@@ -41,7 +41,10 @@ pub(super) fn html(report: &Report) -> String {
             escape(&sets)
         )
     });
-    let facts: Vec<String> = facts(report).iter().map(|fact| format!("<li>{}</li>", escape(fact))).collect();
+    let facts: Vec<String> = facts(report)
+        .iter()
+        .map(|fact| format!("<li>{}</li>", escape(fact)))
+        .collect();
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
          <title>Survey of {of}</title><style>{STYLE}</style><h1>Survey of {of}</h1><p>{}</p><ul>{}</ul>\n\

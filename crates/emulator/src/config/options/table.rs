@@ -296,7 +296,9 @@ fn parse_quartiles(text: &str) -> Option<[Duration; 5]> {
     let words = text.split([' ', ',']).filter(|part| !part.is_empty());
     let times = words.map(|word| {
         let millis = word.parse::<f64>().ok()?;
-        (0.0..=MOST).contains(&millis).then(|| Duration::from_secs_f64(millis / 1e3))
+        (0.0..=MOST)
+            .contains(&millis)
+            .then(|| Duration::from_secs_f64(millis / 1e3))
     });
     let times = times.collect::<Option<Vec<Duration>>>()?;
     match times.as_slice() {
