@@ -2,6 +2,7 @@
 //! value. An option without a row fails, so does a row whose answers are all the same. What an option is for, and the
 //! rest of its behaviour, is in the suites of its subject.
 
+mod delays;
 mod sockets;
 
 use crate::extensions::text;
@@ -102,7 +103,7 @@ const ROWS: &[Row] = &[
     ),
     row(
         "reply.delay",
-        time_of_an_answer,
+        delays::time_of_an_answer,
         &[
             ("0", "at once"),
             ("30", "after 30 ms"),
@@ -577,26 +578,4 @@ fn start_after_a_stop_in_wait(robot: &mut Robot) -> String {
         shown
     };
     format!("{shown}, {}", status(robot))
-}
-
-/// When the answers to CA come, of twenty.
-fn time_of_an_answer(robot: &mut Robot) -> String {
-    let mut times = BTreeSet::new();
-    for _ in 0..20 {
-        robot.send(Port::Ip0, b"SO\r");
-        let mut millis = 0;
-        while robot.received(Port::Ip0).is_empty() {
-            robot.advance_ms(1);
-            millis += 1;
-            assert!(millis < 100);
-        }
-        times.insert(millis);
-        robot.advance_ms(60);
-    }
-    match (times.first(), times.last()) {
-        (Some(0), Some(0)) => "at once".to_owned(),
-        (Some(first), Some(last)) if first == last => format!("after {first} ms"),
-        (Some(10..), Some(..=40)) if times.len() > 3 => "between 10 and 40 ms".to_owned(),
-        _ => format!("{times:?}"),
-    }
 }

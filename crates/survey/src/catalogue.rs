@@ -1,6 +1,7 @@
 //! Every question, one row each. A new row needs nothing else but the word in the column Survey of
 //! docs/explanation/fidelity.md; a test compares both.
 
+mod channels;
 mod files;
 pub mod forms;
 mod look;
@@ -36,9 +37,15 @@ const fn decides(heard: &'static str, option: &'static str, value: &'static str)
 
 /// All questions, in the order in which they are asked.
 pub fn probes() -> impl Iterator<Item = &'static Probe> {
-    [look::PROBES, files::PROBES, program::PROBES, motion::PROBES]
-        .into_iter()
-        .flatten()
+    [
+        look::PROBES,
+        files::PROBES,
+        program::PROBES,
+        channels::PROBES,
+        motion::PROBES,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 pub(crate) use files::size as files_size;

@@ -6,6 +6,7 @@
 //! is known.
 
 pub mod catalogue;
+mod delays;
 pub mod ledger;
 pub mod passive;
 mod peer;
@@ -14,8 +15,9 @@ mod report;
 mod run;
 mod talk;
 
+pub use delays::Delays;
 pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
-pub use probe::{Ask, Class, Heard, Probe, Reading, Verdict};
-pub use report::{Answer, Delays, Difference, MAX_REPORT, Report, ReportError, differences};
+pub use probe::{Ask, Class, Probe, Reading, Verdict};
+pub use report::{Answer, Difference, MAX_REPORT, Report, ReportError, differences};
 pub use run::{Plan, Step, survey};
-pub use talk::Trouble;
+pub use talk::{Heard, Trouble};

@@ -22,7 +22,7 @@ pub enum Line {
 /// Why bytes cannot be sent or received.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PeerError {
-    /// Nobody is there.
+    /// The controller cannot be reached.
     #[error("{0}")]
     Unreachable(String),
     /// The controller ended the connection.
@@ -41,7 +41,7 @@ pub trait Peer {
     /// Opens a connection; one that is open is closed before.
     ///
     /// # Errors
-    /// Nobody is there, or the kind of peer has no such connection.
+    /// The controller cannot be reached, or the kind of peer has no such connection.
     fn open(&mut self, line: Line) -> Result<(), PeerError>;
 
     /// Closes a connection. Nothing happens if it is closed.

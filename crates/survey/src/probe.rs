@@ -1,6 +1,6 @@
 //! What a question is made of.
 
-use crate::talk::{Talk, Trouble};
+use crate::talk::{Heard, Talk, Trouble};
 use ts3100_proto::words::Word;
 
 /// What a question may do to the robot.
@@ -60,9 +60,6 @@ impl Word for Verdict {
         }
     }
 }
-
-/// What came back, in a few words; a number for what is measured.
-pub type Heard = String;
 
 /// One reading of the manual.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,10 +2,11 @@
 
 use crate::catalogue;
 use crate::catalogue::forms;
+use crate::delays::Delays;
 use crate::peer::{Peer, PeerError};
-use crate::probe::{Ask, Class, Heard, Probe, Verdict};
+use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
-use crate::talk::{FILE, PATIENCE, Talk, Trouble};
+use crate::talk::{FILE, Heard, PATIENCE, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::parse;
@@ -115,7 +116,7 @@ pub fn survey(
     }
     report.delays = match is_serial {
         // There the line takes most of the time.
-        true => crate::report::Delays::default(),
+        true => Delays::default(),
         false => talk.delays().clone(),
     };
     Ok(report)

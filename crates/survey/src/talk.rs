@@ -2,14 +2,15 @@
 //! asked for, and writes everything down.
 
 use crate::peer::{Line, Peer, PeerError};
-use crate::probe::Heard;
-use crate::report::Delays;
+mod program;
+
+use crate::delays::Delays;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::Escaped;
-use ts3100_proto::file::{FileRule, FlReceiver, FlSender, Received};
+use ts3100_proto::file::{FileRule, FlReceiver, Received};
+use ts3100_proto::status::MasterMode;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
 
 /// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
@@ -19,10 +20,6 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(55);
 pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
 /// A line is quiet when nothing has come for so long.
 pub(crate) const QUIET: Duration = Duration::from_millis(300);
-/// Pause between two questions whether a program still runs.
-const POLL: Duration = Duration::from_millis(100);
-/// Longest run of a program of the survey.
-const LONGEST_RUN: Duration = Duration::from_secs(8);
 /// Largest content that is taken from a controller.
 const MAX_CONTENT: usize = 1024 * 1024;
 /// Most lines of traffic that are kept of one question.
@@ -33,6 +30,9 @@ const MAX_SHOWN: usize = 120;
 pub(crate) const FILE: &str = "TSSURVEY";
 /// The text of an unsolicited SP.
 const STOP: &[u8] = b"SP\r";
+
+/// What came back, in a few words; a number for what is measured.
+pub type Heard = String;
 
 /// Why a question has no answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -162,7 +162,7 @@ impl<'a> Talk<'a> {
     /// Begins a new conversation on a fresh connection.
     ///
     /// # Errors
-    /// Nobody is there.
+    /// The controller cannot be reached.
     pub fn reopen(&mut self) -> Result<(), Trouble> {
         self.peer.close(Line::Commands);
         self.decoder = decoder(self.checksum);
@@ -174,7 +174,7 @@ impl<'a> Talk<'a> {
     /// Opens or closes another connection.
     ///
     /// # Errors
-    /// Nobody is there.
+    /// The controller cannot be reached.
     pub fn open(&mut self, line: Line) -> Result<(), Trouble> {
         Ok(self.peer.open(line)?)
     }
@@ -518,147 +518,10 @@ impl<'a> Talk<'a> {
         Ok(status)
     }
 
-    /// Stores a file of the survey.
-    ///
-    /// # Errors
-    /// NG is a refusal.
-    pub fn store(&mut self, content: &str) -> Result<(), Trouble> {
-        match self.try_to_store(content.as_bytes())? {
-            true => Ok(()),
-            false => Err(Trouble::Refused("the file was refused".to_owned())),
-        }
-    }
-
-    /// Whether the controller stores this content as the survey's file.
-    ///
-    /// # Errors
-    /// DL itself got NG, or anything else came.
-    pub fn try_to_store(&mut self, content: &[u8]) -> Result<bool, Trouble> {
-        self.command(&format!("DL,{FILE}"))?;
-        let mut sender = FlSender::new(content.to_vec());
-        while let Some(data) = sender.next_text() {
-            let text = encode_text(&data, Framing::Stx, self.checksum);
-            let heard = self.exchange(&text)?;
-            match heard.as_ref().map(|text| text.data.as_ref()) {
-                Some(b"OK\r") => {}
-                Some(b"NG\r") => return Ok(false),
-                Some(other) => {
-                    let what = Escaped::for_reading(other);
-                    return Err(Trouble::Surprise(format!("a text of a file was answered {what}")));
-                }
-                None => return Err(Trouble::Surprise("a text of a file was not answered".to_owned())),
-            }
-        }
-        Ok(true)
-    }
-
-    /// Stores and selects a program.
-    ///
-    /// # Errors
-    /// NG is a refusal.
-    pub fn select(&mut self, source: &str) -> Result<(), Trouble> {
-        self.store(source)?;
-        self.command(&format!("SL,{FILE}"))
-    }
-
-    /// Starts the selected program.
-    ///
-    /// # Errors
-    /// NG is a refusal.
-    pub fn start(&mut self) -> Result<(), Trouble> {
-        match self.asks("RN")? {
-            true => Ok(()),
-            false => Err(Trouble::Refused(
-                "RN got NG: turn servo power on, key in EXT, no alarm, and survey again".to_owned(),
-            )),
-        }
-    }
-
-    /// Waits until the program has stopped, as SU says. Returns how, or `None` when it runs longer than `limit`.
-    ///
-    /// # Errors
-    /// SU is not answered.
-    pub fn until_stopped(&mut self, limit: Duration) -> Result<Option<ExecutionStatus>, Trouble> {
-        let end = self.now() + limit;
-        loop {
-            let execution = self.status()?.execution;
-            if execution != ExecutionStatus::Running {
-                return Ok(Some(execution));
-            }
-            if self.now() >= end {
-                return Ok(None);
-            }
-            self.wait(POLL)?;
-        }
-    }
-
-    /// Runs a program to its end. Returns whether it came to its end; an alarm stops it before. A program that does not end
-    /// is stopped.
-    ///
-    /// # Errors
-    /// It is refused.
-    pub fn try_run(&mut self, source: &str) -> Result<bool, Trouble> {
-        self.select(source)?;
-        self.start()?;
-        Ok(self.finish()? == Some(ExecutionStatus::Reset))
-    }
-
-    /// Runs a program that has no reason to stop before its end.
-    ///
-    /// # Errors
-    /// It is refused, or it stopped.
-    pub fn run(&mut self, source: &str) -> Result<(), Trouble> {
-        match self.try_run(source)? {
-            true => Ok(()),
-            false => Err(stopped_midway()),
-        }
-    }
-
-    /// The program has been started and waits.
-    ///
-    /// # Errors
-    /// It stopped.
-    pub fn expect_running(&mut self) -> Result<(), Trouble> {
-        match self.status()?.execution {
-            ExecutionStatus::Running => Ok(()),
-            ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => {
-                Err(stopped_midway())
-            }
-        }
-    }
-
-    /// Waits for the end of the program that runs, and stops it if there is none.
-    ///
-    /// # Errors
-    /// Something that is no answer came.
-    pub fn finish(&mut self) -> Result<Option<ExecutionStatus>, Trouble> {
-        let ended = self.until_stopped(LONGEST_RUN)?;
-        if ended.is_none() {
-            self.command("SP")?;
-            self.until_stopped(LONGEST_RUN)?;
-        }
-        Ok(ended)
-    }
-
-    /// The value of a variable of the selected file, as MR writes it.
-    ///
-    /// # Errors
-    /// MR is refused.
-    pub fn variable(&mut self, name: &str, kind: u8) -> Result<String, Trouble> {
-        let command = format!("MR,{name} {kind}");
-        let content = self.content(&command)?;
-        let content = content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))?;
-        Ok(String::from_utf8_lossy(&content).trim().to_owned())
-    }
-
     /// The unsolicited SP that have come since the last call.
     pub fn take_stops(&mut self) -> usize {
         std::mem::take(&mut self.stops)
     }
-}
-
-fn stopped_midway() -> Trouble {
-    Trouble::Surprise("the program of the survey stopped, and nothing in it says why".to_owned())
 }
 
 fn decoder(checksum: Checksum) -> TextDecoder {

@@ -5,6 +5,7 @@
 mod page;
 
 use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
+use crate::config::args;
 use crate::log::print_error;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Subcommand};
@@ -15,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use ts3100_driver::files;
 use ts3100_proto::parameter::SerialSettings;
-use ts3100_proto::words::Word;
+use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::reports::junit;
 use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
 use ts3100_survey::ledger::{self, Evidence};
@@ -103,7 +104,7 @@ struct TargetArgs {
     serial_settings: SerialSettings,
     /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs that
     /// compute, print and wait; motion switches servo power and executes statements, with somebody at the emergency stop
-    #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = class)]
+    #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = args::word::<Class>())]
     ask: Vec<Class>,
     /// Only these questions; `--dry-run` lists them
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -140,13 +141,9 @@ pub(super) struct FidelityArgs {
     list: bool,
 }
 
-fn class(word: &str) -> Result<Class, String> {
-    Class::from_word(word).ok_or_else(|| "expected look, files, program or motion".to_owned())
-}
-
-fn serial_settings(text: &str) -> Result<SerialSettings, String> {
-    SerialSettings::parse(text)
-        .ok_or_else(|| "expected speed, length, parity and stop bits, such as 9600 8 0 1".to_owned())
+fn serial_settings(text: &str) -> Result<SerialSettings, UnexpectedWord> {
+    let expected = "speed, length, parity and stop bits, such as 9600 8 0 1";
+    SerialSettings::parse(text).ok_or_else(|| UnexpectedWord::new(expected, text))
 }
 
 /// Runs `survey`.

@@ -1,8 +1,8 @@
 //! Questions that need a file of the survey's own name.
 
 use super::{ROW, decides, reading};
-use crate::probe::{Ask, Class, Heard, Probe};
-use crate::talk::{FILE, Talk, Trouble};
+use crate::probe::{Ask, Class, Probe};
+use crate::talk::{FILE, Heard, Talk, Trouble};
 use ts3100_proto::escape::parse;
 use ts3100_proto::status::ca::decode_directory;
 

@@ -2,8 +2,8 @@
 
 use super::{ROW, decides, forms, reading};
 use crate::peer::{Line, PeerError};
-use crate::probe::{Ask, Heard, Probe};
-use crate::talk::{PATIENCE, Talk, Trouble};
+use crate::probe::{Ask, Probe};
+use crate::talk::{Heard, PATIENCE, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 

@@ -2,8 +2,8 @@
 //! the emergency stop all the same.
 
 use super::{ROW, decides, reading};
-use crate::probe::{Ask, Class, Heard, Probe};
-use crate::talk::{QUIET, Talk, Trouble};
+use crate::probe::{Ask, Class, Probe};
+use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
