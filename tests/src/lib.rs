@@ -19,6 +19,7 @@ pub mod round_trip;
 #[path = "../../crates/driver/src/testing.rs"]
 pub mod testing;
 pub mod transcript;
+pub mod virtual_peer;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

@@ -17,4 +17,5 @@ mod serial;
 mod serve;
 mod snapshots;
 pub mod support;
+mod survey;
 mod tools;

@@ -7,11 +7,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Crates without cycles: all of them.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 8] = [
     "proto",
     "scol-mini",
     "controller",
     "driver",
+    "survey",
     "recording",
     "control",
     "emulator",

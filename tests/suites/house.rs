@@ -11,7 +11,7 @@ const LONGEST: usize = 600;
 const EXPECTS_PER_THOUSAND: usize = 2;
 
 /// Crate, the only dependencies it may name, and how many of them there may be.
-const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
+const DEPENDENCIES: [(&str, &[&str], usize); 8] = [
     ("proto", &["bytes", "nom", "thiserror", "serde"], 3),
     ("scol-mini", &["libm", "thiserror", "serde"], 3),
     (
@@ -21,9 +21,14 @@ const DEPENDENCIES: [(&str, &[&str], usize); 7] = [
     ),
     // Seven outside of the workspace, and rustix on Unix.
     ("driver", &[], 9),
-    ("recording", &[], 13),
+    (
+        "survey",
+        &["serde", "serialport", "thiserror", "toml", "ts3100-proto"],
+        5,
+    ),
+    ("recording", &[], 14),
     ("control", &[], 15),
-    ("emulator", &[], 20),
+    ("emulator", &[], 21),
 ];
 
 pub fn root() -> PathBuf {

@@ -51,6 +51,7 @@ mod simulation;
 mod snapshot_files;
 mod snapshots;
 mod status;
+mod survey;
 mod transcripts;
 mod variables;
 mod wire;

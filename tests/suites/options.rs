@@ -2,6 +2,7 @@
 //! value. An option without a row fails, so does a row whose answers are all the same. What an option is for, and the
 //! rest of its behaviour, is in the suites of its subject.
 
+mod delays;
 mod sockets;
 
 use crate::extensions::text;
@@ -99,6 +100,15 @@ const ROWS: &[Row] = &[
         "parameter.line_end",
         line_end_of_a_fresh_file,
         &[("lf", "LF"), ("cr", "CR")],
+    ),
+    row(
+        "reply.delay",
+        delays::time_of_an_answer,
+        &[
+            ("0", "at once"),
+            ("30", "after 30 ms"),
+            ("10 10 40 40 40", "between 10 and 40 ms"),
+        ],
     ),
     row(
         "scol.data_copy",

@@ -191,6 +191,9 @@ pub struct Options {
     pub bad_character: BadCharacter,
     /// `serial.while_sending`.
     pub while_sending: WhileSending,
+    /// `reply.delay`: how long the answers to commands take, as least, quartiles and greatest of many; 0: at once.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_at_once"))]
+    pub reply_delay: [Duration; 5],
     /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
     #[cfg_attr(feature = "serde", serde(default))]
     pub servo_interval: Duration,
@@ -205,6 +208,12 @@ pub struct Options {
     /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
     #[cfg_attr(feature = "serde", serde(default = "serde_defaults::equal_within"))]
     pub equal_within: Option<f32>,
+}
+
+/// Whether answers leave at once, which files of earlier emulators do not say.
+#[cfg(feature = "serde")]
+fn is_at_once(delay: &[Duration; 5]) -> bool {
+    delay.iter().all(Duration::is_zero)
 }
 
 /// What options of today were before there were snapshots that name them.
@@ -250,6 +259,7 @@ impl Options {
             serial_pacing: true,
             bad_character: BadCharacter::Drop,
             while_sending: WhileSending::Lost,
+            reply_delay: [Duration::ZERO; 5],
             servo_interval: Duration::ZERO,
             sticky_work: false,
             data_copy: false,

@@ -8,6 +8,7 @@ mod configuration;
 mod controller;
 mod faults;
 mod protocol;
+mod survey;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -49,6 +50,21 @@ pub const REGIONS: &[Region] = &[
         page: "reference/findings.md",
         name: "findings",
         text: controller::findings,
+    },
+    Region {
+        page: "reference/survey.md",
+        name: "questions",
+        text: survey::questions,
+    },
+    Region {
+        page: "explanation/fidelity.md",
+        name: "evidence",
+        text: survey::evidence,
+    },
+    Region {
+        page: "explanation/fidelity.md",
+        name: "reasons",
+        text: survey::reasons,
     },
     Region {
         page: "reference/options.md",

@@ -4,9 +4,10 @@
 //! Which fault fires and what it does is in `faults`, what varies in `variation`.
 
 use super::Endpoints;
-use super::send_queue::Segment;
+use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
 use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
+use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
 use crate::limits::MAX_FAULTS;
 use crate::output::Event;
@@ -125,9 +126,13 @@ impl Endpoints {
             Some(session) => (InjectionPoint::Reply, session.asked, session.block),
         };
         let answers = point == InjectionPoint::Reply && *data != Reply::Sp.encode();
-        let delay = match &mut self.variation {
+        let varied = match &mut self.variation {
             Some(variation) if answers => variation.reply_delay(),
             _ => Duration::ZERO,
+        };
+        let delay = match answers {
+            true => varied + reply_delay(robot),
+            false => Duration::ZERO,
         };
         if self.faults.is_stalled(port) {
             return Vec::new();
@@ -144,7 +149,8 @@ impl Endpoints {
             (Effect::Lost, _) => Vec::new(),
             (Effect::ReplaceOutput(segments), _) => segments,
             (_, Some(variation)) => variation.segments(delay, &bytes),
-            (_, None) => [Segment::bytes(bytes)].into(),
+            (_, None) if delay.is_zero() => [Segment::bytes(bytes)].into(),
+            (_, None) => [Segment::after(delay, Departure::Bytes(bytes))].into(),
         }
     }
 
@@ -219,4 +225,21 @@ impl Endpoints {
         // Before the command that meets the fault is served: an extension command ends the SP of its host.
         self.take_notices(robot);
     }
+}
+
+/// How long this answer takes by option `reply.delay`: drawn from between two quartiles, each as likely as the others. The
+/// time is what is drawn from, so that nothing has to be remembered.
+fn reply_delay(robot: &Robot) -> Duration {
+    let times = &robot.config.options.reply_delay;
+    let [.., greatest] = times;
+    if greatest.is_zero() {
+        return Duration::ZERO;
+    }
+    let mut rng = Rng::new(robot.config.fault_seed ^ robot.now.as_micros(), "reply.delay");
+    let quarter = rng.index(times.len() - 1);
+    let micros = |index: usize| {
+        let time = times.get(index).copied().unwrap_or_default();
+        u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+    };
+    Duration::from_micros(rng.between(micros(quarter), micros(quarter + 1)))
 }

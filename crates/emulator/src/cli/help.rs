@@ -142,6 +142,34 @@ const EVERYDAY: &[Everyday] = &[
         example: "ts3100 diff day.jsonl --ignore clock,versions",
     },
     Everyday {
+        name: "survey",
+        shown: &[
+            ("show", "Explain a file of a survey"),
+            ("diff", "Compare two files"),
+            ("infer", "Take the answers from a recording"),
+            ("ask", "Classes of questions: look, files, program, motion"),
+            ("dry-run", ""),
+            ("serial", "Ask at this serial port of the computer"),
+            ("out", ""),
+        ],
+        example: "ts3100 survey 192.168.0.124 --out robot.toml",
+    },
+    Everyday {
+        name: "conform",
+        shown: &[
+            ("ask", "Classes of questions: look, files, program, motion"),
+            ("dry-run", ""),
+            ("strict", ""),
+            ("junit", ""),
+        ],
+        example: "ts3100 conform 127.0.0.1:1000 --junit conform.xml",
+    },
+    Everyday {
+        name: "fidelity",
+        shown: &[],
+        example: "ts3100 fidelity --list",
+    },
+    Everyday {
         name: "ctl",
         shown: &[
             ("state", ""),

@@ -22,6 +22,7 @@ mod man;
 mod ready;
 mod run;
 mod serve;
+pub(crate) mod survey;
 mod tap;
 mod usage;
 
@@ -55,6 +56,9 @@ enum Command {
     Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
+    Survey(survey::SurveyArgs),
+    Conform(survey::ConformArgs),
+    Fidelity(survey::FidelityArgs),
     Ctl(Box<ctl::CtlArgs>),
     Ready(ready::ReadyArgs),
     /// Print the completion script of a shell
@@ -115,6 +119,9 @@ fn run(command: Command) -> ExitCode {
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => exit_code(tap::run(&args)),
         Command::Diff(args) => exit_code(diff::run(&args)),
+        Command::Survey(args) => exit_code(survey::run(&args)),
+        Command::Conform(args) => exit_code(survey::conform(&args)),
+        Command::Fidelity(args) => exit_code(survey::fidelity(&args)),
         Command::Ctl(args) => ctl::run(&args),
         Command::Ready(args) => ready::run(&args),
         Command::Completions { shell } => {

@@ -116,6 +116,9 @@ pub struct ServeArgs {
     /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
     #[arg(long, help_heading = "Robot", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
+    #[arg(long, help_heading = "Robot", value_name = "FILE")]
+    pub like: Option<PathBuf>,
     /// Use these permission tables instead of those of the manual
     #[arg(long, help_heading = "Robot", value_name = "FILE")]
     pub permissions: Option<PathBuf>,
@@ -266,6 +269,7 @@ impl ServeArgs {
             fault_seed: self.fault_seed.or(below.fault_seed),
             vary: self.vary.or(below.vary),
             report: first_non_empty(self.report, below.report),
+            like: self.like.or(below.like),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
             transcript: first_non_empty(self.transcript, below.transcript),

@@ -195,7 +195,7 @@ fn read_keys(
 fn resolve_path(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
-            "drive" | "load" | "permissions" | "points" | "serial-dir" | "transcript" | "findings"
+            "drive" | "like" | "load" | "permissions" | "points" | "serial-dir" | "transcript" | "findings"
             | "coverage" | "lcov" | "control-token-file" | "faults" | "report" | "scenario" | "junit"
             | "restore" | "snapshot-on-exit",
             Some(directory),

@@ -28,6 +28,7 @@ pub use ts3100_driver::tcp::{LinkOptions, Ports, SecondConnection};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use tracing::info;
 use ts3100_control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
@@ -40,6 +41,7 @@ use ts3100_proto::words::Word as _;
 use ts3100_recording::reports::Reports;
 use ts3100_recording::scenario::Scenario;
 use ts3100_recording::transcript::TranscriptFile;
+use ts3100_survey::{Report, ledger};
 
 /// The complete configuration of an emulator, ready to be opened.
 #[derive(Debug, Clone)]
@@ -129,6 +131,7 @@ impl Settings {
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file, the points,
     /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
+        let args = &with_surveyed(args)?;
         let mut controller = Config::new(args.dialect.unwrap_or_default())
             .with_controller(args.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
@@ -215,6 +218,42 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     }
     Ok(faults)
 }
+
+/// Fills in what the file of `--like` decides. What is set besides wins.
+fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
+    let mut args = args.clone();
+    let Some(path) = &args.like else {
+        return Ok(args);
+    };
+    let text = error::read_text(path)?;
+    let report = Report::read(&text).map_err(|error| ConfigError::invalid(path.display(), error))?;
+    let mut set: Vec<String> = report
+        .options()
+        .into_iter()
+        .map(|(option, value)| format!("{option}={value}"))
+        .collect();
+    let times = report.answer_times();
+    if !times.is_empty() {
+        let times: Vec<String> = times.iter().map(ToString::to_string).collect();
+        set.push(format!("reply.delay={}", times.join(" ")));
+    }
+    let (settled, assumed) = ledger::settled(&report);
+    info!(
+        "like {}: {} options set; its answers settle {settled} of the {assumed} behaviours that are assumed, the others remain so",
+        path.display(),
+        set.len()
+    );
+    set.append(&mut args.set);
+    args.set = set;
+    if args.model.is_none() && report.arm == SCARA {
+        args.model = SCARA_MODEL.parse().ok();
+    }
+    Ok(args)
+}
+
+/// The arm, as the file of a survey names it, and the model that stands for it.
+const SCARA: &str = "SCARA";
+const SCARA_MODEL: &str = "tsl3000-thl400";
 
 /// Fills in files, selection and snapshot from the start section of the scenario.
 fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {

@@ -81,6 +81,8 @@ pub enum Values {
     },
     /// How each of IP0 to IP3 opens, as in `[E00]`.
     OpenModes,
+    /// Five times in milliseconds, or one for all.
+    Quartiles,
 }
 
 impl Values {
@@ -90,7 +92,11 @@ impl Values {
         match self {
             Values::Flag => &["true", "false"],
             Values::Words(words) => words,
-            Values::Duration { .. } | Values::Whole { .. } | Values::Number { .. } | Values::OpenModes => &[],
+            Values::Duration { .. }
+            | Values::Whole { .. }
+            | Values::Number { .. }
+            | Values::OpenModes
+            | Values::Quartiles => &[],
         }
     }
 }
@@ -107,6 +113,9 @@ impl fmt::Display for Values {
             }
             Values::Whole { unit, min, max } => write!(f, "a whole number of {unit} from {min} to {max}"),
             Values::Number { min, max } => write!(f, "a number from {min} to {max}"),
+            Values::Quartiles => f.write_str(
+                "five times in ms that do not fall, for example `2 3 4 6 20`, or one; at most a minute",
+            ),
             Values::OpenModes => f.write_str("four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`"),
         }
     }

@@ -250,6 +250,7 @@ fn option_schema(values: &Values) -> Value {
         Values::Duration { .. } => json!({ "type": "string", "pattern": DURATION }),
         Values::Whole { min, max, .. } => json!({ "type": "integer", "minimum": min, "maximum": max }),
         Values::Number { min, max } => json!({ "type": "number", "minimum": min, "maximum": max }),
+        Values::Quartiles => json!({ "type": ["string", "number"] }),
         Values::OpenModes => json!({ "type": "string", "pattern": OPEN_MODES }),
     }
 }

@@ -59,6 +59,16 @@ pub struct SerialSettings {
     pub stop: u8,
 }
 
+impl SerialSettings {
+    /// Reads the four numbers of a line of \[U06\]: speed, length, parity, stop bits. Any speed from 300 to 115200 that a
+    /// port of some edition has.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<SerialSettings> {
+        const ALL_SPEEDS: [u32; 9] = [300, 600, 1_200, 2_400, 4_800, 9_600, 19_200, 38_400, 115_200];
+        serial_line(text, &ALL_SPEEDS)
+    }
+}
+
 /// Bounds of deserialized settings. They may be the far end's, so they are those of any serial port, not of
 /// USER.PAR.
 #[cfg(feature = "serde")]

@@ -2,9 +2,11 @@
 
 use crate::reports::seconds;
 use serde::Serialize;
+use ts3100_controller::command_coverage::CommandCoverage;
 use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
 use ts3100_controller::port::Port;
 use ts3100_proto::escape::{self, Escaped};
+use ts3100_survey::ledger;
 
 /// Version of the document; raised when a key changes its meaning.
 const VERSION: u32 = 1;
@@ -20,6 +22,20 @@ pub struct FindingsView {
     pub broken: BrokenRules,
     /// The broken rules in the order of docs/reference/findings.md.
     pub findings: Vec<RuleView>,
+    /// What the run rested on and nobody knows of a real controller; only in the report of a run.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub assumptions: Vec<AssumptionView>,
+}
+
+/// A row of docs/explanation/fidelity.md whose evidence is "assumed".
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct AssumptionView {
+    /// Its id.
+    pub id: &'static str,
+    /// What the emulator does.
+    pub behaviour: &'static str,
+    /// The question of `ts3100 survey` that asks a real controller for it, or why none does.
+    pub survey: &'static str,
 }
 
 /// Broken rules by severity.
@@ -68,6 +84,23 @@ pub struct FindingView {
 }
 
 impl FindingsView {
+    /// The document of a run: with the assumptions that it rested on.
+    #[must_use]
+    pub fn of_run(findings: &Findings, coverage: &CommandCoverage) -> FindingsView {
+        let served = coverage.reached().map(|(cell, _)| cell.row());
+        let broken = findings.broken().map(|(rule, _)| rule.id);
+        let rows = ledger::rests_on(served.chain(broken));
+        let assumptions = rows.map(|row| AssumptionView {
+            id: row.id,
+            behaviour: row.behaviour,
+            survey: row.survey,
+        });
+        FindingsView {
+            assumptions: assumptions.collect(),
+            ..FindingsView::new(findings)
+        }
+    }
+
     /// The document of these findings.
     #[must_use]
     pub fn new(findings: &Findings) -> FindingsView {
@@ -87,6 +120,7 @@ impl FindingsView {
                 .broken()
                 .map(|(rule, tally)| RuleView::new(rule, tally))
                 .collect(),
+            assumptions: Vec::new(),
         }
     }
 }

@@ -97,7 +97,9 @@ fn distinct<'a>(
     words
 }
 
-fn escape(text: &str) -> String {
+/// Text between tags.
+#[must_use]
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -39,6 +39,20 @@ pub fn error(message: &str, text: &str) -> TestCaseStatus {
     unsuccessful(NonSuccessKind::Error, message, text)
 }
 
+/// The status of a case that passed.
+#[must_use]
+pub fn success() -> TestCaseStatus {
+    TestCaseStatus::success()
+}
+
+/// The status of a case that could not be tried, which is no failure.
+#[must_use]
+pub fn skipped(message: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::skipped();
+    status.set_message(message);
+    status
+}
+
 fn unsuccessful(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
     status.set_message(message);

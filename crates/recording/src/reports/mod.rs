@@ -4,7 +4,7 @@
 
 pub mod coverage;
 pub mod findings;
-mod html;
+pub mod html;
 pub mod junit;
 pub mod lcov;
 mod markdown;
@@ -100,10 +100,14 @@ impl RunRecord {
     /// Coverage of the permission tables so far, resets or not.
     #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
+        CoverageReport::new(&self.command_coverage(), config)
+    }
+
+    fn command_coverage(&self) -> CommandCoverage {
         let record = self.data();
         let mut whole = record.coverage_before.clone();
         whole.add(record.coverage.clone());
-        CoverageReport::new(&whole, config)
+        whole
     }
 
     /// Coverage of the permission tables since the start or the last reset.

@@ -198,9 +198,10 @@ impl Reports {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
             FindingsFormat::Markdown => {
-                markdown::document(&FindingsView::new(findings), &run.coverage(config))
+                let view = FindingsView::of_run(findings, &run.command_coverage());
+                markdown::document(&view, &run.coverage(config))
             }
-            FindingsFormat::Json => pretty(&FindingsView::new(findings)),
+            FindingsFormat::Json => pretty(&FindingsView::of_run(findings, &run.command_coverage())),
         }
     }
 }

@@ -129,6 +129,9 @@ pub static OPTIONS: &[OptionRow] = &[
         ["lf", "cr"],
         |o, _, v| v.word(&mut o.line_end, [LineEnd::Lf, LineEnd::Cr]),
     ),
+    row("reply.delay", Values::Quartiles, ["0", "0"], |o, _, v| {
+        parse_quartiles(v.text).map(|times| o.reply_delay = times)
+    }),
     row("scol.data_copy", Values::Flag, ["false", "false"], |o, _, v| {
         v.word(&mut o.data_copy, [true, false])
     }),
@@ -284,6 +287,24 @@ impl Given<'_> {
         let duration = Duration::try_from_secs_f64(seconds).ok();
         *place = duration.filter(|duration| (least..=HOUR).contains(duration))?;
         Some(())
+    }
+}
+
+/// Five times in milliseconds in rising order; one stands for all.
+fn parse_quartiles(text: &str) -> Option<[Duration; 5]> {
+    const MOST: f64 = 60_000.0;
+    let words = text.split([' ', ',']).filter(|part| !part.is_empty());
+    let times = words.map(|word| {
+        let millis = word.parse::<f64>().ok()?;
+        (0.0..=MOST)
+            .contains(&millis)
+            .then(|| Duration::from_secs_f64(millis / 1e3))
+    });
+    let times = times.collect::<Option<Vec<Duration>>>()?;
+    match times.as_slice() {
+        [one] => Some([*one; 5]),
+        five if five.is_sorted() => five.try_into().ok(),
+        _ => None,
     }
 }
 

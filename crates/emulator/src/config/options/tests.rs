@@ -10,6 +10,7 @@ use ts3100_proto::text::TextOptions;
 
 /// Every reading under its key. Neither pattern has `..`: a new field does not compile until it has a line
 /// here, and then fails below until it has a key.
+#[expect(clippy::too_many_lines, reason = "two lines for each option")]
 fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String)> {
     let Options {
         text: TextOptions { stx, checksum },
@@ -34,6 +35,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         serial_pacing,
         bad_character,
         while_sending,
+        reply_delay,
         servo_interval,
         sticky_work,
         data_copy,
@@ -58,6 +60,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("extensions", format!("{extensions:?}")),
         ("input.malformed", format!("{malformed:?}")),
         ("parameter.line_end", format!("{line_end:?}")),
+        ("reply.delay", format!("{reply_delay:?}")),
         ("scol.int_division", format!("{int_division:?}")),
         ("dl.command_ends", format!("{command_ends_download:?}")),
         ("scol.data_copy", format!("{data_copy:?}")),
@@ -83,7 +86,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 32] = [
+const OTHERS: [(&str, &str); 33] = [
     ("auto.silence", "0.1ms"),
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
@@ -95,6 +98,7 @@ const OTHERS: [(&str, &str); 32] = [
     ("extensions", "false"),
     ("input.malformed", "leading-number"),
     ("parameter.line_end", "cr"),
+    ("reply.delay", "5"),
     ("scol.int_division", "real"),
     ("dl.command_ends", "false"),
     ("scol.data_copy", "true"),
@@ -275,9 +279,9 @@ fn documented() -> Vec<(String, Vec<String>)> {
         let cells: Vec<&str> = line.trim().trim_matches('|').split('|').map(str::trim).collect();
         if !line.starts_with('|') {
             in_table = false;
-        } else if cells.last() == Some(&"Option") {
+        } else if cells.iter().rev().nth(1) == Some(&"Option") {
             in_table = true;
-        } else if let Some(cell) = cells.last().filter(|_| in_table) {
+        } else if let Some(cell) = cells.iter().rev().nth(1).filter(|_| in_table) {
             for word in cell.split('`').skip(1).step_by(2) {
                 let (name, values) = word.split_once('=').unwrap_or((word, ""));
                 let values = values.split('/').map(|value| value.trim().to_owned());

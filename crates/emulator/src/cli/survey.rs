@@ -1,0 +1,468 @@
+//! `ts3100 survey`, `ts3100 conform` and `ts3100 fidelity`: what a controller answers where the manual leaves it open.
+//!
+//! Questions, readings and the file are [`ts3100_survey`]. Here are the flags, what people see, and files.
+
+mod page;
+
+use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
+use crate::config::args;
+use crate::log::print_error;
+use anyhow::{Context as _, anyhow};
+use clap::{Args, Subcommand};
+use std::collections::BTreeMap;
+use std::io::{self, BufRead as _, Write as _};
+use std::net::{SocketAddr, ToSocketAddrs as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use ts3100_driver::files;
+use ts3100_proto::parameter::SerialSettings;
+use ts3100_proto::words::{UnexpectedWord, Word};
+use ts3100_recording::reports::junit;
+use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
+use ts3100_survey::ledger::{self, Evidence};
+use ts3100_survey::passive::{Evidence as Heard, Passive};
+use ts3100_survey::{
+    Answer, Class, Peer, PeerError, Plan, Report, SerialPeer, Step, TcpPeer, Verdict, catalogue, differences,
+    survey,
+};
+
+/// A line on stdout; a closed pipe is not an error.
+macro_rules! say {
+    ($($word:tt)*) => {{
+        let _ = writeln!(io::stdout(), $($word)*);
+    }};
+}
+
+/// Port of IP0 of a controller as delivered (ETH-05).
+const IP0_PORT: u16 = 1_000;
+/// What is typed before axes could move.
+const CONSENT: &str = "ready";
+/// The program and its version, as files name it.
+const MADE_BY: &str = concat!("ts3100 ", env!("CARGO_PKG_VERSION"));
+
+/// Find out how a controller answers where the manual leaves it open.
+///
+/// Asks a real controller, or any other, and writes what it answers into a file: `ts3100 serve --like FILE` then behaves like
+/// that controller. By default only commands are sent that change nothing (`look`). One connection, at most 20 requests a
+/// second, with the pauses that the manual asks for. It stops at the first surprise and puts back what it changed. Nothing is
+/// sent anywhere else.
+///
+/// Exit codes: 0 done; 1 stopped at a surprise, or the files differ; 2 wrong usage or a file that cannot be read; 3 no answer.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+pub(super) struct SurveyArgs {
+    #[command(subcommand)]
+    command: Option<SurveyCommand>,
+    #[command(flatten)]
+    target: TargetArgs,
+    /// Write the answers to this file
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum SurveyCommand {
+    /// Explain a file of a survey
+    Show {
+        /// The file
+        file: PathBuf,
+        /// Write a page of HTML to stdout instead of text
+        #[arg(long)]
+        html: bool,
+    },
+    /// List the questions that two controllers answer in different ways; exit code 1 if there are any
+    Diff {
+        /// One file
+        first: PathBuf,
+        /// The other one
+        second: PathBuf,
+    },
+    /// Find what a recording of a host at work decides
+    Infer {
+        /// Recording of `tap` or `serve --transcript`, .txt or .jsonl
+        recording: PathBuf,
+        /// Write the answers to this file
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// Which controller, and what it is asked.
+#[derive(Debug, Args)]
+struct TargetArgs {
+    /// The controller: NAME or NAME:PORT, where PORT is that of IP0 [default port: 1000]; IP1 is the next one
+    #[arg(value_name = "ADDRESS", required_unless_present = "serial")]
+    address: Option<String>,
+    /// Port of IP1, if it is not the next one after that of IP0
+    #[arg(long, value_name = "PORT")]
+    ip1: Option<u16>,
+    /// Ask at this serial port of the computer instead, which leads to HOST, such as /dev/ttyUSB0 or COM3
+    #[arg(long, value_name = "DEVICE", conflicts_with = "address")]
+    serial: Option<String>,
+    /// Settings of HOST in [U06]: speed, length, parity (0 none, 1 odd, 2 even), stop bits
+    #[arg(long, value_name = "SETTINGS", default_value = "9600 8 0 1", value_parser = serial_settings)]
+    serial_settings: SerialSettings,
+    /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs that
+    /// compute, print and wait; motion switches servo power and executes statements, with somebody at the emergency stop
+    #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = args::word::<Class>())]
+    ask: Vec<Class>,
+    /// Only these questions; `--dry-run` lists them
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    only: Vec<String>,
+    /// Show what would be sent, and send nothing
+    #[arg(long)]
+    dry_run: bool,
+}
+
+/// Test a controller or an emulator of your own against the readings of this one.
+///
+/// Asks the questions of `survey`. A question passes if the answer is a reading of the manual that is known; with --strict only
+/// if it is the one that this emulator has by default.
+///
+/// Exit codes: 0 all passed; 1 one failed; 2 wrong usage; 3 no answer.
+#[derive(Debug, Args)]
+#[command(arg_required_else_help = true)]
+pub(super) struct ConformArgs {
+    #[command(flatten)]
+    target: TargetArgs,
+    /// Another known reading fails too
+    #[arg(long)]
+    strict: bool,
+    /// Write the result as JUnit XML
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+}
+
+/// Count what is known of the controller, and how.
+#[derive(Debug, Args)]
+pub(super) struct FidelityArgs {
+    /// List the rows: id, evidence, the question that asks for it or the reason why none does, and what the emulator does
+    #[arg(long)]
+    list: bool,
+}
+
+fn serial_settings(text: &str) -> Result<SerialSettings, UnexpectedWord> {
+    let expected = "speed, length, parity and stop bits, such as 9600 8 0 1";
+    SerialSettings::parse(text).ok_or_else(|| UnexpectedWord::new(expected, text))
+}
+
+/// Runs `survey`.
+pub(super) fn run(args: &SurveyArgs) -> anyhow::Result<u8> {
+    match &args.command {
+        None => ask_controller(&args.target, args.out.as_deref()),
+        Some(SurveyCommand::Show { file, html }) => {
+            let report = read(file)?;
+            print(&if *html {
+                page::html(&report)
+            } else {
+                page::text(&report)
+            })
+        }
+        Some(SurveyCommand::Diff { first, second }) => compare(first, second),
+        Some(SurveyCommand::Infer { recording, out }) => infer(recording, out.as_deref()),
+    }
+}
+
+fn print(text: &str) -> anyhow::Result<u8> {
+    // A closed pipe is not an error.
+    let _ = io::stdout().lock().write_all(text.as_bytes());
+    Ok(0)
+}
+
+/// Reads a file of a survey.
+///
+/// # Errors
+/// It cannot be read, or is none; the message names it.
+pub(crate) fn read(path: &Path) -> anyhow::Result<Report> {
+    let text = files::read_text(path, ts3100_survey::MAX_REPORT)
+        .with_context(|| format!("cannot read {}", path.display()))?;
+    Report::read(&text).with_context(|| path.display().to_string())
+}
+
+fn plan(target: &TargetArgs) -> anyhow::Result<Plan> {
+    for id in &target.only {
+        if catalogue::find(id).is_none() {
+            let known = catalogue::probes().map(|probe| probe.id);
+            let hint = ts3100_proto::words::did_you_mean(id, known);
+            return Err(anyhow!("--only: no question is called `{id}`{hint}"));
+        }
+    }
+    let plan = Plan {
+        classes: target.ask.clone(),
+        only: target.only.clone(),
+    };
+    if plan.probes().next().is_none() {
+        return Err(anyhow!("no question of --only is of a class of --ask"));
+    }
+    Ok(plan)
+}
+
+fn peer(target: &TargetArgs) -> anyhow::Result<Box<dyn Peer>> {
+    if let Some(device) = &target.serial {
+        return Ok(Box::new(SerialPeer::new(device, target.serial_settings)));
+    }
+    let address = target.address.as_deref().unwrap_or_default();
+    let has_port = address.contains(':') && address.parse::<std::net::IpAddr>().is_err();
+    let found = match has_port {
+        true => address.to_socket_addrs(),
+        false => (address, IP0_PORT).to_socket_addrs(),
+    };
+    let ip0 = found
+        .with_context(|| format!("{address}: expected NAME, ADDRESS, NAME:PORT or ADDRESS:PORT"))?
+        .next()
+        .ok_or_else(|| anyhow!("{address}: no address found"))?;
+    let next = ip0.port().checked_add(1).unwrap_or(ip0.port());
+    let ip1 = SocketAddr::new(ip0.ip(), target.ip1.unwrap_or(next));
+    Ok(Box::new(TcpPeer::new(ip0, ip1)))
+}
+
+/// What a class may do, for those who have to decide.
+fn explained(class: Class) -> &'static str {
+    match class {
+        Class::Look => "changes nothing",
+        Class::Files => "stores, reads and erases a file TSSURVEY",
+        Class::Program => {
+            "selects and runs programs TSSURVEY that compute, print and wait; no axis moves; resets the program and its alarms"
+        }
+        Class::Motion => {
+            "switches servo power, executes statements with DO, uses feed hold and BREAK; no motion is asked for"
+        }
+    }
+}
+
+fn show_plan(plan: &Plan) {
+    let mut before = None;
+    for probe in plan.probes() {
+        if before != Some(probe.class) {
+            say!("{} ({}):", probe.class.word(), explained(probe.class));
+            before = Some(probe.class);
+        }
+        say!("  {:<22} {}", probe.id, probe.question);
+        say!("  {:<22}   sends {}", "", probe.sends);
+    }
+}
+
+/// A person stands by, or the questions are not asked.
+fn consents(plan: &Plan) -> bool {
+    if !plan.probes().any(|probe| probe.class == Class::Motion) {
+        return true;
+    }
+    eprint!(
+        "The class motion switches servo power. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
+         Type {CONSENT} to go on: "
+    );
+    let mut line = String::new();
+    let read = io::stdin().lock().read_line(&mut line);
+    read.is_ok() && line.trim() == CONSENT
+}
+
+/// Asks, and says how it goes.
+fn asked(target: &TargetArgs, plan: &Plan) -> anyhow::Result<Result<Report, PeerError>> {
+    let mut peer = peer(target)?;
+    say!("");
+    let report = survey(&mut *peer, plan, &mut |step| match step {
+        Step::Asking(_) => {}
+        Step::Answered(answer) => say!("{}", line(answer)),
+    });
+    Ok(report.map(|mut report| {
+        MADE_BY.clone_into(&mut report.made_by);
+        report
+    }))
+}
+
+/// One answer.
+fn line(answer: &Answer) -> String {
+    let said = match answer.heard.is_empty() {
+        true => answer.note.as_str(),
+        false => answer.heard.as_str(),
+    };
+    let sets = answer.sets.as_ref();
+    let sets = sets.map_or_else(String::new, |(option, value)| format!("  ({option} = {value})"));
+    format!("{:<9} {:<22} {said}{sets}", answer.verdict.word(), answer.probe)
+}
+
+fn summary(report: &Report) -> String {
+    let counts = Verdict::ALL
+        .iter()
+        .map(|verdict| format!("{} {}", report.count(*verdict), verdict.word()));
+    counts.collect::<Vec<_>>().join(", ")
+}
+
+fn ask_controller(target: &TargetArgs, out: Option<&Path>) -> anyhow::Result<u8> {
+    let plan = plan(target)?;
+    show_plan(&plan);
+    if target.dry_run {
+        return Ok(0);
+    }
+    if !consents(&plan) {
+        print_error(format_args!(
+            "nothing was sent: the class motion needs the word {CONSENT}"
+        ));
+        return Ok(UNUSABLE);
+    }
+    let report = match asked(target, &plan)? {
+        Ok(report) => report,
+        Err(error) => {
+            print_error(error);
+            return Ok(NO_ANSWER);
+        }
+    };
+    say!("\n{}", summary(&report));
+    keep(&report, out)?;
+    for left in &report.left {
+        print_error(format_args!("not put back: {left}"));
+    }
+    if let Some(reason) = &report.stopped {
+        print_error(format_args!("stopped at a surprise: {reason}"));
+        return Ok(NEGATIVE);
+    }
+    Ok(0)
+}
+
+fn keep(report: &Report, out: Option<&Path>) -> anyhow::Result<()> {
+    if let Some(path) = out {
+        std::fs::write(path, report.write()).with_context(|| format!("cannot write {}", path.display()))?;
+        say!("{}: read it before you give it to others", path.display());
+        say!(
+            "ts3100 serve --like {} answers like this controller",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
+fn compare(first: &Path, second: &Path) -> anyhow::Result<u8> {
+    let found = differences(&read(first)?, &read(second)?);
+    for difference in &found {
+        let heard = |heard: &Option<String>| heard.clone().unwrap_or_else(|| "not known".to_owned());
+        say!(
+            "{:<22} {} | {}",
+            difference.probe,
+            heard(&difference.first),
+            heard(&difference.second)
+        );
+    }
+    say!("{} differences", found.len());
+    Ok(if found.is_empty() { 0 } else { NEGATIVE })
+}
+
+fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
+    let recording = Recording::read(path)?;
+    let mut evidence = Heard::default();
+    for line in protocol_lines(&recording) {
+        let mut passive = Passive::new(&mut evidence);
+        for record in &recording.records {
+            let at = Duration::from_micros(record.at.as_micros());
+            match &record.kind {
+                RecordKind::FromHost { line: from, bytes } if *from == line => passive.host(at, bytes),
+                RecordKind::FromRobot { line: to, bytes } if *to == line => passive.robot(at, bytes),
+                RecordKind::Connected { line: of, .. } if *of == line => passive.reconnected(),
+                RecordKind::Connected { .. }
+                | RecordKind::FromHost { .. }
+                | RecordKind::FromRobot { .. }
+                | RecordKind::Ended { .. }
+                | RecordKind::Action(_)
+                | RecordKind::Link(_)
+                | RecordKind::Remark(_) => {}
+            }
+        }
+        passive.finish();
+    }
+    let mut report = evidence.report();
+    MADE_BY.clone_into(&mut report.made_by);
+    for answer in &report.answers {
+        say!("{}", line(answer));
+    }
+    say!("\n{}", summary(&report));
+    keep(&report, out)?;
+    Ok(0)
+}
+
+/// The connections of the recording on which commands are sent.
+fn protocol_lines(recording: &Recording) -> Vec<PeerId> {
+    let mut found = BTreeMap::new();
+    for record in &recording.records {
+        if let RecordKind::FromHost { line, .. } = &record.kind
+            && line.port.protocol().is_some()
+        {
+            found.insert(*line, ());
+        }
+    }
+    found.into_keys().collect()
+}
+
+/// Runs `conform`.
+pub(super) fn conform(args: &ConformArgs) -> anyhow::Result<u8> {
+    let plan = plan(&args.target)?;
+    show_plan(&plan);
+    if args.target.dry_run {
+        return Ok(0);
+    }
+    if !consents(&plan) {
+        print_error(format_args!(
+            "nothing was sent: the class motion needs the word {CONSENT}"
+        ));
+        return Ok(UNUSABLE);
+    }
+    let report = match asked(&args.target, &plan)? {
+        Ok(report) => report,
+        Err(error) => {
+            print_error(error);
+            return Ok(NO_ANSWER);
+        }
+    };
+    let fails = |answer: &Answer| match answer.verdict {
+        Verdict::Manual | Verdict::Refused => false,
+        Verdict::Variation => args.strict,
+        Verdict::Unknown => true,
+    };
+    let failed = report.answers.iter().filter(|answer| fails(answer)).count();
+    say!("\n{}; {failed} failed", summary(&report));
+    if let Some(path) = &args.junit {
+        let xml = junit_of(&report, fails);
+        std::fs::write(path, xml).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(if failed == 0 { 0 } else { NEGATIVE })
+}
+
+fn junit_of(report: &Report, fails: impl Fn(&Answer) -> bool) -> String {
+    let cases = report.answers.iter().map(|answer| {
+        let probe = catalogue::find(&answer.probe);
+        let question = probe.map_or("", |probe| probe.question);
+        let class = probe.map_or("look", |probe| probe.class.word());
+        let text = format!("{question}\n{}\n{}", line(answer), answer.traffic.join("\n"));
+        let status = match (fails(answer), answer.verdict) {
+            (true, _) => junit::failure(&line(answer), &text),
+            (false, Verdict::Refused) => junit::skipped(&answer.note),
+            (false, Verdict::Manual | Verdict::Variation | Verdict::Unknown) => junit::success(),
+        };
+        junit::case(
+            &format!("ts3100.conform.{class}"),
+            &answer.probe,
+            Duration::ZERO,
+            status,
+        )
+    });
+    junit::report("ts3100 conform", Duration::ZERO, cases)
+}
+
+/// Runs `fidelity`.
+pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
+    let mut out = String::new();
+    if args.list {
+        for row in ledger::rows() {
+            out += &format!(
+                "{:<10} {:<9} {:<34} {}\n",
+                row.id,
+                row.evidence.word(),
+                row.survey,
+                row.behaviour
+            );
+        }
+        out += "\n";
+    }
+    for evidence in Evidence::ALL {
+        out += &format!("{:>4} {}\n", ledger::count(*evidence), evidence.word());
+    }
+    print(&out)
+}

@@ -1,0 +1,85 @@
+//! A file of a survey for people, as text and as a page of HTML.
+
+use super::{line, summary};
+use ts3100_recording::reports::html::escape;
+use ts3100_survey::{Report, catalogue};
+
+/// As text.
+pub(super) fn text(report: &Report) -> String {
+    let mut out = format!("Survey of {} ({})\n", of(report), report.made_by);
+    for row in facts(report) {
+        out += &format!("{row}\n");
+    }
+    out += "\n";
+    for answer in &report.answers {
+        let question = catalogue::find(&answer.probe).map_or("", |probe| probe.question);
+        out += &format!("{}\n{:<32} {question}\n", line(answer), "");
+    }
+    out + "\n" + &summary(report) + "\n"
+}
+
+/// As a page.
+pub(super) fn html(report: &Report) -> String {
+    let rows = report.answers.iter().map(|answer| {
+        let question = catalogue::find(&answer.probe).map_or("", |probe| probe.question);
+        let said = if answer.heard.is_empty() { &answer.note } else { &answer.heard };
+        let sets = answer.sets.as_ref();
+        let sets = sets.map_or_else(String::new, |(option, value)| format!("{option} = {value}"));
+        let verdict = ts3100_proto::words::Word::word(answer.verdict);
+        let traffic = match answer.traffic.is_empty() {
+            true => String::new(),
+            false => format!(
+                "<details><summary>bytes</summary><pre>{}</pre></details>",
+                escape(&answer.traffic.join("\n"))
+            ),
+        };
+        format!(
+            "<tr class={verdict}><td>{}</td><td>{}</td><td>{verdict}</td><td>{}{traffic}</td><td><code>{}</code></td></tr>\n",
+            escape(&answer.probe),
+            escape(question),
+            escape(said),
+            escape(&sets)
+        )
+    });
+    let facts: Vec<String> = facts(report)
+        .iter()
+        .map(|fact| format!("<li>{}</li>", escape(fact)))
+        .collect();
+    format!(
+        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
+         <title>Survey of {of}</title><style>{STYLE}</style><h1>Survey of {of}</h1><p>{}</p><ul>{}</ul>\n\
+         <table><thead><tr><th>Name<th>Question<th>Verdict<th>Heard<th>Option</tr></thead><tbody>\n{}</tbody></table></html>\n",
+        summary(report),
+        facts.concat(),
+        rows.collect::<String>(),
+        of = escape(&of(report)),
+    )
+}
+
+const STYLE: &str = "\
+:root{color-scheme:light dark}body{font:16px/1.4 system-ui,sans-serif;max-width:75rem;margin:2rem auto;padding:0 1rem}\
+table{border-collapse:collapse;width:100%}th,td{text-align:left;vertical-align:top;padding:.35rem .6rem;border-bottom:1px solid #8886}\
+tr.variation td:nth-child(3){font-weight:600}tr.unknown td:nth-child(3){font-weight:600;text-decoration:underline}\
+pre{white-space:pre-wrap;overflow-wrap:anywhere}";
+
+fn of(report: &Report) -> String {
+    match report.versions.first() {
+        Some(version) => format!("{version}, {}", report.arm),
+        None => "a recorded controller".to_owned(),
+    }
+}
+
+fn facts(report: &Report) -> Vec<String> {
+    let mut facts = Vec::new();
+    if let Some(reason) = &report.stopped {
+        facts.push(format!("Stopped at a surprise: {reason}"));
+    }
+    facts.extend(report.left.iter().map(|left| format!("Not put back: {left}")));
+    let times = report.answer_times();
+    if let [least, _, middle, _, greatest] = times.as_slice() {
+        facts.push(format!(
+            "Answers take {least} to {greatest} ms, half of them at most {middle} ms"
+        ));
+    }
+    facts
+}

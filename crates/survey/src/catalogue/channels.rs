@@ -1,0 +1,243 @@
+//! Questions to PRINT and INPUT. No axis moves.
+
+use super::program::{PROGRAM, SETTLED, computes, plain};
+use super::{decides, reading};
+use crate::peer::Line;
+use crate::probe::{Ask, Probe};
+use crate::talk::{Heard, PATIENCE, QUIET, Talk, Trouble};
+use ts3100_proto::escape::Escaped;
+use ts3100_proto::status::ExecutionStatus;
+
+pub(super) const PROBES: &[Probe] = &[
+    Probe {
+        id: "print-without-peer",
+        question: "What does PRINT do on IP1 while nobody is connected?",
+        sends: "a program: PRINT IP1, R = 1; nobody connected to IP1",
+        ask: Ask::Stops(computes!("PRINT IP1, \"SURVEY\", CR\r\nR = 1\r\n")),
+        readings: &[
+            decides("stopped", "channel.no_peer", "alarm"),
+            decides("1", "channel.no_peer", "silent"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-numbers",
+        question: "How are numbers printed?",
+        sends: "a program: PRINT IP1 of 7 and 0.0625; a connection to IP1",
+        ask: Ask::Steps(|talk| prints(talk, computes!("N = 7\r\nA = 0.0625\r\nPRINT IP1, N, A, CR\r\n"))),
+        readings: &[
+            reading("           7       0.063<CR>"),
+            reading("           7       0.062<CR>"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-too-wide",
+        question: "How is a number printed that needs more than 12 characters?",
+        sends: "a program: PRINT IP1 of -1234567936.0; a connection to IP1",
+        ask: Ask::Steps(|talk| prints(talk, computes!("A = -1234567936.0\r\nPRINT IP1, A, CR\r\n"))),
+        readings: &[reading("************<CR>"), reading("-1234567936.000<CR>")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-malformed",
+        question: "What does INPUT do with something that is no number?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends ABC",
+        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"ABC\r")),
+        readings: &[
+            decides("an alarm", "input.malformed", "alarm"),
+            decides("0", "input.malformed", "leading-number"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-empty",
+        question: "What is an empty field to INPUT?",
+        sends: "a program: INPUT IP1 of three numbers; a connection to IP1 that sends 1,,2",
+        ask: Ask::Steps(|talk| {
+            let program =
+                computes!("A = 5\r\nB = 5\r\nC = 5\r\nINPUT IP1, A, B, C\r\nR = A*100 + B*10 + C\r\n");
+            inputs(talk, program, b"1,,2\r")
+        }),
+        readings: &[reading("102"), reading("an alarm")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-blanks",
+        question: "Do LF and blanks around a number count for INPUT?",
+        sends: "a program: INPUT IP1 of two numbers; a connection to IP1 that sends blanks and LF with them",
+        ask: Ask::Steps(|talk| {
+            let program = computes!("A = 5\r\nB = 5\r\nINPUT IP1, A, B\r\nR = A*10 + B\r\n");
+            inputs(talk, program, b" 1 ,\n 2\r\n")
+        }),
+        readings: &[reading("12"), reading("an alarm")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "print-long",
+        question: "How much of a PRINT of 300 bytes is sent?",
+        sends: "a program: PRINT IP1 of 25 numbers; a connection to IP1",
+        ask: Ask::Steps(|talk| {
+            let source = format!(
+                "PROGRAM SURVEY\r\nN = 1\r\nPRINT IP1, {}CR\r\nEND\r\n",
+                "N, ".repeat(25)
+            );
+            Ok(format!(
+                "{} bytes",
+                prints(talk, &source)?.replace("<CR>", "\r").len()
+            ))
+        }),
+        readings: &[reading("256 bytes"), reading("255 bytes"), reading("301 bytes")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-overflow",
+        question: "What is a number of more than 32 bits to INPUT?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends 99999999999",
+        ask: Ask::Steps(|talk| {
+            inputs(
+                talk,
+                computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"),
+                b"99999999999\r",
+            )
+        }),
+        readings: &[reading("an alarm"), reading("2147483647"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-buffer",
+        question: "How many bytes wait for INPUT at most?",
+        sends: "a program that counts its INPUT; a connection to IP1 that sends 300 bytes before",
+        ask: Ask::Steps(input_buffer),
+        readings: &[reading("256 bytes"), reading("300 bytes or more")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-lost-peer",
+        question: "What becomes of half a number when its sender leaves?",
+        sends: "a program: INPUT IP1; a connection that sends 12 and ends, another one that sends 3",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!("INPUT IP1, R\r\n"))?;
+            talk.open(Line::Channel)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"12")?;
+            talk.wait(QUIET)?;
+            talk.open(Line::Channel)?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"3\r")?;
+            talk.wait(QUIET)?;
+            talk.finish()?;
+            talk.close(Line::Channel);
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("3"), reading("123")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "buffer-reset",
+        question: "Does PRINT \"BUFFRESET\" clear what INPUT would read?",
+        sends: "a program: DELAY 1, PRINT IP1 of BUFFRESET, INPUT IP1; a connection that sends 3 before and 4 after it",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!(
+                "DELAY 1\r\nPRINT IP1, \"BUFFRESET\"\r\nINPUT IP1, R\r\n"
+            ))?;
+            talk.open(Line::Channel)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.say(Line::Channel, b"3\r")?;
+            let printed = talk.listen(Line::Channel, SETTLED + QUIET)?;
+            talk.say(Line::Channel, b"4\r")?;
+            talk.wait(QUIET)?;
+            talk.finish()?;
+            talk.close(Line::Channel);
+            let value = plain(&talk.variable("R", 1)?);
+            let sent = if printed.is_empty() {
+                ""
+            } else {
+                ", and sends something"
+            };
+            Ok(format!("{value}{sent}"))
+        }),
+        readings: &[reading("4"), reading("3"), reading("3, and sends something")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "input-before-start",
+        question: "Does INPUT see what came before the start?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends 3 before RN and 4 after it",
+        ask: Ask::Steps(input_before_start),
+        readings: &[reading("4"), reading("3")],
+        ..PROGRAM
+    },
+];
+
+/// What a program prints on IP1.
+fn prints(talk: &mut Talk<'_>, source: &str) -> Result<Heard, Trouble> {
+    talk.select(source)?;
+    talk.open(Line::Channel)?;
+    talk.wait(QUIET)?;
+    talk.start()?;
+    let heard = talk.listen(Line::Channel, PATIENCE);
+    talk.finish()?;
+    talk.close(Line::Channel);
+    Ok(Escaped::for_reading(&heard?).to_string())
+}
+
+/// The value of R after a program has read these bytes on IP1; `an alarm` when the program has stopped at its INPUT.
+fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Trouble> {
+    talk.select(source)?;
+    talk.open(Line::Channel)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.expect_running()?;
+    talk.say(Line::Channel, sent)?;
+    talk.wait(QUIET)?;
+    let ended = talk.finish()?;
+    talk.close(Line::Channel);
+    let value = plain(&talk.variable("R", 1)?);
+    Ok(match (ended, value.as_str()) {
+        (Some(ExecutionStatus::Continue), "7") => "an alarm".to_owned(),
+        (None, _) => "it waits".to_owned(),
+        (Some(_), _) => value,
+    })
+}
+
+/// Counts the numbers of four bytes that are there after a burst of 300.
+fn input_buffer(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(computes!(
+        "N = 0\r\nR = 0\r\nDELAY 1\r\nNX: INPUT IP1, N\r\nR = R + 1\r\nGOTO NX\r\n"
+    ))?;
+    talk.open(Line::Channel)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.say(Line::Channel, "100\r".repeat(75).as_bytes())?;
+    talk.wait(PATIENCE)?;
+    let count = plain(&talk.variable("R", 1)?);
+    talk.command("SP")?;
+    talk.until_stopped(SETTLED)?;
+    talk.close(Line::Channel);
+    Ok(match count.parse::<usize>() {
+        Ok(75) => "300 bytes or more".to_owned(),
+        Ok(count) => format!("{} bytes", count * 4),
+        Err(_) => "no count".to_owned(),
+    })
+}
+
+fn input_before_start(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(computes!("INPUT IP1, R\r\n"))?;
+    talk.open(Line::Channel)?;
+    talk.say(Line::Channel, b"3\r")?;
+    talk.wait(QUIET)?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.say(Line::Channel, b"4\r")?;
+    talk.wait(QUIET)?;
+    talk.finish()?;
+    talk.close(Line::Channel);
+    Ok(plain(&talk.variable("R", 1)?))
+}

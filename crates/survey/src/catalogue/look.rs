@@ -1,0 +1,505 @@
+//! Questions that change nothing.
+
+use super::{ROW, decides, forms, reading};
+use crate::peer::{Line, PeerError};
+use crate::probe::{Ask, Probe};
+use crate::talk::{Heard, PATIENCE, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
+
+/// How soon a controller that closes a second connection does so.
+const SECOND: Duration = Duration::from_secs(1);
+/// An answer later than this is no measure of a pause of 50 ms.
+const PROMPT: Duration = Duration::from_millis(40);
+/// A pause inside a text that every controller allows, and one that the manual does not.
+const ALLOWED_PAUSE: Duration = Duration::from_secs(8);
+const FORBIDDEN_PAUSE: Duration = Duration::from_secs(11);
+/// Data bytes of a text that is too long; the manual allows 253.
+const TOO_LONG: usize = 300;
+
+/// Alphabet of what is heard when any text comes back.
+const ANSWERED: &str = "answer";
+
+pub(super) const PROBES: &[Probe] = &[
+    Probe {
+        id: "checksum",
+        question: "Does a text end with a checksum?",
+        sends: "SU without and with a checksum",
+        ask: Ask::Steps(|talk| {
+            Ok(match talk.checksum() {
+                Checksum::None => "none",
+                Checksum::Sum => "sum",
+            }
+            .to_owned())
+        }),
+        readings: &[
+            decides("none", "text.checksum", "none"),
+            decides("sum", "text.checksum", "sum"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "stx",
+        question: "Is a text without STX answered?",
+        sends: "SU<CR><ETX>",
+        ask: Ask::Bytes("SU<CR><ETX>"),
+        readings: &[
+            decides("answer without STX", "text.stx", "detect"),
+            decides("silence", "text.stx", "required"),
+            reading("answer"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "cr",
+        question: "Is a command without CR served?",
+        sends: "<STX>SU<ETX>",
+        ask: Ask::Bytes("<STX>SU<ETX>"),
+        readings: &[
+            decides(ANSWERED, "text.require_cr", "false"),
+            decides("NG", "text.require_cr", "true"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "lower-case",
+        question: "Is a command in lower case served?",
+        sends: "<STX>su<CR><ETX>",
+        ask: Ask::Bytes("<STX>su<CR><ETX>"),
+        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "restart",
+        question: "Does STX inside an unfinished text begin a new one?",
+        sends: "<STX>VR<STX>SU<CR><ETX>",
+        ask: Ask::Bytes("<STX>VR<STX>SU<CR><ETX>"),
+        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "over-long",
+        question: "What is answered to a text of more than 253 data bytes?",
+        sends: "<STX>AAA... 300 bytes<CR><ETX>",
+        ask: Ask::Steps(over_long),
+        readings: &[reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "long-message",
+        question: "Is a command of more than 253 data bytes taken from two texts?",
+        sends: "SU and 300 blanks, in two texts",
+        ask: Ask::Steps(long_message),
+        readings: &[
+            reading("silence, answer"),
+            reading("NG, NG"),
+            reading("NG, silence"),
+        ],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "unknown-command",
+        question: "What is answered to a command that does not exist?",
+        sends: "ZZ",
+        ask: Ask::Bytes("<STX>ZZ<CR><ETX>"),
+        readings: &[reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "unasked-ok",
+        question: "What is answered to an OK that nobody awaits?",
+        sends: "OK",
+        ask: Ask::Bytes("<STX>OK<CR><ETX>"),
+        readings: &[reading("silence"), reading("NG")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "command-in-exchange",
+        question: "Is a command served that comes instead of the OK to a status?",
+        sends: "SU, then SU again instead of OK",
+        ask: Ask::Steps(command_in_exchange),
+        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "pause",
+        question: "Is a command served that comes within 50 ms after a text of the controller?",
+        sends: "ZZ, and at once SU",
+        ask: Ask::Steps(within_the_pause),
+        readings: &[
+            decides(ANSWERED, "strict_50ms", "false"),
+            decides("silence", "strict_50ms", "true"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "second-connection",
+        question: "What happens to a second connection to the same port?",
+        sends: "a connection, and SU on it or on the first",
+        ask: Ask::Steps(second_connection),
+        readings: &[
+            decides("the first stays", "channel.second", "refuse"),
+            decides("the second replaces it", "channel.second", "replace"),
+            reading("both are served"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "status-form",
+        question: "Which form has SU?",
+        sends: "SU",
+        ask: Ask::Steps(|talk| form(talk, "SU", forms::status)),
+        readings: &[
+            decides("one record", "su.layout", "one-record"),
+            decides("six records", "su.layout", "six-records"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "versions-form",
+        question: "Which form has VR?",
+        sends: "VR",
+        ask: Ask::Steps(|talk| form(talk, "VR", forms::versions)),
+        readings: &[
+            decides("blanks", "vr.layout", "blanks"),
+            decides("packed", "vr.layout", "packed"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "directory-form",
+        question: "Which form has CA?",
+        sends: "CA",
+        ask: Ask::Steps(|talk| form(talk, "CA", forms::directory)),
+        readings: &[
+            reading("one blank, alphabetical"),
+            reading("one blank, another order"),
+            reading("other blanks, alphabetical"),
+            reading("other blanks, another order"),
+        ],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "total-status-texts",
+        question: "In how many texts does SF travel?",
+        sends: "SF",
+        ask: Ask::Steps(total_status),
+        readings: &[
+            decides("one text, six axes", "sf.split", "one"),
+            decides("several texts, six axes", "sf.split", "several"),
+            reading("one text, SCARA"),
+        ],
+        is_public: false,
+        ..ROW
+    },
+    Probe {
+        id: "extensions",
+        question: "Are commands served that the six-axis manual does not have?",
+        sends: "SM,1 and HI,1 8",
+        ask: Ask::Steps(extensions),
+        readings: &[
+            decides("served", "extensions", "true"),
+            decides("NG", "extensions", "false"),
+            reading("served on a SCARA arm"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "quick-status-form",
+        question: "Which form has SM?",
+        sends: "SM,1",
+        ask: Ask::Steps(|talk| {
+            let content = content(talk, "SM,1")?;
+            let items = content.split(|byte| *byte == b' ').count();
+            let is_known = ts3100_proto::status::sm::QuickStatus::decode(&content).is_ok();
+            Ok(if is_known {
+                format!("{items} items")
+            } else {
+                forms::OTHER.to_owned()
+            })
+        }),
+        readings: &[reading("14 items")],
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "input-word",
+        question: "How does HI write the state of eight inputs?",
+        sends: "HI,1 8",
+        ask: Ask::Steps(|talk| {
+            let content = content(talk, "HI,1 8")?;
+            let text = String::from_utf8_lossy(&content);
+            let digits = text.trim_end_matches('\r');
+            let is_number = digits.parse::<u8>().is_ok() && !digits.starts_with('+');
+            Ok(if is_number {
+                "a decimal number"
+            } else {
+                forms::OTHER
+            }
+            .to_owned())
+        }),
+        readings: &[reading("a decimal number")],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "line-words",
+        question: "How does IO end?",
+        sends: "IO,1",
+        ask: Ask::Steps(|talk| {
+            let burst = talk.burst("IO,1")?;
+            let sum = usize::from(talk.checksum() == Checksum::Sum);
+            let text = burst.get(..burst.len() - sum).unwrap_or_default();
+            let data = text.get(1..text.len().saturating_sub(1)).unwrap_or_default();
+            let Some(content) = data.strip_prefix(b"FL,".as_slice()) else {
+                return Err(Trouble::Refused("IO,1 got NG".to_owned()));
+            };
+            talk.acknowledge()?;
+            Ok(match content.len() {
+                80 => "80 bytes without EOF",
+                81 if content.last() == Some(&EOF) => "80 bytes and EOF",
+                _ => forms::OTHER,
+            }
+            .to_owned())
+        }),
+        readings: &[reading("80 bytes without EOF"), reading("80 bytes and EOF")],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "maintenance-form",
+        question: "Which form has MN?",
+        sends: "MN",
+        ask: Ask::Steps(|talk| {
+            let content = content(talk, "MN")?;
+            let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
+            Ok(if is_known {
+                "records that end in CR"
+            } else {
+                forms::OTHER
+            }
+            .to_owned())
+        }),
+        readings: &[reading("records that end in CR")],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
+        id: "parameter-line-end",
+        question: "How do the lines of USER.PAR end?",
+        sends: "UL,USER.PAR",
+        ask: Ask::Steps(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
+        readings: &[
+            decides("LF", "parameter.line_end", "lf"),
+            decides("CR", "parameter.line_end", "cr"),
+            reading("CR LF"),
+        ],
+        is_public: false,
+        ..ROW
+    },
+    Probe {
+        id: "open-mode",
+        question: "How are the channels opened?",
+        sends: "UL,ETHERNET.PAR",
+        ask: Ask::Steps(|talk| {
+            let content = content(talk, "UL,ETHERNET.PAR")?;
+            Ok(forms::open_mode(&content).unwrap_or_else(|| forms::OTHER.to_owned()))
+        }),
+        readings: &[
+            decides("1 1 1 1", "drive.open_mode", "1 1 1 1"),
+            decides("*", "drive.open_mode", "*"),
+        ],
+        is_public: false,
+        ..ROW
+    },
+    Probe {
+        id: "while-sending",
+        question: "Are characters received on HOST while the controller sends?",
+        sends: "SU, and SU again while the answer comes; serial lines only",
+        ask: Ask::Steps(while_sending),
+        readings: &[
+            decides("lost", "serial.while_sending", "lost"),
+            decides("received", "serial.while_sending", "kept"),
+        ],
+        ..ROW
+    },
+    Probe {
+        id: "character-limit",
+        question: "Is a text dropped after a pause of more than 10 s inside it?",
+        sends: "SU with a pause of 8 s, and of 11 s, after STX",
+        ask: Ask::Steps(character_limit),
+        readings: &[
+            reading("served after 8 s, dropped after 11 s"),
+            reading("served after 11 s"),
+        ],
+        repeats: 1,
+        ..ROW
+    },
+];
+
+/// The content of a status.
+fn content(talk: &mut Talk<'_>, command: &str) -> Result<Vec<u8>, Trouble> {
+    let content = talk.content(command)?;
+    content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
+}
+
+fn form(talk: &mut Talk<'_>, command: &str, form: fn(&[u8]) -> &'static str) -> Result<Heard, Trouble> {
+    Ok(form(&content(talk, command)?).to_owned())
+}
+
+fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let text = talk.text(&format!("{}\r", "A".repeat(TOO_LONG)));
+    talk.kind_of_answer(&text)
+}
+
+/// The first text is full, the second one has the end.
+fn long_message(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let message = format!("SU{}\r", " ".repeat(TOO_LONG));
+    let (first, second) = message.split_at(MAX_DATA);
+    let first = talk.text(first);
+    let first = talk.kind_of_answer(&first)?;
+    let second = talk.text(second);
+    let second = talk.kind_of_answer(&second)?;
+    Ok(format!("{first}, {second}"))
+}
+
+fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let first = talk.ask("SU")?;
+    if !first.starts_with(b"FL,") {
+        return Err(Trouble::Refused("SU got NG".to_owned()));
+    }
+    let text = talk.text("SU\r");
+    talk.kind_of_answer(&text)
+}
+
+fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    if talk.asks("ZZ")? {
+        return Err(Trouble::Refused("ZZ, which is no command, got OK".to_owned()));
+    }
+    let (asked, answered) = talk.asked();
+    let text = talk.text("SU\r");
+    talk.send_at_once(&text)?;
+    let is_prompt = talk.now().saturating_sub(answered) < PROMPT;
+    let heard = talk.hear(PATIENCE)?;
+    let heard = talk.kind(heard)?;
+    // A controller that takes its time may have begun to count before its answer was here.
+    let is_exact = answered.saturating_sub(asked) < PROMPT || talk.is_serial();
+    Ok(match is_prompt && is_exact {
+        true => heard,
+        false => "too slow to tell".to_owned(),
+    })
+}
+
+fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.open(Line::Second)?;
+    let second = talk.listen(Line::Second, SECOND);
+    let heard = match second {
+        Err(PeerError::Closed) => {
+            talk.status()?;
+            "the first stays"
+        }
+        Err(error) => return Err(error.into()),
+        Ok(bytes) if !bytes.is_empty() => "a greeting",
+        Ok(_) => {
+            let text = talk.text("SU\r");
+            let asked = talk.say(Line::Second, &text);
+            let answered = asked.and_then(|()| talk.listen(Line::Second, PATIENCE));
+            let has_answer = answered.is_ok_and(|bytes| bytes.starts_with(&[STX]));
+            match (has_answer, talk.is_closed()) {
+                (true, true) => "the second replaces it",
+                (true, false) => "both are served",
+                (false, _) => "the second is silent",
+            }
+        }
+    };
+    talk.close(Line::Second);
+    if heard != "the first stays" {
+        talk.reopen()?;
+    }
+    Ok(heard.to_owned())
+}
+
+pub(super) fn total_status(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let burst = talk.burst("SF")?;
+    let sum = usize::from(talk.checksum() == Checksum::Sum);
+    let text = burst.get(..burst.len() - sum).unwrap_or_default();
+    if text.get(1..).is_some_and(|data| data.starts_with(b"NG")) {
+        return Err(Trouble::Refused("SF got NG".to_owned()));
+    }
+    let form = forms::total_status(text, text.first() == Some(&STX));
+    talk.acknowledge()?;
+    if form == "several texts, six axes" {
+        talk.rest_of_burst()?;
+        talk.acknowledge()?;
+    }
+    Ok(form.to_owned())
+}
+
+fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    // Two of them: one alone may be refused for another reason.
+    let quick_status = talk.content("SM,1")?.is_some();
+    let inputs = talk.content("HI,1 8")?.is_some();
+    let is_scara = total_status(talk)? == "one text, SCARA";
+    Ok(match (quick_status, inputs, is_scara) {
+        (true, true, true) => "served on a SCARA arm",
+        (true, true, false) => "served",
+        (false, false, _) => "NG",
+        (true, false, _) | (false, true, _) => "some of them",
+    }
+    .to_owned())
+}
+
+fn while_sending(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    if !talk.is_serial() {
+        return Err(Trouble::Refused("only a serial line takes turns".to_owned()));
+    }
+    let text = talk.text("SU\r");
+    talk.wait(PATIENCE)?;
+    talk.send_at_once(&text)?;
+    talk.until_something_comes(PATIENCE)?;
+    talk.send_at_once(&text)?;
+    let first = talk.hear(PATIENCE)?;
+    if first.is_none() {
+        return Err(Trouble::Surprise("no answer to SU".to_owned()));
+    }
+    // Received: it is a command instead of OK. Lost: the exchange still waits for its OK.
+    let second = talk.hear(PATIENCE)?;
+    let heard = if second.is_some() { "received" } else { "lost" };
+    talk.acknowledge()?;
+    Ok(heard.to_owned())
+}
+
+fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let mut heard = Vec::new();
+    for pause in [ALLOWED_PAUSE, FORBIDDEN_PAUSE] {
+        let text = talk.text("SU\r");
+        let (begin, end) = text.split_at(1);
+        talk.wait(PATIENCE / 10)?;
+        talk.send_at_once(begin)?;
+        talk.wait(pause)?;
+        talk.send_at_once(end)?;
+        let answer = talk.hear(PATIENCE)?;
+        // The rest of a dropped text is one without STX to a controller that takes such texts.
+        let is_whole = answer.as_ref().is_some_and(|text| text.framing == Framing::Stx);
+        talk.kind(answer)?;
+        heard.push(is_whole);
+    }
+    Ok(match heard.as_slice() {
+        [true, true] => "served after 11 s",
+        [true, false] => "served after 8 s, dropped after 11 s",
+        _ => "dropped after 8 s",
+    }
+    .to_owned())
+}

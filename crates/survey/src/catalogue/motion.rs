@@ -1,0 +1,308 @@
+//! Questions for which servo power is switched, or a statement is executed with DO. No motion is asked for; somebody stands at
+//! the emergency stop all the same.
+
+use super::{ROW, decides, reading};
+use crate::probe::{Ask, Class, Probe};
+use crate::talk::{Heard, QUIET, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sf::{SfLayout, SystemStatus};
+use ts3100_proto::text::STX;
+
+const MOTION: Probe = Probe {
+    class: Class::Motion,
+    repeats: 1,
+    ..ROW
+};
+
+/// Longest time that a DO without a motion may show as running.
+const LONGEST_DO: Duration = Duration::from_millis(2_000);
+/// How exactly the time of a DO is measured.
+const DO_EXACT: Duration = Duration::from_millis(10);
+/// Longest pause before servo power comes.
+const LONGEST_SERVO: Duration = Duration::from_secs(12);
+/// Most halvings of an interval.
+const MOST_TRIES: usize = 10;
+
+/// A program that waits, for what stops it.
+const WAITS: &str = "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nDELAY 3\r\nR = 1\r\nEND\r\n";
+
+pub(super) const PROBES: &[Probe] = &[
+    Probe {
+        id: "do-shown-running",
+        question: "How long does a DO that moves nothing show as running?",
+        sends: "DO,R = 1, and SU a moment later, several times",
+        ask: Ask::Steps(do_shown_running),
+        readings: &[
+            decides("200", "do.min_run", "200ms"),
+            decides("*", "do.min_run", "*ms"),
+        ],
+        ..MOTION
+    },
+    Probe {
+        id: "do-stop-notice",
+        question: "Is SP sent at the end of a DO?",
+        sends: "DO,R = 1",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.take_stops();
+            talk.command("DO,R = 1")?;
+            talk.wait(LONGEST_DO)?;
+            Ok(if talk.take_stops() > 0 { "SP" } else { "none" }.to_owned())
+        }),
+        readings: &[reading("none"), reading("SP")],
+        ..MOTION
+    },
+    Probe {
+        id: "do-flow-control",
+        question: "Is DO with flow control refused?",
+        sends: "DO,GOTO L1",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            Ok(if talk.asks("DO,GOTO L1")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..MOTION
+    },
+    Probe {
+        id: "break-in-delay",
+        question: "Where does EC,BREAK stop a program?",
+        sends: "a program with DELAY 3; RN, EC,BREAK",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.take_stops();
+            talk.start()?;
+            talk.wait(QUIET)?;
+            if !talk.asks("EC,BREAK")? {
+                talk.finish()?;
+                return Ok("NG".to_owned());
+            }
+            let status = talk.finish()?;
+            talk.wait(QUIET)?;
+            let notice = if talk.take_stops() > 0 { ", SP" } else { "" };
+            Ok(format!(
+                "{}{notice}",
+                status.map_or("running", ExecutionStatus::as_str)
+            ))
+        }),
+        readings: &[
+            reading("stop (retry)"),
+            reading("stop (continue)"),
+            reading("stop (retry), SP"),
+            reading("stop (continue), SP"),
+            reading("NG"),
+        ],
+        ..MOTION
+    },
+    Probe {
+        id: "feed-hold",
+        question: "Does the second FD end feed hold?",
+        sends: "FD, SF, FD, SF",
+        ask: Ask::Steps(|talk| {
+            let mut held = Vec::new();
+            for _ in 0..2 {
+                talk.command("FD")?;
+                held.push(total_status(talk)?.feed_hold);
+            }
+            Ok(match held.as_slice() {
+                [true, false] => "it ends it",
+                [true, true] => "it stays",
+                _ => "FD does not show",
+            }
+            .to_owned())
+        }),
+        readings: &[reading("it ends it"), reading("it stays")],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "stop-in-feed-hold",
+        question: "Where does SP in feed hold stop a program?",
+        sends: "a program with DELAY 3; RN, FD, SP, SF",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("FD")?;
+            talk.command("SP")?;
+            talk.wait(QUIET)?;
+            let status = total_status(talk)?;
+            if status.feed_hold {
+                talk.command("FD")?;
+            }
+            talk.finish()?;
+            let hold = if status.feed_hold { ", still held" } else { "" };
+            Ok(format!("{}{hold}", status.execution.as_str()))
+        }),
+        readings: &[
+            reading("stop (retry)"),
+            reading("stop (continue)"),
+            reading("running, still held"),
+        ],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "reset-ends-feed-hold",
+        question: "Does RS,PRG end feed hold?",
+        sends: "FD, RS,PRG, SF",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            talk.command("FD")?;
+            talk.command("RS,PRG")?;
+            let is_held = total_status(talk)?.feed_hold;
+            if is_held {
+                talk.command("FD")?;
+            }
+            Ok(if is_held { "it stays" } else { "it ends it" }.to_owned())
+        }),
+        readings: &[reading("it ends it"), reading("it stays")],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "mode-abbreviation",
+        question: "Are the words of EC,MODE taken when they are cut?",
+        sends: "EC,MODE CY, in cycle operation",
+        ask: Ask::Steps(|talk| Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())),
+        readings: &[reading("OK"), reading("NG")],
+        ..MOTION
+    },
+    Probe {
+        id: "quick-status-do",
+        question: "Does a DO that moves nothing change DC of SM?",
+        sends: "SM,1, DO,R = 1, SM,1",
+        ask: Ask::Steps(|talk| {
+            talk.select(WAITS)?;
+            let mut counts = Vec::new();
+            for _ in 0..2 {
+                let content = talk.content("SM,1")?;
+                let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+                let text = String::from_utf8_lossy(&content).into_owned();
+                counts.push(
+                    text.split(' ')
+                        .find(|item| item.starts_with("DC"))
+                        .map(str::to_owned),
+                );
+                if counts.len() == 1 {
+                    talk.command("DO,R = 1")?;
+                    talk.wait(LONGEST_DO)?;
+                }
+            }
+            Ok(match counts.as_slice() {
+                [Some(first), Some(second)] if first == second => "it stays",
+                [Some(_), Some(_)] => "it counts",
+                _ => "no DC",
+            }
+            .to_owned())
+        }),
+        readings: &[reading("it stays"), reading("it counts")],
+        ..MOTION
+    },
+    Probe {
+        id: "servo-twice",
+        question: "What is answered to SO while servo power is on?",
+        sends: "SO, SO",
+        ask: Ask::Steps(|talk| {
+            talk.command("SO")?;
+            Ok(if talk.asks("SO")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("OK"), reading("NG")],
+        ..MOTION
+    },
+    Probe {
+        id: "servo-interval",
+        question: "How much later does every third servo-on take effect, in seconds?",
+        sends: "BR, SO, SF, three times",
+        ask: Ask::Steps(servo_interval),
+        readings: &[
+            decides("0", "servo.interval", "0s"),
+            decides("*", "servo.interval", "*s"),
+        ],
+        is_public: false,
+        ..MOTION
+    },
+];
+
+/// SF of either arm, in one text or two.
+pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
+    let mut burst = talk.burst("SF")?;
+    talk.acknowledge()?;
+    let head = if burst.first() == Some(&STX) { 4 } else { 3 };
+    let form = super::forms::total_status(&burst, head == 4);
+    if form.starts_with("several") {
+        burst.pop();
+        burst.extend(talk.rest_of_burst()?.into_iter().skip(1));
+        talk.acknowledge()?;
+    }
+    let layout = match form {
+        "one text, SCARA" => SfLayout::Six,
+        _ => SfLayout::Eight,
+    };
+    let content = burst.get(head..head + layout.len()).unwrap_or_default();
+    SystemStatus::decode(content, layout)
+        .map_err(|error| Trouble::Surprise(format!("the answer to SF: {error}")))
+}
+
+/// Halves the interval in which the time lies, until it is known to 10 ms. What the network adds is never taken for time of the
+/// controller: the beginning lies between DO and its OK, the moment of the status between SU and its answer.
+fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select(WAITS)?;
+    let (mut least, mut most) = (Duration::ZERO, LONGEST_DO);
+    for _ in 0..MOST_TRIES {
+        if most.saturating_sub(least) <= DO_EXACT {
+            break;
+        }
+        talk.until_stopped(LONGEST_DO)?;
+        talk.command("DO,R = 1")?;
+        let (sent, accepted) = talk.asked();
+        let aim = accepted + (least + most) / 2;
+        talk.wait(aim.saturating_sub(talk.now()))?;
+        let execution = talk.status()?.execution;
+        let (asked, answered) = talk.asked();
+        if execution == ExecutionStatus::Running {
+            least = least.max(asked.saturating_sub(accepted));
+        } else {
+            most = most.min(answered.saturating_sub(sent));
+        }
+    }
+    if most < least || most.saturating_sub(least) > 2 * DO_EXACT {
+        return Ok("not to be measured here".to_owned());
+    }
+    let step = DO_EXACT.as_millis();
+    let middle = ((least + most) / 2).as_millis();
+    Ok(((middle + step / 2) / step * step).to_string())
+}
+
+fn servo_interval(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let (mut least, mut most) = (Duration::ZERO, Duration::ZERO);
+    for _ in 0..3 {
+        talk.command("BR")?;
+        talk.wait(QUIET)?;
+        talk.command("SO")?;
+        let (sent, accepted) = talk.asked();
+        let mut last_off = Duration::ZERO;
+        loop {
+            let asked = talk.now();
+            let is_on = total_status(talk)?.servo;
+            let answered = talk.now();
+            if is_on {
+                least = least.max(last_off);
+                most = most.max(answered.saturating_sub(sent));
+                break;
+            }
+            last_off = asked.saturating_sub(accepted);
+            if last_off > LONGEST_SERVO {
+                return Ok("servo power does not come".to_owned());
+            }
+            talk.wait(QUIET)?;
+        }
+    }
+    let whole = most.as_secs();
+    let is_only_one = Duration::from_secs(whole) >= least && whole.saturating_sub(1) < least.as_secs() + 1;
+    Ok(match (least.is_zero(), is_only_one) {
+        (true, _) => "0".to_owned(),
+        (false, true) => whole.to_string(),
+        (false, false) => "not to be measured here".to_owned(),
+    })
+}

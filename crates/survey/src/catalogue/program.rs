@@ -1,0 +1,414 @@
+//! Questions to the language, and to starts and stops. No axis moves.
+
+use super::{ROW, decides, reading};
+use crate::probe::{Ask, Class, Probe};
+use crate::talk::{FILE, Heard, QUIET, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::status::ExecutionStatus;
+
+pub(super) const PROGRAM: Probe = Probe {
+    class: Class::Program,
+    repeats: 1,
+    ..ROW
+};
+
+/// How long an unsolicited SP is waited for.
+const STOP_NOTICE: Duration = Duration::from_millis(700);
+/// How long a program that ought to wait is given to show it.
+pub(super) const SETTLED: Duration = Duration::from_secs(1);
+
+/// A program that puts a value into R; `R` begins as 7.
+macro_rules! computes {
+    ($body:literal) => {
+        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n")
+    };
+    ($body:literal, $more:literal) => {
+        concat!(
+            "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n",
+            $body,
+            "END\r\n",
+            $more
+        )
+    };
+}
+
+pub(super) const PROBES: &[Probe] = &[
+    // First: without it the answers of the others mean nothing.
+    Probe {
+        id: "value",
+        question: "Does MR give what a program has assigned?",
+        sends: "a program: R = 1234.5",
+        ask: Ask::Value(computes!("R = 1234.5\r\n")),
+        readings: &[reading("1234.5")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "int-division",
+        question: "What is 7/2?",
+        sends: "a program: R = 7/2",
+        ask: Ask::Value(computes!("N = 7\r\nM = 2\r\nR = N/M\r\n")),
+        readings: &[
+            decides("3", "scol.int_division", "truncate"),
+            decides("3.5", "scol.int_division", "real"),
+            reading("4"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "int-division-negative",
+        question: "What is -7/2?",
+        sends: "a program: R = -7/2",
+        ask: Ask::Value(computes!("N = -7\r\nM = 2\r\nR = N/M\r\n")),
+        readings: &[reading("-3"), reading("-3.5"), reading("-4")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "first-kind",
+        question: "Does a variable that began as an integer stay one?",
+        sends: "a program: N = 1, N = 2.7, R = N",
+        ask: Ask::Value(computes!("N = 1\r\nN = 2.7\r\nR = N\r\n")),
+        readings: &[reading("2"), reading("2.7"), reading("3")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "equal-within",
+        question: "By how much may two reals differ and be equal?",
+        sends: "a program: a search for the largest X with X == 0.0",
+        ask: Ask::Steps(equal_within),
+        readings: &[
+            decides("0", "scol.equal_within", "0"),
+            decides("*", "scol.equal_within", "*"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "unknown-input",
+        question: "What is DIN of a number that no input has?",
+        sends: "a program: R = DIN(999)",
+        ask: Ask::Stops(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
+        readings: &[
+            decides("stopped", "scol.din_unknown", "alarm"),
+            decides("0", "scol.din_unknown", "zero"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "data-copy",
+        question: "Does a subprogram see what its caller has assigned to a name of DATA?",
+        sends: "a program: P.X = 5, and a subprogram: R = P.X",
+        ask: Ask::Value(computes!(
+            "PSURV.X = 5\r\nSURVEY2\r\n",
+            "PROGRAM SURVEY2\r\nR = PSURV.X\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3\r\nEND\r\n"
+        )),
+        readings: &[
+            decides("5", "scol.data_copy", "false"),
+            decides("1", "scol.data_copy", "true"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "too-many-numbers",
+        question: "Is a position with too many numbers refused?",
+        sends: "a program with a POINT of twelve numbers, selected",
+        ask: Ask::Selects(
+            "PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n",
+        ),
+        readings: &[reading("refused"), reading("accepted")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "braces",
+        question: "Do braces after WORK make a coordinate?",
+        sends: "a program with WORK = {0,0,0}, selected",
+        ask: Ask::Selects("PROGRAM SURVEY\r\nWORK = {0,0,0}\r\nEND\r\n"),
+        readings: &[reading("accepted"), reading("refused")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "jump-into-loop",
+        question: "Is a jump into a FOR loop refused?",
+        sends: "a program with a GOTO into a loop, selected",
+        ask: Ask::Selects("PROGRAM SURVEY\r\nGOTO L1\r\nFOR I = 1 TO 2\r\nL1: R = 1\r\nNEXT I\r\nEND\r\n"),
+        readings: &[reading("accepted"), reading("refused")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "monitor",
+        question: "Does ON ... DO act when its condition becomes true?",
+        sends: "a program: ON F == 1 DO R = 5, F = 1, DELAY 0.1",
+        ask: Ask::Value(computes!(
+            "F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n"
+        )),
+        readings: &[reading("5"), reading("7")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "task-variables",
+        question: "Has each task variables of its own?",
+        sends: "a program that starts a second task; both assign to N",
+        ask: Ask::Value(computes!(
+            "N = 1\r\nI = TASK(\"SURVEY2\")\r\nDELAY 0.2\r\nR = N\r\n",
+            "PROGRAM SURVEY2\r\nN = 2\r\nEND\r\n"
+        )),
+        readings: &[reading("1"), reading("2")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "product",
+        question: "Is the second factor of P * T relative to the first?",
+        sends: "a program: R = X of a position turned by 90 degrees, times a shift by 10 in Y",
+        ask: Ask::Steps(|talk| {
+            let turned = match super::look::total_status(talk)?.as_str() {
+                "one text, SCARA" => "0,0,0,90",
+                _ => "0,0,0,0,0,90",
+            };
+            let source = format!(
+                "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nP = POINT({turned})*TRANS(0,10)\r\nR = P.X\r\nEND\r\n"
+            );
+            talk.run(&source)?;
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("-10"), reading("0"), reading("10")],
+        is_public: false,
+        ..PROGRAM
+    },
+    Probe {
+        id: "global-array",
+        question: "Does an array of GLOBAL without initial values survive RS,PRG?",
+        sends: "a program with an array, run before and after RS,PRG",
+        ask: Ask::Steps(|talk| {
+            let source = "GLOBAL\r\nR = 7.0\r\nDIM TBL(2) AS INTEGER\r\nEND\r\nPROGRAM SURVEY\r\nR = TBL(1)\r\nTBL(1) = 5\r\nEND\r\n";
+            talk.run(source)?;
+            talk.command("RS,PRG")?;
+            talk.start()?;
+            talk.finish()?;
+            Ok(plain(&talk.variable("R", 1)?))
+        }),
+        readings: &[reading("5"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "restore",
+        question: "Does RESTORE write a value into the file?",
+        sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
+        ask: Ask::Steps(|talk| {
+            talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
+            let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
+            let text = String::from_utf8_lossy(&content).replace(' ', "");
+            let is_written = text
+                .split("END")
+                .next()
+                .is_some_and(|globals| globals.contains("SURV=5"));
+            Ok(if is_written { "written" } else { "not written" }.to_owned())
+        }),
+        readings: &[reading("written"), reading("not written")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "start-without-file",
+        question: "What is answered to RN without a selected file?",
+        sends: "RS,SEL, RN",
+        ask: Ask::Steps(|talk| {
+            talk.command("RS,SEL")?;
+            Ok(if talk.asks("RN")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "download-selected",
+        question: "What becomes of a stopped program whose file is stored again?",
+        sends: "a program with DELAY 2; RN, SP; DL of the same file",
+        ask: Ask::Steps(|talk| {
+            let source = computes!("DELAY 2\r\nR = 1\r\nDELAY 1\r\n");
+            talk.select(source)?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("SP")?;
+            talk.finish()?;
+            talk.store(source)?;
+            Ok(talk.status()?.execution.as_str().to_owned())
+        }),
+        readings: &[reading("stop (reset)"), reading("stop (continue)")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "motion-at-rest",
+        question: "What is REMAIN while the arm rests?",
+        sends: "a program: R = REMAIN",
+        ask: Ask::Value(computes!("R = REMAIN\r\n")),
+        readings: &[reading("0"), reading("100")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "task-number",
+        question: "Which number has the first task?",
+        sends: "a program: R = TID",
+        ask: Ask::Value(computes!("R = TID\r\n")),
+        readings: &[reading("1"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "timer",
+        question: "What does TIMER count?",
+        sends: "a program: TIMER = 0, DELAY 1, R = INT(TIMER + 0.5)",
+        ask: Ask::Value(computes!("TIMER = 0\r\nDELAY 1\r\nR = INT(TIMER + 0.5)\r\n")),
+        readings: &[reading("1"), reading("10"), reading("100"), reading("1000")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "label-rcycle",
+        question: "What is answered to RS,CYC without the label RCYCLE?",
+        sends: "a program without RCYCLE, selected; RS,CYC",
+        ask: Ask::Steps(|talk| {
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            Ok(if talk.asks("RS,CYC")? { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "erase-selected",
+        question: "What is answered to ER of the selected file?",
+        sends: "a program, selected; ER",
+        ask: Ask::Steps(|talk| {
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            let is_erased = talk.asks(&format!("ER,{}", FILE))?;
+            Ok(if is_erased { "OK" } else { "NG" }.to_owned())
+        }),
+        readings: &[reading("NG"), reading("OK")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "stop-in-delay",
+        question: "Where does SP inside a DELAY stop a program?",
+        sends: "a program: DELAY 2, R = 1; RN, SP",
+        ask: Ask::Steps(|talk| {
+            talk.select(computes!("DELAY 2\r\nR = 1\r\n"))?;
+            talk.start()?;
+            talk.wait(QUIET)?;
+            talk.command("SP")?;
+            let status = talk.finish()?;
+            let name = status.map_or("running", ExecutionStatus::as_str);
+            Ok(name.to_owned())
+        }),
+        readings: &[
+            reading("stop (continue)"),
+            reading("stop (retry)"),
+            reading("stop (reset)"),
+        ],
+        ..PROGRAM
+    },
+    Probe {
+        id: "wait-after-stop",
+        question: "Where does a program continue that SP has stopped inside a WAIT?",
+        sends: "a program: WAIT for what never comes, R = 1; RN, SP, RN",
+        ask: Ask::Steps(wait_after_stop),
+        readings: &[
+            decides("after the WAIT", "wait.after_stop", "next"),
+            decides("at the WAIT", "wait.after_stop", "again"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+    Probe {
+        id: "unsolicited-stop",
+        question: "Is SP sent when a program has ended?",
+        sends: "a program that ends, on connections with texts of each form",
+        ask: Ask::Steps(unsolicited_stop),
+        readings: &[
+            decides("not to a host without STX", "sp.unsolicited", "auto"),
+            decides("to every host", "sp.unsolicited", "true"),
+            decides("never", "sp.unsolicited", "false"),
+            reading("to hosts with STX, and no other is served"),
+        ],
+        repeats: 2,
+        ..PROGRAM
+    },
+];
+
+/// A number without needless digits; any other text as it is.
+pub(crate) fn plain(value: &str) -> Heard {
+    match value.parse::<f64>() {
+        Ok(number) => format!("{number}"),
+        Err(_) => value.to_owned(),
+    }
+}
+
+/// The largest difference at which a real is equal to 0, to four digits: the program halves an interval.
+fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    let source = computes!(
+        "L = 0.0\r\nH = 2000.0\r\nFOR I = 1 TO 50\r\nM = (L + H)/2\r\nIF M == 0.0 THEN GOTO YES\r\nH = M\r\nGOTO OK\r\n\
+         YES: L = M\r\nOK: NEXT I\r\nR = L*1000\r\n"
+    );
+    talk.run(source)?;
+    let thousandths: f64 = talk
+        .variable("R", 1)?
+        .parse()
+        .map_err(|_| Trouble::Surprise("MR gave no number".to_owned()))?;
+    // MR writes three decimals; a real has seven digits.
+    let value = thousandths / 1000.0;
+    let digits = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
+    Ok(plain(&format!("{digits}")))
+}
+
+fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
+    talk.start()?;
+    talk.wait(QUIET)?;
+    talk.command("SP")?;
+    if talk.until_stopped(SETTLED)?.is_none() {
+        talk.command("EC,BREAK")?;
+        return Ok("SP does not stop it".to_owned());
+    }
+    talk.start()?;
+    let ended = talk.until_stopped(SETTLED)?;
+    let value = plain(&talk.variable("R", 1)?);
+    let heard = match (ended, value.as_str()) {
+        (Some(_), "1") => "after the WAIT",
+        (None, "0") => "at the WAIT",
+        _ => "somewhere else",
+    };
+    if ended.is_none() {
+        talk.command("SP")?;
+        talk.until_stopped(SETTLED)?;
+    }
+    Ok(heard.to_owned())
+}
+
+/// Runs a program that ends by itself. Returns whether SP has come.
+fn is_told_of_the_end(talk: &mut Talk<'_>) -> Result<bool, Trouble> {
+    talk.take_stops();
+    talk.start()?;
+    talk.finish()?;
+    talk.wait(STOP_NOTICE)?;
+    Ok(talk.take_stops() > 0)
+}
+
+fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.reopen()?;
+    talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
+    if !is_told_of_the_end(talk)? {
+        return Ok("never".to_owned());
+    }
+    talk.reopen()?;
+    let text = talk.text("SU\r");
+    let bare = text.get(1..).unwrap_or_default();
+    let is_bare_served = talk.kind_of_answer(bare)? == "answer without STX";
+    let is_extension_served = talk.content("SM,1")?.is_some();
+    let is_told = is_told_of_the_end(talk)?;
+    talk.reopen()?;
+    Ok(match (is_told, is_bare_served || is_extension_served) {
+        (true, true) => "to every host",
+        (false, true) => "not to a host without STX",
+        (true, false) => "to hosts with STX, and no other is served",
+        (false, false) => "to hosts with STX only, and no other is served",
+    }
+    .to_owned())
+}
+
+pub(super) use computes;

@@ -1,0 +1,23 @@
+//! What a controller answers where the manual leaves it open.
+//!
+//! A [`Probe`] is one question: what is sent, which readings of the manual the answers tell apart, and what the question
+//! may do to the robot ([`Class`]). [`catalogue::PROBES`] has them all. [`survey`] asks a controller through a [`Peer`],
+//! [`Report`] is the file with the answers, [`passive`] finds the same answers in recorded texts. [`ledger`] counts what
+//! is known.
+
+pub mod catalogue;
+mod delays;
+pub mod ledger;
+pub mod passive;
+mod peer;
+mod probe;
+mod report;
+mod run;
+mod talk;
+
+pub use delays::Delays;
+pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
+pub use probe::{Ask, Class, Probe, Reading, Verdict};
+pub use report::{Answer, Difference, MAX_REPORT, Report, ReportError, differences};
+pub use run::{Plan, Step, survey};
+pub use talk::{Heard, Trouble};

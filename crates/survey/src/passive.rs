@@ -1,0 +1,319 @@
+//! The same answers from texts that others have exchanged: a recording of a host at work decides less than questions do, and
+//! disturbs nobody.
+//!
+//! One [`Passive`] for each connection; [`Evidence`] joins them. What was heard in two ways is unknown.
+
+use crate::catalogue::{self, forms};
+use crate::probe::Verdict;
+use crate::report::{Answer, Report};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+use ts3100_proto::command::Command;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sm::QuickStatus;
+use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, StxRule, Text, TextDecoder, TextOptions};
+
+/// Sooner than this after a text of the controller no host may send (TRN-05).
+const PAUSE: Duration = Duration::from_millis(50);
+/// A stop of which nobody was told for so long is told to nobody.
+const STOP_NOTICE: Duration = Duration::from_secs(1);
+
+/// What all connections of a recording have shown.
+#[derive(Debug, Default)]
+pub struct Evidence {
+    heard: BTreeMap<&'static str, BTreeSet<String>>,
+    versions: Vec<String>,
+    arm: String,
+    /// SP was sent to a host with STX; to another host.
+    told: [bool; 2],
+    /// The end of a program was not told to a host with STX; to another host.
+    untold: [bool; 2],
+    refused: BTreeSet<String>,
+}
+
+impl Evidence {
+    fn hear(&mut self, probe: &'static str, heard: impl Into<String>) {
+        self.heard.entry(probe).or_default().insert(heard.into());
+    }
+
+    /// The report.
+    #[must_use]
+    pub fn report(mut self) -> Report {
+        let stop = match (self.told, self.untold) {
+            ([_, true], [_, false]) => Some("to every host"),
+            ([true, false], [false, true]) => Some("not to a host without STX"),
+            ([false, false], [true, _]) => Some("never"),
+            _ => None,
+        };
+        if let Some(stop) = stop {
+            self.hear("unsolicited-stop", stop);
+        }
+        if ["SM", "HI"].iter().all(|letters| self.refused.contains(*letters)) {
+            self.hear("extensions", "NG");
+        }
+        let answers = catalogue::probes().filter_map(|probe| {
+            let heard: Vec<&String> = self.heard.get(probe.id)?.iter().collect();
+            let answer = match heard.as_slice() {
+                [one] => Answer::heard(probe, (*one).clone()),
+                several => {
+                    let words: Vec<&str> = several.iter().map(|word| word.as_str()).collect();
+                    let note = format!("heard in several ways: {}", words.join("; "));
+                    Answer::without(probe, Verdict::Unknown, note)
+                }
+            };
+            Some(answer)
+        });
+        Report {
+            answers: answers.collect(),
+            versions: self.versions.clone(),
+            arm: self.arm.clone(),
+            ..Report::default()
+        }
+    }
+}
+
+/// A command of the host that waits for its answer.
+struct Open {
+    text: Text,
+    at: Duration,
+    /// It came sooner after a text of the controller than the manual allows.
+    is_early: bool,
+}
+
+/// One connection, as a recording shows it.
+pub struct Passive<'a> {
+    evidence: &'a mut Evidence,
+    host: TextDecoder,
+    open: Option<Open>,
+    /// What the controller has sent since, and when it began and ended.
+    answer: Vec<u8>,
+    answered: Option<(Duration, Duration)>,
+    /// When the controller sent last.
+    last: Option<Duration>,
+    /// The host has sent a text without STX or an extension.
+    is_other: bool,
+    is_running: bool,
+    /// The program has ended, and the host has not asked for it.
+    ended: Option<Duration>,
+    has_stopped: bool,
+}
+
+impl<'a> Passive<'a> {
+    /// A connection that has just begun.
+    #[must_use]
+    pub fn new(evidence: &'a mut Evidence) -> Passive<'a> {
+        Passive {
+            evidence,
+            host: decoder(),
+            open: None,
+            answer: Vec::new(),
+            answered: None,
+            last: None,
+            is_other: false,
+            is_running: false,
+            ended: None,
+            has_stopped: false,
+        }
+    }
+
+    /// Bytes of the host.
+    pub fn host(&mut self, at: Duration, bytes: &[u8]) {
+        self.close();
+        self.host.push(bytes);
+        while let Some(decoded) = self.host.next() {
+            let Decoded::Text(text) = decoded else { continue };
+            // Of several at once it is not known which one is answered; OK and NG are not.
+            let is_done = |open: &Open| matches!(open.text.data.as_ref(), b"OK\r" | b"NG\r");
+            let is_first = self.open.as_ref().is_none_or(is_done);
+            let is_early = self.last.is_some_and(|last| at < last + PAUSE);
+            self.open = is_first.then_some(Open { text, at, is_early });
+        }
+    }
+
+    /// Bytes of the controller.
+    pub fn robot(&mut self, at: Duration, bytes: &[u8]) {
+        self.answered = Some((self.answered.map_or(at, |(begin, _)| begin), at));
+        self.answer.extend_from_slice(bytes);
+        self.last = Some(at);
+    }
+
+    /// The connection begins again.
+    pub fn reconnected(&mut self) {
+        self.close();
+        self.host = decoder();
+        (self.open, self.last, self.ended) = (None, None, None);
+        (self.is_other, self.is_running, self.has_stopped) = (false, false, false);
+    }
+
+    /// Nothing more comes on this connection.
+    pub fn finish(mut self) {
+        self.close();
+    }
+
+    /// Takes the exchange that is over.
+    fn close(&mut self) {
+        let answer = std::mem::take(&mut self.answer);
+        let answered = self.answered.take();
+        let open = self.open.take();
+        let Some((begin, _)) = answered else {
+            self.open = open;
+            return;
+        };
+        let letters = open.as_ref().map(|open| letters(&open.text)).unwrap_or_default();
+        if matches!(letters.as_str(), "SF" | "IO") {
+            self.binary(&letters, &answer);
+            return;
+        }
+        let mut decoder = decoder();
+        decoder.push(&answer);
+        let mut texts = Vec::new();
+        while let Some(decoded) = decoder.next() {
+            if let Decoded::Text(text) = decoded {
+                texts.push(text);
+            }
+        }
+        if texts.iter().any(|text| text.data.as_ref() == b"SP\r") {
+            texts.retain(|text| text.data.as_ref() != b"SP\r");
+            self.ended = None;
+            if let Some(told) = self.evidence.told.get_mut(usize::from(self.is_other)) {
+                *told = true;
+            }
+        }
+        if let (Some(open), [answer]) = (open, texts.as_slice()) {
+            self.exchange(&open, &letters, answer, begin);
+        }
+    }
+
+    fn binary(&mut self, letters: &str, answer: &[u8]) {
+        if letters == "SF" {
+            let form = forms::total_status(answer, answer.first() == Some(&ts3100_proto::text::STX));
+            if form != forms::OTHER {
+                self.evidence.hear("total-status-texts", form);
+                form.split(", ")
+                    .last()
+                    .unwrap_or_default()
+                    .clone_into(&mut self.evidence.arm);
+            }
+        }
+    }
+
+    fn exchange(&mut self, open: &Open, letters: &str, answer: &Text, answered: Duration) {
+        let Ok(command) = Command::parse(&open.text.data) else {
+            return;
+        };
+        let is_refused = answer.data.as_ref() == b"NG\r";
+        let content = answer.data.strip_prefix(b"FL,".as_slice());
+        let content = content.and_then(|data| data.strip_suffix(&[EOF]));
+        if is_refused {
+            self.evidence.refused.insert(letters.to_owned());
+        } else {
+            self.forms(open, letters, answer);
+        }
+        if open.text.framing == Framing::Bare || command.is_extension() {
+            self.is_other = true;
+        }
+        if let Some(content) = content {
+            self.content(letters, &open.text, content, answered);
+        }
+        if matches!(letters, "SP" | "BR" | "EC" | "RS" | "SL" | "DO") && !is_refused {
+            self.has_stopped = true;
+        }
+        if letters == "RN" && !is_refused {
+            (self.is_running, self.has_stopped, self.ended) = (true, false, None);
+        }
+        if self.ended.is_some_and(|ended| open.at > ended + STOP_NOTICE) {
+            self.ended = None;
+            if let Some(untold) = self.evidence.untold.get_mut(usize::from(self.is_other)) {
+                *untold = true;
+            }
+        }
+    }
+
+    /// What the form of a served command shows.
+    fn forms(&mut self, open: &Open, letters: &str, answer: &Text) {
+        let data = &open.text.data;
+        if open.text.framing == Framing::Bare {
+            let heard = match answer.framing {
+                Framing::Bare => "answer without STX",
+                Framing::Stx => "answer",
+            };
+            self.evidence.hear("stx", heard);
+        }
+        if !data.ends_with(&[CR]) {
+            self.evidence.hear("cr", "answer");
+        }
+        if data.first().is_some_and(u8::is_ascii_lowercase) {
+            self.evidence.hear("lower-case", "answer");
+        }
+        // An OK that came early may have been ignored, and the command served instead of it.
+        if open.is_early {
+            self.evidence.hear("pause", "answer");
+        }
+        if letters == "SM" {
+            let is_scara = self.evidence.arm == "SCARA";
+            if !self.evidence.arm.is_empty() {
+                let heard = if is_scara {
+                    "served on a SCARA arm"
+                } else {
+                    "served"
+                };
+                self.evidence.hear("extensions", heard);
+            }
+        }
+    }
+
+    fn content(&mut self, letters: &str, asked: &Text, content: &[u8], at: Duration) {
+        let name = asked.data.to_ascii_uppercase();
+        match letters {
+            "SU" => {
+                self.evidence.hear("status-form", forms::status(content));
+                if let Ok(status) = StatusBody::decode(content) {
+                    self.follow(status.execution, at);
+                }
+            }
+            "VR" => {
+                self.evidence.hear("versions-form", forms::versions(content));
+                let records = content
+                    .split(|byte| *byte == CR)
+                    .filter(|record| !record.is_empty());
+                let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
+                self.evidence.versions = records.map(text).collect();
+            }
+            "CA" => self.evidence.hear("directory-form", forms::directory(content)),
+            "SM" if QuickStatus::decode(content).is_ok() => {
+                self.evidence.hear("quick-status-form", "14 items");
+            }
+            "UL" if name.starts_with(b"UL,USER.PAR") => {
+                self.evidence.hear("parameter-line-end", forms::line_end(content));
+            }
+            "UL" if name.starts_with(b"UL,ETHERNET.PAR") => {
+                if let Some(mode) = forms::open_mode(content) {
+                    self.evidence.hear("open-mode", mode);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Notices that a program has ended by itself.
+    fn follow(&mut self, execution: ExecutionStatus, at: Duration) {
+        let runs = execution == ExecutionStatus::Running;
+        if self.is_running && !runs && !self.has_stopped {
+            self.ended = Some(at);
+        }
+        self.is_running = runs;
+    }
+}
+
+fn letters(text: &Text) -> String {
+    let letters = text.data.get(..2).unwrap_or_default();
+    String::from_utf8_lossy(letters).to_ascii_uppercase()
+}
+
+fn decoder() -> TextDecoder {
+    TextDecoder::new(TextOptions {
+        stx: StxRule::Detect,
+        checksum: Checksum::None,
+    })
+}

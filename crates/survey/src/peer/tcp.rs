@@ -1,0 +1,100 @@
+//! A controller behind Ethernet.
+
+use super::{Line, Peer, PeerError};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
+
+/// Longest wait for a connection.
+const CONNECT: Duration = Duration::from_secs(5);
+/// Longest wait until the network takes bytes.
+const WRITE: Duration = Duration::from_secs(5);
+/// Bytes read at once.
+const READ_BUFFER: usize = 1_024;
+/// Shortest wait for bytes: a socket takes none of zero length.
+const SHORTEST: Duration = Duration::from_millis(1);
+
+/// A controller at an address.
+#[derive(Debug)]
+pub struct TcpPeer {
+    ip0: SocketAddr,
+    ip1: SocketAddr,
+    start: Instant,
+    streams: [Option<TcpStream>; 3],
+}
+
+impl TcpPeer {
+    /// The controller with IP0 and IP1 at these addresses. Nothing is connected yet.
+    #[must_use]
+    pub fn new(ip0: SocketAddr, ip1: SocketAddr) -> TcpPeer {
+        TcpPeer {
+            ip0,
+            ip1,
+            start: Instant::now(),
+            streams: [None, None, None],
+        }
+    }
+
+    fn stream(&mut self, line: Line) -> Result<&mut TcpStream, PeerError> {
+        self.streams
+            .get_mut(line as usize)
+            .and_then(Option::as_mut)
+            .ok_or(PeerError::Closed)
+    }
+}
+
+impl Peer for TcpPeer {
+    fn now(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    fn open(&mut self, line: Line) -> Result<(), PeerError> {
+        self.close(line);
+        let address = match line {
+            Line::Commands | Line::Second => self.ip0,
+            Line::Channel => self.ip1,
+        };
+        let unreachable = |error| PeerError::Unreachable(format!("cannot connect to {address}: {error}"));
+        let stream = TcpStream::connect_timeout(&address, CONNECT).map_err(unreachable)?;
+        stream
+            .set_nodelay(true)
+            .and_then(|()| stream.set_write_timeout(Some(WRITE)))
+            .map_err(unreachable)?;
+        if let Some(place) = self.streams.get_mut(line as usize) {
+            *place = Some(stream);
+        }
+        Ok(())
+    }
+
+    fn close(&mut self, line: Line) {
+        if let Some(place) = self.streams.get_mut(line as usize) {
+            *place = None;
+        }
+    }
+
+    fn send(&mut self, line: Line, bytes: &[u8]) -> Result<(), PeerError> {
+        self.stream(line)?.write_all(bytes).map_err(|_| PeerError::Closed)
+    }
+
+    fn receive(&mut self, line: Line, until: Duration) -> Result<Vec<u8>, PeerError> {
+        let wait = until.saturating_sub(self.now()).max(SHORTEST);
+        let stream = self.stream(line)?;
+        stream
+            .set_read_timeout(Some(wait))
+            .map_err(|_| PeerError::Closed)?;
+        let mut buffer = [0; READ_BUFFER];
+        match stream.read(&mut buffer) {
+            Ok(0) => Err(PeerError::Closed),
+            Ok(length) => Ok(buffer.get(..length).unwrap_or_default().to_vec()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+                ) =>
+            {
+                Ok(Vec::new())
+            }
+            Err(_) => Err(PeerError::Closed),
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! Asks a controller, question by question.
+
+use crate::catalogue;
+use crate::catalogue::forms;
+use crate::delays::Delays;
+use crate::peer::{Peer, PeerError};
+use crate::probe::{Ask, Class, Probe, Verdict};
+use crate::report::{Answer, Report};
+use crate::talk::{FILE, Heard, PATIENCE, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::command::RunMode;
+use ts3100_proto::escape::parse;
+use ts3100_proto::status::ca::decode_directory;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
+use ts3100_proto::text::{CR, Checksum, ETX, STX};
+
+/// What is asked.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Only questions of these classes.
+    pub classes: Vec<Class>,
+    /// Only the questions with these names; empty: all.
+    pub only: Vec<String>,
+}
+
+impl Plan {
+    /// The questions, in their order.
+    pub fn probes(&self) -> impl Iterator<Item = &'static Probe> {
+        catalogue::probes().filter(|probe| {
+            self.classes.contains(&probe.class)
+                && (self.only.is_empty() || self.only.iter().any(|id| id == probe.id))
+        })
+    }
+}
+
+/// What a survey is about to do or has done, for those who watch.
+#[derive(Debug)]
+pub enum Step<'a> {
+    /// This is asked now.
+    Asking(&'a Probe),
+    /// This was answered.
+    Answered(&'a Answer),
+}
+
+/// What was there before, and is put back.
+#[derive(Debug, Default)]
+struct Before {
+    selected: String,
+    has_changed_selection: bool,
+}
+
+/// Asks a controller. What the survey changes it puts back, also when it has to stop; what it could not put back is in the
+/// report.
+///
+/// # Errors
+/// Nobody answers.
+pub fn survey(
+    peer: &mut dyn Peer,
+    plan: &Plan,
+    watch: &mut dyn FnMut(Step<'_>),
+) -> Result<Report, PeerError> {
+    let is_serial = peer.is_serial();
+    let mut talk = Talk::new(peer);
+    let mut report = Report::default();
+    match greet(&mut talk, &mut report) {
+        Ok(()) => {}
+        Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) => {
+            return Err(PeerError::Unreachable(reason));
+        }
+    }
+    let mut before = Before::default();
+    let mut class = None;
+    for probe in plan.probes() {
+        watch(Step::Asking(probe));
+        talk.take_traffic();
+        let allowed = match &report.stopped {
+            Some(_) => Err(Trouble::Refused("the survey had stopped".to_owned())),
+            None if class == Some(probe.class) => Ok(()),
+            None => {
+                let prepared = prepare(&mut talk, probe.class, &mut before);
+                if prepared.is_ok() {
+                    class = Some(probe.class);
+                }
+                prepared
+            }
+        };
+        let answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
+            Ok(heard) => Answer::heard(probe, heard),
+            Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
+            Err(Trouble::Surprise(reason)) => {
+                report.stopped = Some(format!("{}: {reason}", probe.id));
+                Answer::without(probe, Verdict::Unknown, reason)
+            }
+        };
+        let mut traffic = talk.take_traffic();
+        if !probe.is_public {
+            traffic.clear();
+        }
+        let answer = Answer { traffic, ..answer };
+        watch(Step::Answered(&answer));
+        report.answers.push(answer);
+        // What was not prepared was not asked: the file of that name may be the user's.
+        if report.stopped.is_none()
+            && class == Some(probe.class)
+            && probe.class >= Class::Files
+            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class)
+        {
+            report.stopped = Some(format!("after {}: {reason}", probe.id));
+        }
+    }
+    if report.stopped.is_some() {
+        distrust_silence(&mut report);
+    }
+    if class >= Some(Class::Files) {
+        report.left = put_back(&mut talk, &before);
+    }
+    report.delays = match is_serial {
+        // There the line takes most of the time.
+        true => Delays::default(),
+        false => talk.delays().clone(),
+    };
+    Ok(report)
+}
+
+/// Finds out whether texts have a checksum, and what kind of controller it is.
+fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
+    talk.reopen()?;
+    let text = talk.text("SU\r");
+    talk.send_at_once(&text)?;
+    let mut heard = talk.hear(PATIENCE)?;
+    if heard.is_none() {
+        // With checksums the controller still waits for that of the text; without, one byte between texts is nothing.
+        talk.set_checksum(Checksum::Sum);
+        let sum = talk.text("SU\r").last().copied();
+        talk.send_at_once(&Vec::from_iter(sum))?;
+        heard = talk.hear(PATIENCE)?;
+    }
+    let heard = heard.ok_or_else(|| Trouble::Surprise("no answer to SU".to_owned()))?;
+    if !heard.data.starts_with(b"FL,") {
+        return Err(Trouble::Surprise(
+            "SU is answered, but not by a status: is this port IP0 or HOST of a robot controller?".to_owned(),
+        ));
+    }
+    talk.rest_of_content("SU", heard.data.to_vec())?;
+    let status = talk.status()?;
+    talk.hide(&status.file);
+    if let Some(content) = talk.content("VR")? {
+        let records = content
+            .split(|byte| *byte == CR)
+            .filter(|record| !record.is_empty());
+        let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
+        report.versions = records.map(text).collect();
+    }
+    if let Some(content) = talk.content("CA")? {
+        for entry in decode_directory(&content).unwrap_or_default() {
+            talk.hide(&entry.name);
+        }
+    }
+    let burst = talk.burst("SF")?;
+    let form = forms::total_status(&burst, burst.first() == Some(&STX));
+    form.split(", ")
+        .last()
+        .unwrap_or_default()
+        .clone_into(&mut report.arm);
+    talk.acknowledge()?;
+    if form.starts_with("several") {
+        talk.rest_of_burst()?;
+        talk.acknowledge()?;
+    }
+    Ok(())
+}
+
+/// Whether the controller is in a state in which questions of this class can be asked.
+fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(), Trouble> {
+    if class == Class::Look {
+        return Ok(());
+    }
+    let refused = |reason: &str| Err(Trouble::Refused(reason.to_owned()));
+    let status = talk.status()?;
+    if !matches!(status.execution, ExecutionStatus::Reset) {
+        return refused("a program runs or has stopped midway; let it end, or reset it");
+    }
+    if !before.has_changed_selection && catalogue::files_size(talk)?.is_some() {
+        return refused("a file TSSURVEY is on the RAM drive; rename or erase it");
+    }
+    if class == Class::Files {
+        return Ok(());
+    }
+    if !matches!(status.master_mode, MasterMode::ExtEther | MasterMode::ExtRs232c) {
+        return refused("the key switch or the control right does not let this host start programs");
+    }
+    if status.run_mode != RunMode::Cycle {
+        return refused("the operation mode is not cycle");
+    }
+    if !before.has_changed_selection {
+        before.selected = status.file;
+        before.has_changed_selection = true;
+    }
+    Ok(())
+}
+
+/// What was heard, if it was the same each time.
+fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
+    let mut first: Option<Heard> = None;
+    for _ in 0..probe.repeats.max(1) {
+        let heard = ask_once(talk, probe)?;
+        // Once is enough to see what was done.
+        talk.keep_traffic();
+        // The same command in the usual form is answered: silence and NG meant the form.
+        talk.status()?;
+        match &first {
+            Some(first) if *first != heard => return Ok(format!("{first}, and another time {heard}")),
+            Some(_) => {}
+            None => first = Some(heard),
+        }
+    }
+    Ok(first.unwrap_or_default())
+}
+
+fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
+    match probe.ask {
+        Ask::Bytes(text) => {
+            let bytes = parse(text).unwrap_or_default();
+            let bytes = with_checksum(bytes, talk.checksum());
+            talk.kind_of_answer(&bytes)
+        }
+        Ask::Value(source) => {
+            talk.run(source)?;
+            Ok(catalogue::plain(&talk.variable("R", 1)?))
+        }
+        Ask::Stops(source) => match talk.try_run(source)? {
+            true => Ok(catalogue::plain(&talk.variable("R", 1)?)),
+            false => Ok("stopped".to_owned()),
+        },
+        Ask::Selects(source) => {
+            talk.store(source)?;
+            if talk.asks(&format!("SL,{FILE}"))? {
+                return Ok("accepted".to_owned());
+            }
+            // One that is certainly right: SL is not refused for another reason.
+            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            Ok("refused".to_owned())
+        }
+        Ask::Steps(steps) => steps(talk),
+    }
+}
+
+/// A text with its checksum, if there is one: the low 8 bits of the sum of all bytes after the last STX.
+fn with_checksum(mut bytes: Vec<u8>, checksum: Checksum) -> Vec<u8> {
+    if checksum == Checksum::Sum && bytes.last() == Some(&ETX) {
+        let begin = bytes.iter().rposition(|byte| *byte == STX).map_or(0, |at| at + 1);
+        let summed = bytes.get(begin..).unwrap_or_default();
+        let sum = summed.iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
+        bytes.push(sum);
+    }
+    bytes
+}
+
+/// After a surprise what looked like silence or a refusal may have been another loss.
+fn distrust_silence(report: &mut Report) {
+    for answer in &mut report.answers {
+        let is_negative = [
+            "silence", "NG", "never", "lost", "none", "dropped", "refused", "stop", "alarm", "found",
+        ]
+        .iter()
+        .any(|word| answer.heard.contains(word));
+        if is_negative && matches!(answer.verdict, Verdict::Manual | Verdict::Variation) {
+            answer.verdict = Verdict::Unknown;
+            answer.sets = None;
+            "the survey stopped later; silence may have been a loss".clone_into(&mut answer.note);
+        }
+    }
+}
+
+/// Makes the controller ready for the next question: no alarm, no program midway, no file of the survey.
+fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
+    if talk.status()?.execution == ExecutionStatus::Running {
+        talk.asks("EC,BREAK")?;
+        talk.until_stopped(PATIENCE)?;
+    }
+    if class >= Class::Program {
+        talk.asks("RS,PRG")?;
+        talk.asks("RS,SEL")?;
+    }
+    talk.asks(&format!("ER,{FILE}"))?;
+    Ok(())
+}
+
+/// Puts back what was there before. Returns what could not be put back.
+fn put_back(talk: &mut Talk<'_>, before: &Before) -> Vec<String> {
+    let mut left = Vec::new();
+    if talk.reopen().is_err() {
+        return vec!["everything: the controller is out of reach".to_owned()];
+    }
+    // Something that came late must not keep the rest from being put back.
+    let quiet = Duration::from_secs(1);
+    let _late = talk.rest_of_burst().and_then(|_| talk.wait(quiet));
+    if tidy(
+        talk,
+        if before.has_changed_selection {
+            Class::Program
+        } else {
+            Class::Files
+        },
+    )
+    .is_err()
+    {
+        left.push(format!("the file {FILE} may still be on the RAM drive"));
+    }
+    if before.has_changed_selection
+        && !before.selected.is_empty()
+        && talk.command(&format!("SL,{}", before.selected)).is_err()
+    {
+        left.push("the program that was selected before is not selected".to_owned());
+    }
+    talk.take_traffic();
+    left
+}

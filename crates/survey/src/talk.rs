@@ -1,0 +1,532 @@
+//! The conversation of a survey: keeps the pauses that the manual asks for, cuts what comes into texts, notices what nobody
+//! asked for, and writes everything down.
+
+use crate::peer::{Line, Peer, PeerError};
+mod program;
+
+use crate::delays::Delays;
+use core::time::Duration;
+use ts3100_proto::command::RunMode;
+use ts3100_proto::escape::Escaped;
+use ts3100_proto::file::{FileRule, FlReceiver, Received};
+use ts3100_proto::status::MasterMode;
+use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
+
+/// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
+/// second are sent.
+pub(crate) const PAUSE: Duration = Duration::from_millis(55);
+/// How long an answer is waited for. The manual gives no time; every controller seen so far answers within 0.2 s.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
+/// A line is quiet when nothing has come for so long.
+pub(crate) const QUIET: Duration = Duration::from_millis(300);
+/// Largest content that is taken from a controller.
+const MAX_CONTENT: usize = 1024 * 1024;
+/// Most lines of traffic that are kept of one question.
+const MAX_TRAFFIC: usize = 60;
+/// Longest text that is written down whole.
+const MAX_SHOWN: usize = 120;
+/// The file of the survey on the RAM drive.
+pub(crate) const FILE: &str = "TSSURVEY";
+/// The text of an unsolicited SP.
+const STOP: &[u8] = b"SP\r";
+
+/// What came back, in a few words; a number for what is measured.
+pub type Heard = String;
+
+/// Why a question has no answer.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Trouble {
+    /// The controller does not allow what the question needs.
+    #[error("{0}")]
+    Refused(String),
+    /// Something that nobody expected. The survey ends: what is unclear must not go on at a machine.
+    #[error("{0}")]
+    Surprise(String),
+}
+
+impl From<PeerError> for Trouble {
+    fn from(error: PeerError) -> Trouble {
+        match error {
+            PeerError::Absent => Trouble::Refused(error.to_string()),
+            PeerError::Unreachable(_) | PeerError::Closed => Trouble::Surprise(error.to_string()),
+        }
+    }
+}
+
+/// A conversation with a controller.
+pub struct Talk<'a> {
+    peer: &'a mut dyn Peer,
+    checksum: Checksum,
+    decoder: TextDecoder,
+    /// When a byte went out or came in last.
+    last: Duration,
+    /// When the last command of [`Talk::ask`] went out and when its answer was here.
+    asked: (Duration, Duration),
+    /// Those of the first status: with other ones the same commands are refused.
+    modes: Option<(MasterMode, RunMode)>,
+    /// Unsolicited SP that have come.
+    stops: usize,
+    /// What went over the line, for the report.
+    traffic: Vec<String>,
+    /// Nothing is added to it.
+    is_kept: bool,
+    delays: Delays,
+    /// Names of files on the controller, which are not written down.
+    names: Vec<String>,
+}
+
+impl<'a> Talk<'a> {
+    /// A conversation that has not begun.
+    pub(crate) fn new(peer: &'a mut dyn Peer) -> Talk<'a> {
+        let last = peer.now();
+        Talk {
+            peer,
+            checksum: Checksum::None,
+            decoder: decoder(Checksum::None),
+            last,
+            asked: (last, last),
+            modes: None,
+            stops: 0,
+            traffic: Vec::new(),
+            is_kept: false,
+            delays: Delays::default(),
+            names: Vec::new(),
+        }
+    }
+
+    /// Time of the peer.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        self.peer.now()
+    }
+
+    /// Whether each character takes its time.
+    #[must_use]
+    pub fn is_serial(&self) -> bool {
+        self.peer.is_serial()
+    }
+
+    /// The checksum that texts have.
+    #[must_use]
+    pub fn checksum(&self) -> Checksum {
+        self.checksum
+    }
+
+    /// Texts have this checksum from now on.
+    pub(crate) fn set_checksum(&mut self, checksum: Checksum) {
+        self.checksum = checksum;
+        self.decoder = decoder(checksum);
+    }
+
+    /// The traffic since the last call, up to [`Talk::keep_traffic`].
+    pub(crate) fn take_traffic(&mut self) -> Vec<String> {
+        self.is_kept = false;
+        std::mem::take(&mut self.traffic)
+    }
+
+    /// What goes over the line from now on is not written down, until [`Talk::take_traffic`].
+    pub(crate) fn keep_traffic(&mut self) {
+        self.is_kept = true;
+    }
+
+    /// How long answers took.
+    pub(crate) fn delays(&self) -> &Delays {
+        &self.delays
+    }
+
+    /// A name that is not written down.
+    pub(crate) fn hide(&mut self, name: &str) {
+        if !name.is_empty() && name != FILE && !name.ends_with(".PAR") {
+            self.names.push(name.to_owned());
+        }
+    }
+
+    fn note(&mut self, direction: char, bytes: &[u8]) {
+        if self.is_kept || self.traffic.len() >= MAX_TRAFFIC || bytes.is_empty() {
+            return;
+        }
+        let shown = bytes.get(..bytes.len().min(MAX_SHOWN)).unwrap_or_default();
+        let mut text = Escaped::new(shown).to_string();
+        for name in &self.names {
+            text = text.replace(name.as_str(), &"x".repeat(name.len()));
+        }
+        let rest = match bytes.len() - shown.len() {
+            0 => String::new(),
+            more => format!(" ... {more} bytes more"),
+        };
+        let at = self.peer.now().as_secs_f64();
+        self.traffic.push(format!("{at:.3} {direction} {text}{rest}"));
+    }
+
+    /// Begins a new conversation on a fresh connection.
+    ///
+    /// # Errors
+    /// The controller cannot be reached.
+    pub fn reopen(&mut self) -> Result<(), Trouble> {
+        self.peer.close(Line::Commands);
+        self.decoder = decoder(self.checksum);
+        self.peer.open(Line::Commands)?;
+        self.last = self.peer.now();
+        Ok(())
+    }
+
+    /// Opens or closes another connection.
+    ///
+    /// # Errors
+    /// The controller cannot be reached.
+    pub fn open(&mut self, line: Line) -> Result<(), Trouble> {
+        Ok(self.peer.open(line)?)
+    }
+
+    /// Closes another connection.
+    pub fn close(&mut self, line: Line) {
+        self.peer.close(line);
+    }
+
+    /// What comes on another connection until it is quiet; an error when it has ended.
+    ///
+    /// # Errors
+    /// The controller has closed it.
+    pub fn listen(&mut self, line: Line, wait: Duration) -> Result<Vec<u8>, PeerError> {
+        let (mut heard, mut until) = (Vec::new(), self.now() + wait);
+        while self.now() < until {
+            let bytes = self.peer.receive(line, until)?;
+            if !bytes.is_empty() {
+                until = self.now() + QUIET;
+                heard.extend(bytes);
+            }
+        }
+        self.note('<', &heard);
+        Ok(heard)
+    }
+
+    /// Sends on another connection.
+    ///
+    /// # Errors
+    /// The controller has closed it.
+    pub fn say(&mut self, line: Line, bytes: &[u8]) -> Result<(), PeerError> {
+        self.note('>', bytes);
+        self.peer.send(line, bytes)
+    }
+
+    /// Bytes that have come, as texts. An unsolicited SP is counted and not returned.
+    fn take(&mut self, until: Duration) -> Result<Vec<Text>, Trouble> {
+        let bytes = self.peer.receive(Line::Commands, until)?;
+        if !bytes.is_empty() {
+            self.last = self.now();
+            self.note('<', &bytes);
+        }
+        self.decoder.push(&bytes);
+        let mut texts = Vec::new();
+        while let Some(decoded) = self.decoder.next() {
+            match decoded {
+                Decoded::Text(text) if text.error.is_none() && text.data == STOP => self.stops += 1,
+                Decoded::Text(text) if text.error.is_none() => texts.push(text),
+                Decoded::Text(text) => {
+                    let what = Escaped::for_reading(&text.data);
+                    return Err(Trouble::Surprise(format!("a text came damaged: {what}")));
+                }
+                Decoded::Skipped { bytes } => {
+                    return Err(Trouble::Surprise(format!(
+                        "{bytes} bytes came that belong to no text"
+                    )));
+                }
+            }
+        }
+        Ok(texts)
+    }
+
+    /// Waits. What comes meanwhile, other than an unsolicited SP, is a surprise.
+    ///
+    /// # Errors
+    /// Something came.
+    pub fn wait(&mut self, duration: Duration) -> Result<(), Trouble> {
+        let until = self.now() + duration;
+        while self.now() < until {
+            if let Some(text) = self.take(until)?.first() {
+                let what = Escaped::for_reading(&text.data);
+                return Err(Trouble::Surprise(format!("nobody asked, and there came {what}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn pause(&mut self) -> Result<(), Trouble> {
+        // An unsolicited SP may come meanwhile: the pause counts from it then.
+        while self.now() < self.last + PAUSE {
+            self.wait(self.last + PAUSE - self.now())?;
+        }
+        Ok(())
+    }
+
+    /// Sends these bytes without a pause before.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    pub fn send_at_once(&mut self, bytes: &[u8]) -> Result<(), Trouble> {
+        self.note('>', bytes);
+        self.peer.send(Line::Commands, bytes)?;
+        self.last = self.now();
+        Ok(())
+    }
+
+    /// Waits for the first text.
+    ///
+    /// # Errors
+    /// Two came, or something that is no text.
+    pub fn hear(&mut self, patience: Duration) -> Result<Option<Text>, Trouble> {
+        let until = self.now() + patience;
+        while self.now() < until {
+            let mut texts = self.take(until)?.into_iter();
+            if let Some(text) = texts.next() {
+                return match texts.next() {
+                    None => Ok(Some(text)),
+                    Some(second) => {
+                        let what = Escaped::for_reading(&second.data);
+                        Err(Trouble::Surprise(format!("a second answer came: {what}")))
+                    }
+                };
+            }
+        }
+        Ok(None)
+    }
+
+    /// Sends these bytes and waits for the first text. A text under way when patience ends is a surprise.
+    ///
+    /// # Errors
+    /// Two texts came, or something that is no text.
+    pub fn exchange(&mut self, bytes: &[u8]) -> Result<Option<Text>, Trouble> {
+        self.pause()?;
+        self.send_at_once(bytes)?;
+        let heard = self.hear(PATIENCE)?;
+        if heard.is_none() && self.decoder.is_partial() {
+            return Err(Trouble::Surprise("a text came without its end".to_owned()));
+        }
+        Ok(heard)
+    }
+
+    /// A text with this data section as bytes.
+    #[must_use]
+    pub fn text(&self, data: &str) -> Vec<u8> {
+        encode_text(data.as_bytes(), Framing::Stx, self.checksum)
+    }
+
+    /// The data section of the answer to a command.
+    ///
+    /// # Errors
+    /// None came.
+    pub fn ask(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+        let sent = self.text(&format!("{command}\r"));
+        self.pause()?;
+        self.send_at_once(&sent)?;
+        let begun = self.now();
+        let heard = self.hear(PATIENCE)?;
+        let answer = heard.ok_or_else(|| Trouble::Surprise(format!("no answer to {command}")))?;
+        self.asked = (begun, self.now());
+        self.delays.add(self.asked.1.saturating_sub(begun));
+        if answer.framing != Framing::Stx {
+            return Err(Trouble::Surprise(format!("the answer to {command} has no STX")));
+        }
+        Ok(answer.data.to_vec())
+    }
+
+    /// When the last command went out, and when its answer was here.
+    #[must_use]
+    pub fn asked(&self) -> (Duration, Duration) {
+        self.asked
+    }
+
+    /// A command that is answered by OK.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn command(&mut self, command: &str) -> Result<(), Trouble> {
+        match self.asks(command)? {
+            true => Ok(()),
+            false => Err(Trouble::Refused(format!("{command} got NG"))),
+        }
+    }
+
+    /// Whether a command is answered by OK; false for NG.
+    ///
+    /// # Errors
+    /// Anything else came.
+    pub fn asks(&mut self, command: &str) -> Result<bool, Trouble> {
+        match self.ask(command)?.as_slice() {
+            b"OK\r" => Ok(true),
+            b"NG\r" => Ok(false),
+            other => {
+                let what = Escaped::for_reading(other);
+                Err(Trouble::Surprise(format!("the answer to {command} is {what}")))
+            }
+        }
+    }
+
+    /// Acknowledges a text of a file.
+    ///
+    /// # Errors
+    /// Something came before.
+    pub fn acknowledge(&mut self) -> Result<(), Trouble> {
+        self.pause()?;
+        let text = self.text("OK\r");
+        self.send_at_once(&text)
+    }
+
+    /// The content of a file or status; `None` for NG.
+    ///
+    /// # Errors
+    /// The answer is neither.
+    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, Trouble> {
+        let first = self.ask(command)?;
+        if first == b"NG\r" {
+            return Ok(None);
+        }
+        self.rest_of_content(command, first).map(Some)
+    }
+
+    /// The content of a file whose first text has come.
+    ///
+    /// # Errors
+    /// The texts are not those of a file.
+    pub fn rest_of_content(&mut self, command: &str, first: Vec<u8>) -> Result<Vec<u8>, Trouble> {
+        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
+        let mut data = first;
+        loop {
+            match receiver.push(&data) {
+                Received::Refused(reason) => {
+                    return Err(Trouble::Surprise(format!("the answer to {command}: {reason}")));
+                }
+                Received::Complete(content) => {
+                    self.acknowledge()?;
+                    return Ok(content);
+                }
+                Received::More => {
+                    self.acknowledge()?;
+                    let next = self.hear(PATIENCE)?;
+                    let next = next.ok_or_else(|| {
+                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
+                    })?;
+                    data = next.data.to_vec();
+                }
+            }
+        }
+    }
+
+    /// Sends these bytes and tells what kind of text comes back: `answer`, `OK`, `NG` or `silence`.
+    ///
+    /// # Errors
+    /// Two texts came, or something that is no text.
+    pub fn kind_of_answer(&mut self, bytes: &[u8]) -> Result<Heard, Trouble> {
+        let heard = self.exchange(bytes)?;
+        self.kind(heard)
+    }
+
+    /// The kind of a text. What has to be acknowledged is acknowledged.
+    ///
+    /// # Errors
+    /// A file that is none.
+    pub fn kind(&mut self, heard: Option<Text>) -> Result<Heard, Trouble> {
+        let Some(text) = heard else {
+            return Ok("silence".to_owned());
+        };
+        let kind = match text.data.as_ref() {
+            b"OK\r" => "OK",
+            b"NG\r" => "NG",
+            data if data.starts_with(b"FL,") => {
+                self.rest_of_content("it", text.data.to_vec())?;
+                "answer"
+            }
+            _ => "another text",
+        };
+        let without = match text.framing {
+            Framing::Stx => "",
+            Framing::Bare => " without STX",
+        };
+        Ok(format!("{kind}{without}"))
+    }
+
+    /// Whether the controller has closed the connection for commands.
+    pub fn is_closed(&mut self) -> bool {
+        let until = self.now() + PAUSE;
+        self.peer.receive(Line::Commands, until) == Err(PeerError::Closed)
+    }
+
+    /// Waits for the first byte, which stays part of its text.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    pub fn until_something_comes(&mut self, patience: Duration) -> Result<(), Trouble> {
+        let until = self.now() + patience;
+        while self.now() < until {
+            let bytes = self.peer.receive(Line::Commands, until)?;
+            if !bytes.is_empty() {
+                self.note('<', &bytes);
+                self.decoder.push(&bytes);
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Bytes that follow a command until the line is quiet, not cut into texts: those of SF may have ETX among them.
+    ///
+    /// # Errors
+    /// Nothing came.
+    pub fn burst(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+        let sent = self.text(&format!("{command}\r"));
+        self.pause()?;
+        self.send_at_once(&sent)?;
+        let heard = self.rest_of_burst()?;
+        match heard.is_empty() {
+            true => Err(Trouble::Surprise(format!("no answer to {command}"))),
+            false => Ok(heard),
+        }
+    }
+
+    /// Bytes that come until the line is quiet.
+    ///
+    /// # Errors
+    /// The connection has ended.
+    pub fn rest_of_burst(&mut self) -> Result<Vec<u8>, Trouble> {
+        let (mut heard, mut until) = (Vec::new(), self.now() + PATIENCE);
+        while self.now() < until {
+            let bytes = self.peer.receive(Line::Commands, until)?;
+            if !bytes.is_empty() {
+                self.last = self.now();
+                until = self.last + QUIET;
+                heard.extend(bytes);
+            }
+        }
+        self.note('<', &heard);
+        Ok(heard)
+    }
+
+    /// The status of the controller.
+    ///
+    /// # Errors
+    /// It does not answer SU, or in no form that is known.
+    pub fn status(&mut self) -> Result<StatusBody, Trouble> {
+        let content = self.content("SU")?;
+        let content = content.ok_or_else(|| Trouble::Refused("SU got NG".to_owned()))?;
+        let status = StatusBody::decode(&content)
+            .map_err(|error| Trouble::Surprise(format!("the answer to SU: {error}")))?;
+        let modes = (status.master_mode, status.run_mode);
+        if *self.modes.get_or_insert(modes) != modes {
+            return Err(Trouble::Surprise("somebody has changed the mode".to_owned()));
+        }
+        Ok(status)
+    }
+
+    /// The unsolicited SP that have come since the last call.
+    pub fn take_stops(&mut self) -> usize {
+        std::mem::take(&mut self.stops)
+    }
+}
+
+fn decoder(checksum: Checksum) -> TextDecoder {
+    TextDecoder::new(TextOptions {
+        stx: StxRule::Detect,
+        checksum,
+    })
+}

@@ -1,0 +1,152 @@
+//! Files and programs of the survey on the controller.
+
+use super::{FILE, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::escape::Escaped;
+use ts3100_proto::file::FlSender;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::text::{Framing, encode_text};
+
+/// Pause between two questions whether a program still runs.
+const POLL: Duration = Duration::from_millis(100);
+/// Longest run of a program of the survey.
+const LONGEST_RUN: Duration = Duration::from_secs(8);
+
+impl Talk<'_> {
+    /// Stores a file of the survey.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn store(&mut self, content: &str) -> Result<(), Trouble> {
+        match self.try_to_store(content.as_bytes())? {
+            true => Ok(()),
+            false => Err(Trouble::Refused("the file was refused".to_owned())),
+        }
+    }
+
+    /// Whether the controller stores this content as the survey's file.
+    ///
+    /// # Errors
+    /// DL itself got NG, or anything else came.
+    pub fn try_to_store(&mut self, content: &[u8]) -> Result<bool, Trouble> {
+        self.command(&format!("DL,{FILE}"))?;
+        let mut sender = FlSender::new(content.to_vec());
+        while let Some(data) = sender.next_text() {
+            let text = encode_text(&data, Framing::Stx, self.checksum);
+            let heard = self.exchange(&text)?;
+            match heard.as_ref().map(|text| text.data.as_ref()) {
+                Some(b"OK\r") => {}
+                Some(b"NG\r") => return Ok(false),
+                Some(other) => {
+                    let what = Escaped::for_reading(other);
+                    return Err(Trouble::Surprise(format!("a text of a file was answered {what}")));
+                }
+                None => return Err(Trouble::Surprise("a text of a file was not answered".to_owned())),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Stores and selects a program.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn select(&mut self, source: &str) -> Result<(), Trouble> {
+        self.store(source)?;
+        self.command(&format!("SL,{FILE}"))
+    }
+
+    /// Starts the selected program.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn start(&mut self) -> Result<(), Trouble> {
+        match self.asks("RN")? {
+            true => Ok(()),
+            false => Err(Trouble::Refused(
+                "RN got NG: turn servo power on, key in EXT, no alarm, and survey again".to_owned(),
+            )),
+        }
+    }
+
+    /// Waits until the program has stopped, as SU says. Returns how, or `None` when it runs longer than `limit`.
+    ///
+    /// # Errors
+    /// SU is not answered.
+    pub fn until_stopped(&mut self, limit: Duration) -> Result<Option<ExecutionStatus>, Trouble> {
+        let end = self.now() + limit;
+        loop {
+            let execution = self.status()?.execution;
+            if execution != ExecutionStatus::Running {
+                return Ok(Some(execution));
+            }
+            if self.now() >= end {
+                return Ok(None);
+            }
+            self.wait(POLL)?;
+        }
+    }
+
+    /// Runs a program to its end. Returns whether it came to its end; an alarm stops it before. A program that does not end
+    /// is stopped.
+    ///
+    /// # Errors
+    /// It is refused.
+    pub fn try_run(&mut self, source: &str) -> Result<bool, Trouble> {
+        self.select(source)?;
+        self.start()?;
+        Ok(self.finish()? == Some(ExecutionStatus::Reset))
+    }
+
+    /// Runs a program that has no reason to stop before its end.
+    ///
+    /// # Errors
+    /// It is refused, or it stopped.
+    pub fn run(&mut self, source: &str) -> Result<(), Trouble> {
+        match self.try_run(source)? {
+            true => Ok(()),
+            false => Err(stopped_midway()),
+        }
+    }
+
+    /// The program has been started and waits.
+    ///
+    /// # Errors
+    /// It stopped.
+    pub fn expect_running(&mut self) -> Result<(), Trouble> {
+        match self.status()?.execution {
+            ExecutionStatus::Running => Ok(()),
+            ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => {
+                Err(stopped_midway())
+            }
+        }
+    }
+
+    /// Waits for the end of the program that runs, and stops it if there is none.
+    ///
+    /// # Errors
+    /// Something that is no answer came.
+    pub fn finish(&mut self) -> Result<Option<ExecutionStatus>, Trouble> {
+        let ended = self.until_stopped(LONGEST_RUN)?;
+        if ended.is_none() {
+            self.command("SP")?;
+            self.until_stopped(LONGEST_RUN)?;
+        }
+        Ok(ended)
+    }
+
+    /// The value of a variable of the selected file, as MR writes it.
+    ///
+    /// # Errors
+    /// MR is refused.
+    pub fn variable(&mut self, name: &str, kind: u8) -> Result<String, Trouble> {
+        let command = format!("MR,{name} {kind}");
+        let content = self.content(&command)?;
+        let content = content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))?;
+        Ok(String::from_utf8_lossy(&content).trim().to_owned())
+    }
+}
+
+fn stopped_midway() -> Trouble {
+    Trouble::Surprise("the program of the survey stopped, and nothing in it says why".to_owned())
+}

@@ -1,0 +1,49 @@
+//! The questions of `ts3100 survey`, and the counts of docs/explanation/fidelity.md.
+
+use super::{code, table};
+use ts3100_proto::words::Word as _;
+use ts3100_survey::ledger::{self, Evidence, REASONS};
+use ts3100_survey::{Class, catalogue};
+
+/// A table of questions for each class.
+pub(super) fn questions() -> String {
+    let sections = Class::ALL.iter().map(|class| {
+        let probes = catalogue::probes().filter(|probe| probe.class == *class);
+        let rows = probes.map(|probe| {
+            let options = probe.readings.iter().filter_map(|reading| reading.sets);
+            let option = options.map(|(option, _)| option).next().unwrap_or("-");
+            let option = match option {
+                "-" => option.to_owned(),
+                option => format!("[{}](options.md#{option})", code(option)),
+            };
+            [
+                code(probe.id),
+                probe.question.to_owned(),
+                probe.sends.replace('<', "\\<"),
+                option,
+            ]
+        });
+        let heading = class.word();
+        format!(
+            "### {heading}\n\n{}",
+            table(["Name", "Question", "Sends", "Decides"], rows)
+        )
+    });
+    sections.collect::<Vec<_>>().join("\n\n")
+}
+
+/// How many rows have which evidence.
+pub(super) fn evidence() -> String {
+    let rows = Evidence::ALL
+        .iter()
+        .map(|evidence| [evidence.word().to_owned(), ledger::count(*evidence).to_string()]);
+    table(["Evidence", "Rows"], rows)
+}
+
+/// Why a row has no question.
+pub(super) fn reasons() -> String {
+    let rows = REASONS
+        .iter()
+        .map(|(word, reason)| [code(word), (*reason).to_owned()]);
+    table(["Survey", "Why nobody asks"], rows)
+}

@@ -1,0 +1,563 @@
+//! `ts3100 survey` against the emulator: under every option value it finds that value, under faults it finds nothing wrong, and
+//! what it sends is what it says.
+
+use std::time::Duration;
+use ts3100_controller::faults::FaultAction;
+use ts3100_controller::options::Options;
+use ts3100_controller::{Config, ControlRight, Dialect, PanelAction, Port};
+use ts3100_driver::tcp::LinkOptions;
+use ts3100_emulator::config::{OPTIONS, ServeArgs, Settings, set_option};
+use ts3100_proto::escape::Escaped;
+use ts3100_survey::passive::{Evidence, Passive};
+use ts3100_survey::{Class, Peer as _, Plan, Report, ReportError, Verdict, differences, survey};
+use ts3100_tests::Robot;
+use ts3100_tests::testing::TempDir;
+use ts3100_tests::virtual_peer::VirtualPeer;
+
+const ALL: [Class; 4] = [Class::Look, Class::Files, Class::Program, Class::Motion];
+
+fn plan(classes: &[Class]) -> Plan {
+    Plan {
+        classes: classes.to_vec(),
+        only: Vec::new(),
+    }
+}
+
+fn config(options: &[(&str, &str)]) -> Config {
+    let mut config = Config::new(Dialect::Field);
+    for (key, value) in options {
+        let mut links = LinkOptions::default();
+        set_option(&mut config.options, &mut links, key, value).unwrap();
+    }
+    config
+}
+
+fn peer(config: Config, port: Port) -> VirtualPeer {
+    let mut robot = Robot::with(config);
+    robot.panel(PanelAction::Servo(true));
+    VirtualPeer::new(robot, port)
+}
+
+fn surveyed(options: &[(&str, &str)], classes: &[Class]) -> Report {
+    let mut peer = peer(config(options), Port::Ip0);
+    survey(&mut peer, &plan(classes), &mut |_| {}).unwrap()
+}
+
+#[test]
+fn a_controller_as_it_is_by_default_has_the_first_reading_of_every_question() {
+    let report = surveyed(&[], &ALL);
+    assert_eq!(report.stopped, None);
+    let others: Vec<_> = report
+        .answers
+        .iter()
+        .filter(|answer| answer.verdict != Verdict::Manual)
+        .map(|answer| (answer.probe.as_str(), answer.heard.as_str(), answer.note.as_str()))
+        .collect();
+    assert_eq!(others, [("while-sending", "", "only a serial line takes turns")]);
+}
+
+/// Options and values that a survey finds, and the class of questions that it takes.
+const DECIDED: &[(&str, Class, &[&str])] = &[
+    ("channel.no_peer", Class::Program, &["alarm", "silent"]),
+    ("dl.command_ends", Class::Files, &["true", "false"]),
+    ("do.min_run", Class::Motion, &["100ms", "200ms", "0.5s", "1s"]),
+    ("drive.open_mode", Class::Look, &["1 1 1 1", "1 0 0 0", "1 0 2 0"]),
+    ("extensions", Class::Look, &["true", "false"]),
+    ("input.malformed", Class::Program, &["alarm", "leading-number"]),
+    ("parameter.line_end", Class::Look, &["lf", "cr"]),
+    ("scol.data_copy", Class::Program, &["true", "false"]),
+    ("scol.din_unknown", Class::Program, &["alarm", "zero"]),
+    (
+        "scol.equal_within",
+        Class::Program,
+        &["0", "0.001", "0.5", "12.5"],
+    ),
+    ("scol.int_division", Class::Program, &["truncate", "real"]),
+    ("servo.interval", Class::Motion, &["0s", "7s", "3s"]),
+    ("sf.split", Class::Look, &["one", "several"]),
+    ("sp.unsolicited", Class::Program, &["auto", "true", "false"]),
+    ("strict_50ms", Class::Look, &["true", "false"]),
+    ("su.layout", Class::Look, &["one-record", "six-records"]),
+    ("text.checksum", Class::Look, &["none", "sum"]),
+    ("text.require_cr", Class::Look, &["true", "false"]),
+    ("text.stx", Class::Look, &["detect", "required"]),
+    ("vr.layout", Class::Look, &["blanks", "packed"]),
+    ("wait.after_stop", Class::Program, &["next", "again"]),
+];
+
+/// The options of a configuration, with what follows from the arm.
+fn options(pairs: &[(&str, &str)]) -> Options {
+    let config = config(pairs);
+    let within = config.language().equal_within;
+    Options {
+        equal_within: Some(within),
+        ..config.options
+    }
+}
+
+#[test]
+fn under_every_option_value_the_survey_finds_that_value() {
+    let mut wrong = Vec::new();
+    for (option, class, values) in DECIDED {
+        for value in *values {
+            let report = surveyed(&[(option, value)], &[*class]);
+            let found: Vec<_> = report.options().into_iter().collect();
+            // Not this option alone: all that was found makes the same controller.
+            let is_found = found.iter().any(|(known, _)| known == option);
+            if !is_found || report.stopped.is_some() || options(&found) != options(&[(option, value)]) {
+                wrong.push(format!("{option} = {value}: {:?} {found:?}", report.stopped));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Faults of every kind, whose wrong answers must not be taken for those of a controller.
+const FAULTS: &[&str] = &[
+    "no-reply:probability=0.05",
+    "no-reply:command=SU,probability=0.3",
+    "no-reply:command=VR",
+    "no-reply:lost=command,probability=0.1",
+    "no-reply:command=MR",
+    "no-reply:command=RN,after=3",
+    "late-reply:delay=600,probability=0.2",
+    "late-reply:delay=3000,probability=0.1",
+    "late-reply:delay=100",
+    "ng:command=VR",
+    "ng:command=SM",
+    "ng:command=SU,probability=0.2",
+    "ng:command=MR,probability=0.4",
+    "ng:command=RN,probability=0.3",
+    "ng:probability=0.1",
+    "wrong-reply:probability=0.05",
+    "lost-etx:probability=0.05",
+    "flipped-bit:probability=0.03",
+    "flipped-bit:way=in,probability=0.03",
+    "split-bytes:size=3,pause=20",
+    "merged-texts:hold=300,probability=0.2",
+    "duplicate-text:probability=0.05",
+    "reset-mid-text:probability=0.03",
+    "half-open:probability=0.03",
+    "slow-line:speed=9600",
+    "drive-full",
+    "power-loss:delay=100",
+    "alarm:command=RN,number=2-046,delay=50,probability=0.3",
+    "emergency-stop:command=RN,delay=100,probability=0.3",
+    "servo-failure:command=RN,delay=100,probability=0.3",
+    "key-turned:delay=100",
+    "lost-record:probability=0.5",
+];
+
+#[test]
+fn a_controller_with_faults_and_delays_gets_no_wrong_answer() {
+    let (mut wrong, mut decided) = (Vec::new(), 0);
+    for seed in 0..100_u64 {
+        // Each seed another controller, another fault, and most of them with legal variation.
+        let index = usize::try_from(seed).unwrap();
+        let (option, _, values) = DECIDED[index % DECIDED.len()];
+        let value = values[index / DECIDED.len() % values.len()];
+        let mut controller = config(&[(option, value)]);
+        controller.fault_seed = seed;
+        controller.vary = (seed % 4 != 3).then_some(seed);
+        let mut peer = peer(controller, Port::Ip0);
+        let mut faults = Vec::new();
+        if seed % 10 != 0 {
+            // Once, three times, or whenever there is an occasion.
+            let (fault, times) = (
+                FAULTS[index % FAULTS.len()],
+                [0, 1, 3][(index + index / FAULTS.len()) % 3],
+            );
+            let separator = if fault.contains(':') { ',' } else { ':' };
+            faults.push(format!("{fault}{separator}times={times}"));
+        }
+        for fault in &faults {
+            peer.robot
+                .feed(FaultAction::Arm(Box::new(fault.parse().unwrap())).into());
+        }
+        let Ok(report) = survey(&mut peer, &plan(&ALL), &mut |_| {}) else {
+            continue;
+        };
+        // What the same controller answers without faults, or nothing.
+        let truth = surveyed(&[(option, value)], &ALL);
+        for (found, true_answer) in report.answers.iter().zip(&truth.answers) {
+            let is_decided = matches!(found.verdict, Verdict::Manual | Verdict::Variation);
+            // The order of the directory is one of the variations.
+            if is_decided && found.probe != "directory-form" {
+                decided += 1;
+                if (&found.heard, &found.sets) != (&true_answer.heard, &true_answer.sets) {
+                    wrong.push(format!(
+                        "seed {seed}, {faults:?}: {found:?}, stopped {:?}",
+                        report.stopped
+                    ));
+                }
+            }
+        }
+    }
+    println!("{decided} answers");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(decided > 2_500, "{decided}: it must not stop at everything");
+}
+
+/// Everything that a survey of the class *look* sends, text by text; the two over-long and cut ones by how they begin.
+const LOOKS: &[&str] = &[
+    "<STX>SU<CR><ETX>",
+    "<STX>VR<CR><ETX>",
+    "<STX>CA<CR><ETX>",
+    "<STX>SF<CR><ETX>",
+    "<STX>SM,1<CR><ETX>",
+    "<STX>HI,1 8<CR><ETX>",
+    "<STX>IO,1<CR><ETX>",
+    "<STX>MN<CR><ETX>",
+    "<STX>UL,USER.PAR<CR><ETX>",
+    "<STX>UL,ETHERNET.PAR<CR><ETX>",
+    "<STX>OK<CR><ETX>",
+    "<STX>ZZ<CR><ETX>",
+    "SU<CR><ETX>",
+    "<STX>SU<ETX>",
+    "<STX>su<CR><ETX>",
+    "<STX>VR<STX>SU<CR><ETX>",
+    "<STX>",
+];
+
+#[test]
+fn all_questions_together_take_about_two_minutes() {
+    let mut peer = peer(config(&[]), Port::Ip0);
+    survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+    assert!(peer.now() < Duration::from_secs(135), "{:?}", peer.now());
+}
+
+#[test]
+fn to_look_sends_nothing_else_keeps_its_pauses_and_takes_less_than_a_minute() {
+    let mut peer = peer(config(&[]), Port::Ip0);
+    let report = survey(&mut peer, &plan(&[Class::Look]), &mut |_| {}).unwrap();
+    assert_eq!(report.stopped, None);
+    let mut last = None;
+    let mut close = 0;
+    for (at, bytes) in &peer.sent {
+        let text = Escaped::for_reading(bytes).to_string();
+        let is_blank = text.replace(' ', "");
+        assert!(
+            LOOKS.contains(&text.as_str())
+                || text.starts_with("<STX>AAAA")
+                || ["<STX>SU<ETX>", "<STX><CR><ETX>"].contains(&is_blank.as_str()),
+            "{text}"
+        );
+        if last.is_some_and(|last| *at < last + Duration::from_millis(50)) {
+            close += 1;
+        }
+        last = Some(*at);
+    }
+    // The question about the pause, three times; what it sends changes nothing.
+    assert_eq!(close, 3);
+    let took = peer.now();
+    assert!(took < Duration::from_secs(50), "{took:?}");
+    // Twenty a second at most.
+    let mut requests = peer
+        .sent
+        .iter()
+        .filter(|(_, bytes)| bytes != b"\x02OK\r\x03")
+        .map(|(at, _)| *at)
+        .collect::<Vec<_>>();
+    requests.sort_unstable();
+    for window in requests.windows(21) {
+        assert!(window[20] - window[0] >= Duration::from_secs(1));
+    }
+}
+
+#[test]
+fn what_it_changes_is_put_back_whatever_happens() {
+    let mut config = config(&[]);
+    config.fault_seed = 5;
+    for fault in [
+        None,
+        Some("no-reply:command=RN,after=9"),
+        Some("reset-mid-text:command=MR,after=5"),
+    ] {
+        let mut peer = peer(config.clone(), Port::Ip0);
+        peer.robot.load("MINE", "PROGRAM MINE\nEND\n");
+        if let Some(fault) = fault {
+            peer.robot
+                .feed(FaultAction::Arm(Box::new(fault.parse().unwrap())).into());
+        }
+        let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+        assert_eq!(
+            report.stopped.is_some(),
+            fault.is_some(),
+            "{fault:?}: {:?}",
+            report.stopped
+        );
+        assert_eq!(report.left, [""; 0], "{fault:?}");
+        let controller = &peer.robot.cell.controller;
+        assert!(
+            controller.files().all(|(name, _)| name != "TSSURVEY"),
+            "{fault:?}"
+        );
+        assert_eq!(controller.selected(), "MINE", "{fault:?}");
+        assert_eq!(controller.alarms().active(), [], "{fault:?}");
+        // And nothing of the user's is written down.
+        assert!(!report.write().contains("MINE"), "{fault:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_works_or_has_such_a_file_is_left_alone() {
+    let mut peer = peer(config(&[]), Port::Ip0);
+    peer.robot.load("TSSURVEY", "PROGRAM MINE\nEND\n");
+    let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+    let refused = report
+        .answers
+        .iter()
+        .filter(|answer| answer.verdict == Verdict::Refused)
+        .count();
+    assert_eq!(
+        refused,
+        report.answers.len() - plan(&[Class::Look]).probes().count() + 1,
+        "and while-sending"
+    );
+    let mut files = peer.robot.cell.controller.files();
+    assert!(files.any(|file| file == ("TSSURVEY", b"PROGRAM MINE\nEND\n".as_slice())));
+}
+
+#[test]
+fn the_file_is_read_as_it_was_written_and_a_change_is_noticed() {
+    let report = surveyed(&[("su.layout", "six-records")], &[Class::Look]);
+    let text = report.write();
+    let read = Report::read(&text).unwrap();
+    assert_eq!(read.answers, report.answers);
+    assert_eq!(read.options().get("su.layout"), Some(&"six-records"));
+    assert_eq!(read.write(), text);
+    assert!(
+        Report::read(&text.replace("share = false", "share = true"))
+            .unwrap()
+            .share
+    );
+    let changed = text.replace("six-records", "one-record");
+    assert!(matches!(
+        Report::read(&changed),
+        Err(ReportError::Checksum { .. })
+    ));
+    let other = surveyed(&[], &[Class::Look]);
+    let differences: Vec<_> = differences(&report, &other)
+        .into_iter()
+        .map(|difference| difference.probe)
+        .collect();
+    assert_eq!(differences, ["status-form"]);
+}
+
+#[test]
+fn a_serial_line_shows_what_happens_while_it_sends() {
+    for value in ["lost", "kept"] {
+        let mut config = config(&[("serial.while_sending", value)]);
+        config.control_right = ControlRight::Rs232c;
+        let mut peer = peer(config, Port::Host);
+        let report = survey(&mut peer, &plan(&[Class::Look]), &mut |_| {}).unwrap();
+        assert_eq!(report.stopped, None);
+        assert_eq!(report.options().get("serial.while_sending"), Some(&value));
+        assert!(
+            report.answer_times().is_empty(),
+            "the line takes most of the time"
+        );
+    }
+}
+
+/// Options that no question decides, and why. Those of other tests are found by a survey too.
+const NOT_ASKED: &[(&str, &str)] = &[
+    ("auto.silence", "the emulator alone has it"),
+    (
+        "channel.redial",
+        "it takes a controller that dials: its parameters would have to be changed",
+    ),
+    ("channel.second", "binary::survey, with sockets"),
+    ("drive.capacity", "it would fill the drive"),
+    ("drive.when_full", "the emulator alone has it"),
+    ("reply.delay", "measured; a_file_makes_another_robot_answer_alike"),
+    ("scol.sticky_work", "it takes a motion to a place"),
+    (
+        "serial.bad_character",
+        "no port of a computer sends a character with a wrong parity among right ones",
+    ),
+    ("serial.pacing", "every real line takes its time"),
+    (
+        "serial.while_sending",
+        "a_serial_line_shows_what_happens_while_it_sends",
+    ),
+    ("sig.low_speed", "it takes wires to the inputs"),
+    ("sig.strobe", "it takes wires to the inputs"),
+];
+
+#[test]
+fn every_option_is_found_or_says_why_not() {
+    for option in OPTIONS {
+        let is_decided = DECIDED.iter().any(|(known, ..)| *known == option.key);
+        let is_excused = NOT_ASKED.iter().any(|(known, _)| *known == option.key);
+        assert!(is_decided != is_excused, "{}", option.key);
+    }
+    let words = |option: &str| {
+        OPTIONS
+            .iter()
+            .find(|row| row.key == option)
+            .map_or(&[][..], |row| row.values.words())
+    };
+    for (option, _, values) in DECIDED {
+        assert!(
+            words(option).iter().all(|word| values.contains(word)),
+            "{option}: every word"
+        );
+    }
+}
+
+/// What a host of another day says, and when.
+const HELD: &[&[u8]] = &[
+    b"\x02SU\r\x03",
+    b"\x02OK\r\x03",
+    b"SU\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02VR\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02su\x03",
+    b"\x02OK\r\x03",
+    b"\x02CA\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02SF\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02SM,1\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02UL,USER.PAR\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02DL,A\r\x03",
+    b"\x02FL,PROGRAM A\r\x03",
+    b"\x02CA\r\x03",
+    b"\x02OK\r\x03",
+    b"\x02DL,A\r\x03",
+    b"\x02FL,PROGRAM A\nPRINT IP1, 7/2, CR\nEND\n\x1A\x03",
+    b"\x02SL,A\r\x03",
+    b"\x02RN\r\x03",
+    b"\x02SU\r\x03",
+    b"\x02OK\r\x03",
+];
+
+fn answers(mut robot: Robot) -> Vec<(u64, Vec<u8>)> {
+    robot.connect(Port::Ip0);
+    robot.panel(PanelAction::Servo(true));
+    let mut heard = Vec::new();
+    for text in HELD {
+        robot.raw(Port::Ip0, text);
+        for _ in 0..400 {
+            let bytes = robot.received(Port::Ip0);
+            if !bytes.is_empty() {
+                heard.push((robot.now().as_micros(), bytes));
+            }
+            robot.advance_ms(1);
+        }
+    }
+    heard
+}
+
+#[test]
+fn a_file_makes_another_robot_answer_alike() {
+    let directory = TempDir::new("survey");
+    let path = directory.path().join("robot.toml");
+    let strange = [
+        ("su.layout", "six-records"),
+        ("vr.layout", "packed"),
+        ("text.require_cr", "true"),
+        ("text.stx", "required"),
+        ("sf.split", "several"),
+        ("parameter.line_end", "cr"),
+        ("dl.command_ends", "false"),
+        ("extensions", "false"),
+        ("scol.int_division", "real"),
+        ("channel.no_peer", "silent"),
+        ("sp.unsolicited", "false"),
+        ("drive.open_mode", "1 1 0 0"),
+    ];
+    for options in [
+        &strange[..],
+        &[],
+        &[("text.checksum", "sum"), ("sp.unsolicited", "true")],
+    ] {
+        let report = surveyed(options, &ALL);
+        std::fs::write(&path, report.write()).unwrap();
+        let args = ServeArgs {
+            like: Some(path.clone()),
+            ..ServeArgs::default()
+        };
+        let like = Settings::from_args(&args).unwrap().controller;
+        let original = answers(Robot::with(config(options)));
+        assert!(original.len() > 10, "{original:?}");
+        // The same calendar: the daemon's is today.
+        let like = Config {
+            calendar: config(options).calendar,
+            ..like
+        };
+        assert_eq!(answers(Robot::with(like)), original, "{options:?}");
+    }
+}
+
+#[test]
+fn how_long_answers_take_is_taken_over() {
+    let mut slow = peer(config(&[("reply.delay", "12 20 24 30 80")]), Port::Ip0);
+    let report = survey(&mut slow, &plan(&[Class::Look]), &mut |_| {}).unwrap();
+    assert_eq!(report.stopped, None);
+    let times = report.answer_times();
+    let [least, first, middle, third, greatest] = times.as_slice() else {
+        panic!("{times:?}")
+    };
+    assert!(
+        (12.0..16.0).contains(least) && (60.0..=80.0).contains(greatest),
+        "{times:?}"
+    );
+    assert!(
+        (17.0..22.0).contains(first) && (21.0..27.0).contains(middle) && (25.0..35.0).contains(third),
+        "{times:?}"
+    );
+}
+
+#[test]
+fn a_recording_decides_what_it_shows() {
+    for options in [
+        &[][..],
+        &[
+            ("su.layout", "six-records"),
+            ("vr.layout", "packed"),
+            ("parameter.line_end", "cr"),
+        ],
+    ] {
+        let mut robot = Robot::with(config(options));
+        robot.connect(Port::Ip0);
+        robot.panel(PanelAction::Servo(true));
+        let mut evidence = Evidence::default();
+        let mut passive = Passive::new(&mut evidence);
+        for text in HELD {
+            let at = Duration::from_micros(robot.now().as_micros());
+            passive.host(at, text);
+            robot.raw(Port::Ip0, text);
+            for _ in 0..200 {
+                let bytes = robot.received(Port::Ip0);
+                if !bytes.is_empty() {
+                    passive.robot(Duration::from_micros(robot.now().as_micros()), &bytes);
+                }
+                robot.advance_ms(1);
+            }
+        }
+        passive.finish();
+        let report = evidence.report();
+        let truth = surveyed(options, &ALL);
+        assert!(report.answers.len() >= 7, "{report:?}");
+        for answer in &report.answers {
+            let asked = truth
+                .answers
+                .iter()
+                .find(|other| other.probe == answer.probe)
+                .unwrap();
+            assert_eq!(
+                (&answer.heard, &answer.sets),
+                (&asked.heard, &asked.sets),
+                "{}",
+                answer.probe
+            );
+        }
+    }
+}
