@@ -561,3 +561,25 @@ fn a_recording_decides_what_it_shows() {
         }
     }
 }
+
+#[test]
+fn files_of_controllers_are_read_and_those_of_the_emulator_are_its_defaults() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/controllers");
+    let mut read = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let report = Report::read(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        assert!(report.share || name.starts_with("emulator-"), "{name}");
+        if name.starts_with("emulator-") {
+            let others = report.answers.iter().filter(|answer| answer.verdict == Verdict::Variation);
+            assert_eq!(others.collect::<Vec<_>>(), Vec::<&ts3100_survey::Answer>::new(), "{name}");
+            assert!(report.answers.len() > 75, "{name}: every question was asked");
+        }
+        read += 1;
+    }
+    assert!(read >= 2);
+}

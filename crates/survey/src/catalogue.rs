@@ -24,7 +24,11 @@ const ROW: Probe = Probe {
 
 /// A reading that decides no option.
 const fn reading(heard: &'static str) -> Reading {
-    Reading { heard, sets: None }
+    Reading {
+        heard,
+        sets: None,
+        is_default: false,
+    }
 }
 
 /// A reading, and the option it decides.
@@ -32,6 +36,15 @@ const fn decides(heard: &'static str, option: &'static str, value: &'static str)
     Reading {
         heard,
         sets: Some((option, value)),
+        is_default: false,
+    }
+}
+
+/// A reading that the emulator has by default with some arm.
+const fn default_of_an_arm(reading: Reading) -> Reading {
+    Reading {
+        is_default: true,
+        ..reading
     }
 }
 

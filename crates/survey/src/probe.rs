@@ -68,6 +68,8 @@ pub struct Reading {
     pub heard: &'static str,
     /// The value of the option that makes the emulator do the same; `*` is the number heard.
     pub sets: Option<(&'static str, &'static str)>,
+    /// The emulator has it by default with some arm.
+    pub is_default: bool,
 }
 
 /// How a question is asked.
@@ -115,11 +117,12 @@ impl Probe {
             text => text == heard,
         };
         let index = self.readings.iter().position(fits)?;
-        let verdict = match index {
-            0 => Verdict::Manual,
-            _ => Verdict::Variation,
+        let reading = self.readings.get(index)?;
+        let verdict = match index == 0 || reading.is_default {
+            true => Verdict::Manual,
+            false => Verdict::Variation,
         };
-        Some((self.readings.get(index)?, verdict))
+        Some((reading, verdict))
     }
 }
 

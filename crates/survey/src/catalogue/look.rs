@@ -1,6 +1,6 @@
 //! Questions that change nothing.
 
-use super::{ROW, decides, forms, reading};
+use super::{ROW, decides, default_of_an_arm, forms, reading};
 use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, Talk, Trouble};
@@ -196,7 +196,7 @@ pub(super) const PROBES: &[Probe] = &[
         readings: &[
             decides("one text, six axes", "sf.split", "one"),
             decides("several texts, six axes", "sf.split", "several"),
-            reading("one text, SCARA"),
+            default_of_an_arm(reading("one text, SCARA")),
         ],
         is_public: false,
         ..ROW
@@ -209,7 +209,7 @@ pub(super) const PROBES: &[Probe] = &[
         readings: &[
             decides("served", "extensions", "true"),
             decides("NG", "extensions", "false"),
-            reading("served on a SCARA arm"),
+            default_of_an_arm(reading("served on a SCARA arm")),
         ],
         ..ROW
     },

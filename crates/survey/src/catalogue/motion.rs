@@ -269,9 +269,11 @@ fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if most < least || most.saturating_sub(least) > 2 * DO_EXACT {
         return Ok("not to be measured here".to_owned());
     }
-    let step = DO_EXACT.as_millis();
-    let middle = ((least + most) / 2).as_millis();
-    Ok(((middle + step / 2) / step * step).to_string())
+    // Of the times that are possible the roundest is the likeliest.
+    let (least, most) = (least.as_millis(), most.as_millis());
+    let rounded = |step: &u128| Some(most / step * step).filter(|time| *time >= least);
+    let roundest = [1_000, 500, 100, 50, 20, 10].iter().find_map(rounded);
+    Ok(roundest.unwrap_or(least.midpoint(most)).to_string())
 }
 
 fn servo_interval(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {

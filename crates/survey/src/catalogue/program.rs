@@ -1,6 +1,6 @@
 //! Questions to the language, and to starts and stops. No axis moves.
 
-use super::{ROW, decides, reading};
+use super::{ROW, decides, default_of_an_arm, reading};
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -78,6 +78,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(equal_within),
         readings: &[
             decides("0", "scol.equal_within", "0"),
+            default_of_an_arm(decides("0.001", "scol.equal_within", "0.001")),
             decides("*", "scol.equal_within", "*"),
         ],
         repeats: 2,
