@@ -575,8 +575,15 @@ fn files_of_controllers_are_read_and_those_of_the_emulator_are_its_defaults() {
         let name = path.file_stem().unwrap().to_str().unwrap();
         assert!(report.share || name.starts_with("emulator-"), "{name}");
         if name.starts_with("emulator-") {
-            let others = report.answers.iter().filter(|answer| answer.verdict == Verdict::Variation);
-            assert_eq!(others.collect::<Vec<_>>(), Vec::<&ts3100_survey::Answer>::new(), "{name}");
+            let others = report
+                .answers
+                .iter()
+                .filter(|answer| answer.verdict == Verdict::Variation);
+            assert_eq!(
+                others.collect::<Vec<_>>(),
+                Vec::<&ts3100_survey::Answer>::new(),
+                "{name}"
+            );
             assert!(report.answers.len() > 75, "{name}: every question was asked");
         }
         read += 1;

@@ -1,7 +1,7 @@
 //! What a controller answers where the manual leaves it open.
 //!
 //! A [`Probe`] is one question: what is sent, which readings of the manual the answers tell apart, and what the question
-//! may do to the robot ([`Class`]). [`catalogue::PROBES`] has them all. [`survey`] asks a controller through a [`Peer`],
+//! may do to the robot ([`Class`]). [`catalogue::probes`] has them all. [`survey`] asks a controller through a [`Peer`],
 //! [`Report`] is the file with the answers, [`passive`] finds the same answers in recorded texts. [`ledger`] counts what
 //! is known.
 
