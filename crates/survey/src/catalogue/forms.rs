@@ -88,7 +88,7 @@ pub fn line_end(content: &[u8]) -> &'static str {
 /// `[E00]` of ETHERNET.PAR as its four digits; `None` if it cannot be read.
 #[must_use]
 pub fn open_mode(content: &[u8]) -> Option<String> {
-    // What the file does not say stays as it was before: two different befores show it.
+    // What the file does not say stays as it was before: two different ones show it.
     let read = |before| {
         let previous = EthernetParameters {
             open_mode: [before; 4],
