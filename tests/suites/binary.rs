@@ -9,6 +9,7 @@ mod extensions;
 mod faults;
 mod fleet;
 mod headless;
+mod mcp;
 mod ready;
 mod recordings;
 mod reports;

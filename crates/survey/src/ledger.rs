@@ -194,6 +194,8 @@ mod tests {
             "do-stop-notice",
             "file-round-trip",
             "erase-absent",
+            "undefined-variable",
+            "loop-variable",
         ];
         let without: Vec<_> = without
             .iter()

@@ -165,6 +165,11 @@ const EVERYDAY: &[Everyday] = &[
         example: "ts3100 conform 127.0.0.1:1000 --junit conform.xml",
     },
     Everyday {
+        name: "mcp",
+        shown: &[],
+        example: "ts3100 mcp --url http://127.0.0.1:3100",
+    },
+    Everyday {
         name: "fidelity",
         shown: &[],
         example: "ts3100 fidelity --list",

@@ -19,6 +19,7 @@ mod help;
 mod host;
 mod junit_stub;
 mod man;
+mod mcp;
 mod ready;
 mod run;
 mod serve;
@@ -60,6 +61,7 @@ enum Command {
     Conform(survey::ConformArgs),
     Fidelity(survey::FidelityArgs),
     Ctl(Box<ctl::CtlArgs>),
+    Mcp(mcp::McpArgs),
     Ready(ready::ReadyArgs),
     /// Print the completion script of a shell
     Completions {
@@ -123,6 +125,7 @@ fn run(command: Command) -> ExitCode {
         Command::Conform(args) => exit_code(survey::conform(&args)),
         Command::Fidelity(args) => exit_code(survey::fidelity(&args)),
         Command::Ctl(args) => ctl::run(&args),
+        Command::Mcp(args) => mcp::run(&args),
         Command::Ready(args) => ready::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();

@@ -97,6 +97,24 @@ pub(super) const PROBES: &[Probe] = &[
         ..PROGRAM
     },
     Probe {
+        id: "undefined-variable",
+        question: "What is a global variable that nobody has given a value?",
+        sends: "a program: R = U",
+        ask: Ask::Stops(
+            "GLOBAL\r\nR = 7.0\r\nU\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN U = 1\r\nR = U\r\nEND\r\n",
+        ),
+        readings: &[reading("stopped"), reading("0")],
+        ..PROGRAM
+    },
+    Probe {
+        id: "loop-variable",
+        question: "What is the variable of FOR I = 1 TO 3 after the loop?",
+        sends: "a program: FOR I = 1 TO 3, NEXT I, R = I",
+        ask: Ask::Value(computes!("FOR I = 1 TO 3\r\nN = I\r\nNEXT I\r\nR = I\r\n")),
+        readings: &[reading("4"), reading("3")],
+        ..PROGRAM
+    },
+    Probe {
         id: "data-copy",
         question: "Does a subprogram see what its caller has assigned to a name of DATA?",
         sends: "a program: P.X = 5, and a subprogram: R = P.X",

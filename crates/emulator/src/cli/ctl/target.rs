@@ -62,8 +62,16 @@ fn list(instances: &[Instance]) -> String {
 /// # Errors
 /// See [`TargetError`].
 pub fn url(args: &CtlArgs) -> Result<String, TargetError> {
+    of(args.url.as_deref())
+}
+
+/// The same with this URL, if one is given.
+///
+/// # Errors
+/// See [`TargetError`].
+pub fn of(given: Option<&str>) -> Result<String, TargetError> {
     let variable = std::env::var(URL_VARIABLE).ok().filter(|url| !url.is_empty());
-    let told = args.url.clone().or(variable);
+    let told = given.map(str::to_owned).or(variable);
     choose(told, instances::running())
 }
 

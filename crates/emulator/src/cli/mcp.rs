@@ -1,0 +1,188 @@
+//! `ts3100 mcp`: a Model Context Protocol server on stdin and stdout, with which an assistant works an emulator that runs.
+//!
+//! The protocol is JSON-RPC 2.0, one message a line, and of it five methods; that is less than a library for it needs to be
+//! fed with. The tools are in [`tools`], each a few calls of the control interface.
+
+mod tools;
+
+use super::ctl::target;
+use super::exit::UNUSABLE;
+use crate::log::print_error;
+use clap::Args;
+use serde_json::{Value, json};
+use std::io::{self, BufRead, Read as _, Write as _};
+use std::process::ExitCode;
+use tools::{TOOLS, Tool, ToolError};
+use ts3100_control::client::Client;
+
+/// The environment variable of the token, which `serve` reads too.
+const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
+/// Longest message in bytes: a program of the largest size, escaped.
+const MAX_MESSAGE: u64 = 1024 * 1024;
+/// The revisions of the protocol that are spoken, newest first.
+const REVISIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
+/// What an assistant is told first.
+const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
+    check_program, store and select it with load_program, start it with run_program. findings lists what a host program did \
+    wrong at the protocol.";
+
+/// JSON-RPC: a message that is no JSON.
+const PARSE_ERROR: i64 = -32_700;
+/// JSON-RPC: JSON that is no request.
+const INVALID_REQUEST: i64 = -32_600;
+/// JSON-RPC: a method that does not exist.
+const UNKNOWN_METHOD: i64 = -32_601;
+/// JSON-RPC: parameters that do not fit.
+const INVALID_PARAMS: i64 = -32_602;
+
+/// Let an AI assistant work a running emulator (Model Context Protocol over stdin and stdout).
+///
+/// Configure your assistant to start `ts3100 mcp`. It can check, load and run programs, read state, alarms, positions and
+/// variables, operate the panel and the inputs, and explain what a host did wrong. It calls the control interface of an
+/// emulator that runs, found as by `ctl`.
+///
+/// Exit codes: 0 the assistant has gone; 2 wrong usage.
+#[derive(Debug, Args)]
+pub(super) struct McpArgs {
+    /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
+    #[arg(long, value_name = "URL")]
+    url: Option<String>,
+    /// Call this robot, where several run in one process
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
+    /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
+    #[arg(long, value_name = "TOKEN")]
+    token: Option<String>,
+}
+
+/// The control interface of the robot.
+pub(super) struct Robot<'a> {
+    args: &'a McpArgs,
+}
+
+impl Robot<'_> {
+    /// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
+    fn call(&self, method: &str, path: &str, body: Option<&Value>) -> Result<Value, ToolError> {
+        let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
+        let url = target::of(self.args.url.as_deref()).map_err(|error| unreachable(&error))?;
+        let variable = std::env::var(TOKEN_VARIABLE)
+            .ok()
+            .filter(|token| !token.is_empty());
+        let client =
+            Client::new(&url, self.args.token.clone().or(variable)).map_err(|error| unreachable(&error))?;
+        let client = client.with_timeout(tools::LONGEST_CALL);
+        let path = match &self.args.robot {
+            Some(robot) => format!("/robots/{robot}{path}"),
+            None => path.to_owned(),
+        };
+        let body = body.map(ToString::to_string);
+        let answer = client.call(method, &path, body.as_deref());
+        let (status, text) =
+            answer.map_err(|error| unreachable(&format_args!("{error}{}", target::advice(&error))))?;
+        let value = serde_json::from_str::<Value>(&text).unwrap_or(Value::String(text));
+        match status {
+            400.. => Err(ToolError::Refused(
+                value
+                    .get("error")
+                    .and_then(Value::as_str)
+                    .unwrap_or("refused")
+                    .to_owned(),
+            )),
+            _ => Ok(value),
+        }
+    }
+}
+
+/// Serves until stdin ends.
+pub(super) fn run(args: &McpArgs) -> ExitCode {
+    let mut input = io::stdin().lock();
+    let robot = Robot { args };
+    loop {
+        let mut line = Vec::new();
+        // One byte more shows that it is too long.
+        match input.by_ref().take(MAX_MESSAGE + 1).read_until(b'\n', &mut line) {
+            Ok(0) => return ExitCode::SUCCESS,
+            Ok(_) if line.len() as u64 > MAX_MESSAGE => {
+                print_error(format_args!("a message has more than {MAX_MESSAGE} bytes"));
+                return ExitCode::from(UNUSABLE);
+            }
+            Ok(_) => {}
+            Err(error) => {
+                print_error(format_args!("cannot read stdin: {error}"));
+                return ExitCode::from(UNUSABLE);
+            }
+        }
+        if line.iter().all(u8::is_ascii_whitespace) {
+            continue;
+        }
+        if let Some(answer) = answer(&robot, &line) {
+            let mut out = io::stdout().lock();
+            // Who closes the pipe has gone.
+            if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
+                return ExitCode::SUCCESS;
+            }
+        }
+    }
+}
+
+/// The answer to a message; notifications and answers get none.
+fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
+    let Ok(message) = serde_json::from_slice::<Value>(line) else {
+        return Some(failed(&Value::Null, PARSE_ERROR, "the message is no JSON"));
+    };
+    let id = message.get("id");
+    let Some(method) = message.get("method").and_then(Value::as_str) else {
+        let is_answer = message.get("result").is_some() || message.get("error").is_some();
+        let id = id.unwrap_or(&Value::Null);
+        return (!is_answer).then(|| failed(id, INVALID_REQUEST, "a request has a method"));
+    };
+    let id = id?;
+    let parameters = message.get("params").unwrap_or(&Value::Null);
+    let result = match method {
+        "initialize" => initialize(parameters),
+        "ping" => json!({}),
+        "tools/list" => json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() }),
+        "tools/call" => match call(robot, parameters) {
+            Some(result) => result,
+            None => {
+                return Some(failed(
+                    id,
+                    INVALID_PARAMS,
+                    "no tool has this name; tools/list names them",
+                ));
+            }
+        },
+        _ => return Some(failed(id, UNKNOWN_METHOD, "no such method")),
+    };
+    Some(json!({ "jsonrpc": "2.0", "id": id, "result": result }))
+}
+
+fn failed(id: &Value, code: i64, message: &str) -> Value {
+    json!({ "jsonrpc": "2.0", "id": id, "error": { "code": code, "message": message } })
+}
+
+fn initialize(parameters: &Value) -> Value {
+    let asked = parameters.get("protocolVersion").and_then(Value::as_str);
+    let revision = REVISIONS.iter().find(|known| Some(**known) == asked);
+    json!({
+        "protocolVersion": revision.unwrap_or(&REVISIONS[0]),
+        "capabilities": { "tools": {} },
+        "serverInfo": { "name": "ts3100", "version": env!("CARGO_PKG_VERSION") },
+        "instructions": INSTRUCTIONS,
+    })
+}
+
+/// The result of a tool; what the tool could not do is a result too, which the assistant reads. `None`: no such tool.
+fn call(robot: &Robot<'_>, parameters: &Value) -> Option<Value> {
+    let name = parameters.get("name")?.as_str()?;
+    let tool = TOOLS.iter().find(|tool| tool.name == name)?;
+    let arguments = parameters.get("arguments").unwrap_or(&Value::Null);
+    let done = tool.check(arguments).and_then(|()| (tool.run)(robot, arguments));
+    Some(match done {
+        Ok(value) => {
+            let text = value.as_str().map_or_else(|| format!("{value:#}"), str::to_owned);
+            json!({ "content": [{ "type": "text", "text": text }] })
+        }
+        Err(error) => json!({ "content": [{ "type": "text", "text": error.to_string() }], "isError": true }),
+    })
+}

@@ -1,0 +1,418 @@
+//! The tools of an assistant, one row each: what it is told about them, and the calls they make.
+
+use super::Robot;
+use serde_json::{Value, json};
+use std::time::Duration;
+use ts3100_controller::findings::Rule;
+use ts3100_proto::words::did_you_mean;
+
+/// Longest time that a call may take: a wait, and what it takes to answer.
+pub(super) const LONGEST_CALL: Duration = Duration::from_secs(70);
+/// Longest wait of a tool in seconds of wall-clock time.
+const LONGEST_WAIT: f64 = 60.0;
+
+/// Why a tool did nothing.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ToolError {
+    /// No emulator answers.
+    #[error("{0}")]
+    Unreachable(String),
+    /// The emulator refused it.
+    #[error("refused: {0}")]
+    Refused(String),
+    /// An argument is missing, unknown or of another type.
+    #[error("argument `{name}`: {problem}")]
+    Argument {
+        /// Its name.
+        name: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// The program has errors.
+    #[error("the program has errors and was not stored:\n{0:#}")]
+    Program(Value),
+}
+
+/// Type of an argument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Number,
+    Switch,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Kind::Text => "string",
+            Kind::Number => "number",
+            Kind::Switch => "boolean",
+        }
+    }
+
+    fn fits(self, value: &Value) -> bool {
+        match self {
+            Kind::Text => value.is_string(),
+            Kind::Number => value.is_number(),
+            Kind::Switch => value.is_boolean(),
+        }
+    }
+}
+
+/// An argument.
+pub(super) struct Argument {
+    name: &'static str,
+    kind: Kind,
+    is_required: bool,
+    about: &'static str,
+}
+
+/// A tool.
+pub(super) struct Tool {
+    pub(super) name: &'static str,
+    about: &'static str,
+    arguments: &'static [Argument],
+    pub(super) run: fn(&Robot<'_>, &Value) -> Result<Value, ToolError>,
+}
+
+const fn required(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+    Argument {
+        name,
+        kind,
+        is_required: true,
+        about,
+    }
+}
+
+const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+    Argument {
+        is_required: false,
+        ..required(name, kind, about)
+    }
+}
+
+const SOURCE: Argument = required("source", Kind::Text, "The program in SCOL, with line ends");
+const SECONDS: Argument = optional(
+    "seconds",
+    Kind::Number,
+    "Longest wait in seconds, at most 60; virtual seconds with a stepped clock; default 10",
+);
+
+pub(super) const TOOLS: &[Tool] = &[
+    Tool {
+        name: "state",
+        about: "The whole state of the robot: modes, servo power, emergency stop, selected program with its line and status, \
+                alarms, position, clock",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/state", None),
+    },
+    Tool {
+        name: "check_program",
+        about: "Errors and warnings of a SCOL program, with line, column, message and help. Nothing is stored",
+        arguments: &[SOURCE],
+        run: |robot, arguments| {
+            robot.call(
+                "POST",
+                "/check",
+                Some(&json!({ "text": text(arguments, "source") })),
+            )
+        },
+    },
+    Tool {
+        name: "load_program",
+        about: "Store a SCOL program on the RAM drive and select it. A program with errors is not stored: they are the answer",
+        arguments: &[
+            required(
+                "name",
+                Kind::Text,
+                "Name of the file, such as PICK: a letter, then letters and digits, at most 8",
+            ),
+            SOURCE,
+        ],
+        run: load_program,
+    },
+    Tool {
+        name: "read_file",
+        about: "The content of a file of the RAM drive; without a name the list of files",
+        arguments: &[optional("name", Kind::Text, "Name of the file")],
+        run: |robot, arguments| match arguments.get("name").and_then(Value::as_str) {
+            Some(name) => robot.call("GET", &format!("/files/{}", encoded(name)), None),
+            None => robot.call("GET", "/files", None),
+        },
+    },
+    Tool {
+        name: "run_program",
+        about: "Start the selected program and wait for a condition, by default until it has stopped. Servo power has to be on. \
+                The answer has whether the condition was met, and the state",
+        arguments: &[
+            optional(
+                "condition",
+                Kind::Text,
+                "What to wait for: idle, stopped, output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
+            ),
+            SECONDS,
+        ],
+        run: run_program,
+    },
+    Tool {
+        name: "stop_program",
+        about: "Press STOP: the program stops after the present statement",
+        arguments: &[],
+        run: |robot, _| robot.call("POST", "/program/stop", Some(&json!({}))),
+    },
+    Tool {
+        name: "advance_clock",
+        about: "Let virtual time pass. Needed to see anything happen when the emulator runs with --time stepped",
+        arguments: &[required("seconds", Kind::Number, "Virtual seconds")],
+        run: |robot, arguments| {
+            let seconds = arguments.get("seconds").cloned().unwrap_or_default();
+            robot.call("POST", "/clock/advance", Some(&json!({ "seconds": seconds })))
+        },
+    },
+    Tool {
+        name: "panel",
+        about: "Set a switch of the panel",
+        arguments: &[
+            required(
+                "control",
+                Kind::Text,
+                "servo, emergency-stop, feed-hold, safety-switch, key-switch, control-right, run-mode, override or reset-alarms",
+            ),
+            optional(
+                "value",
+                Kind::Text,
+                "on or off for servo, emergency-stop, feed-hold; open or closed; teaching, internal or ext; sig, rs232c or ether; cycle, continuous, step, segment; 1 to 100",
+            ),
+        ],
+        run: panel,
+    },
+    Tool {
+        name: "set_input",
+        about: "Drive a digital input of the robot",
+        arguments: &[
+            required("line", Kind::Number, "Number of the input"),
+            required("on", Kind::Switch, "On or off"),
+        ],
+        run: |robot, arguments| {
+            let line = arguments.get("line").cloned().unwrap_or_default();
+            let on = arguments.get("on").cloned().unwrap_or_default();
+            robot.call("PUT", &format!("/inputs/{line}"), Some(&json!({ "on": on })))
+        },
+    },
+    Tool {
+        name: "lines",
+        about: "All inputs and outputs by number and name",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/lines", None),
+    },
+    Tool {
+        name: "variables",
+        about: "The variables of the selected program",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/variables", None),
+    },
+    Tool {
+        name: "alarms",
+        about: "Active alarms and the history, each with cause and remedy",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/alarms", None),
+    },
+    Tool {
+        name: "position",
+        about: "The posture of the arm: joints, and the tool point in the world",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/arm/pose", None),
+    },
+    Tool {
+        name: "findings",
+        about: "What a host program did wrong at the protocol: rule, message, bytes, remedy",
+        arguments: &[],
+        run: |robot, _| robot.call("GET", "/findings", None),
+    },
+    Tool {
+        name: "explain_finding",
+        about: "What a rule of the findings says, where the manual says so, and what to do",
+        arguments: &[required(
+            "rule",
+            Kind::Text,
+            "Name of the rule, such as answer-early",
+        )],
+        run: |_, arguments| explain(text(arguments, "rule")),
+    },
+    Tool {
+        name: "traffic",
+        about: "The transcript: every text of every port with its time, newest last",
+        arguments: &[optional(
+            "lines",
+            Kind::Number,
+            "At most so many lines, from the end; default 60",
+        )],
+        run: traffic,
+    },
+];
+
+impl Tool {
+    /// As `tools/list` has it.
+    pub(super) fn description(&self) -> Value {
+        let properties = self.arguments.iter().map(|argument| {
+            let schema = json!({ "type": argument.kind.name(), "description": argument.about });
+            (argument.name.to_owned(), schema)
+        });
+        let required = self.arguments.iter().filter(|argument| argument.is_required);
+        json!({
+            "name": self.name,
+            "description": self.about,
+            "inputSchema": {
+                "type": "object",
+                "properties": properties.collect::<serde_json::Map<_, _>>(),
+                "required": required.map(|argument| argument.name).collect::<Vec<_>>(),
+                "additionalProperties": false,
+            },
+        })
+    }
+
+    /// Whether these are its arguments.
+    ///
+    /// # Errors
+    /// One is missing, unknown or of another type.
+    pub(super) fn check(&self, arguments: &Value) -> Result<(), ToolError> {
+        let wrong = |name: &str, problem: String| {
+            Err(ToolError::Argument {
+                name: name.to_owned(),
+                problem,
+            })
+        };
+        for (name, value) in arguments.as_object().into_iter().flatten() {
+            match self.arguments.iter().find(|argument| argument.name == name) {
+                Some(argument) if argument.kind.fits(value) => {}
+                Some(argument) => {
+                    return wrong(
+                        name,
+                        format!("expected a {}, found {value}", argument.kind.name()),
+                    );
+                }
+                None => {
+                    let known = self.arguments.iter().map(|argument| argument.name);
+                    return wrong(name, format!("unknown{}", did_you_mean(name, known)));
+                }
+            }
+        }
+        let is_missing =
+            |argument: &&Argument| argument.is_required && arguments.get(argument.name).is_none();
+        match self.arguments.iter().find(is_missing) {
+            Some(argument) => wrong(argument.name, format!("missing: {}", argument.about)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn text<'a>(arguments: &'a Value, name: &str) -> &'a str {
+    arguments.get(name).and_then(Value::as_str).unwrap_or_default()
+}
+
+fn encoded(name: &str) -> String {
+    ts3100_control::client::percent_encoded(name)
+}
+
+fn load_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
+    let (name, source) = (text(arguments, "name"), text(arguments, "source"));
+    let remarks = robot.call("POST", "/check", Some(&json!({ "text": source })))?;
+    let mut all = remarks.as_array().into_iter().flatten();
+    if all.any(|remark| remark.get("severity").and_then(Value::as_str) == Some("error")) {
+        return Err(ToolError::Program(remarks));
+    }
+    let path = format!("/files/{}", encoded(name));
+    robot.call("PUT", &path, Some(&json!({ "text": source })))?;
+    robot.call("POST", &format!("{path}/select"), Some(&json!({})))?;
+    Ok(json!({ "selected": name, "warnings": remarks }))
+}
+
+fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
+    let condition = match text(arguments, "condition") {
+        "" => "idle",
+        condition => condition,
+    };
+    let seconds = arguments.get("seconds").and_then(Value::as_f64).unwrap_or(10.0);
+    robot.call("POST", "/program/start", Some(&json!({})))?;
+    let seconds = seconds.clamp(0.0, LONGEST_WAIT);
+    // A stepped clock stands still while somebody only waits.
+    let clock = robot.call("GET", "/clock", None)?;
+    let path = match clock.get("mode").and_then(Value::as_str) {
+        Some("stepped") => "/clock/advance-until",
+        _ => "/wait",
+    };
+    let body = json!({ "condition": condition, "within": seconds, "wall": LONGEST_WAIT });
+    let waited = robot.call("POST", path, Some(&body))?;
+    let state = robot.call("GET", "/state", None)?;
+    Ok(json!({ "waited": waited, "state": state }))
+}
+
+fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
+    let (control, value) = (text(arguments, "control"), text(arguments, "value"));
+    let is_on = |on: &str, off: &str| match value {
+        value if value == on => Ok(true),
+        value if value == off => Ok(false),
+        other => Err(ToolError::Argument {
+            name: "value".to_owned(),
+            problem: format!("`{other}` is neither {on} nor {off}"),
+        }),
+    };
+    let number = value.parse::<u8>().unwrap_or_default();
+    let body = match control {
+        "servo" | "feed-hold" => json!({ "on": is_on("on", "off")? }),
+        "emergency-stop" => json!({ "pressed": is_on("on", "off")? }),
+        "safety-switch" => json!({ "open": is_on("open", "closed")? }),
+        "key-switch" => json!({ "position": value }),
+        "control-right" => json!({ "holder": value }),
+        "run-mode" => json!({ "mode": value }),
+        "override" => json!({ "percent": number }),
+        "reset-alarms" => return robot.call("POST", "/alarms/reset", Some(&json!({}))),
+        other => {
+            let known = [
+                "servo",
+                "emergency-stop",
+                "feed-hold",
+                "safety-switch",
+                "key-switch",
+                "control-right",
+                "run-mode",
+                "override",
+                "reset-alarms",
+            ];
+            return Err(ToolError::Argument {
+                name: "control".to_owned(),
+                problem: format!("`{other}` is none{}", did_you_mean(other, known)),
+            });
+        }
+    };
+    robot.call("PUT", &format!("/{control}"), Some(&body))
+}
+
+fn explain(rule: &str) -> Result<Value, ToolError> {
+    let Some(found) = Rule::by_id(rule) else {
+        let known = ts3100_controller::findings::RULES.iter().map(|rule| rule.id);
+        return Err(ToolError::Argument {
+            name: "rule".to_owned(),
+            problem: format!("no finding is called `{rule}`{}", did_you_mean(rule, known)),
+        });
+    };
+    Ok(json!({
+        "rule": found.id,
+        "severity": found.severity.as_str(),
+        "what": found.title,
+        "manual": found.source,
+        "remedy": found.remedy,
+        "docs": ts3100_recording::book::finding(found),
+    }))
+}
+
+fn traffic(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
+    let most = arguments.get("lines").and_then(Value::as_u64).unwrap_or(60);
+    let whole = robot.call("GET", "/transcript", None)?;
+    let whole = whole.as_str().unwrap_or_default();
+    let lines: Vec<&str> = whole.lines().collect();
+    let from = lines
+        .len()
+        .saturating_sub(usize::try_from(most).unwrap_or(usize::MAX));
+    Ok(Value::String(lines.get(from..).unwrap_or_default().join("\n")))
+}

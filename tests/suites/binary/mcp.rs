@@ -1,0 +1,141 @@
+//! `ts3100 mcp`: the Model Context Protocol over stdin and stdout. `tests/assistants.py` does the same with its reference client.
+
+use super::support::{Serve, ts3100};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+
+struct Assistant {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+}
+
+impl Assistant {
+    fn start(serve: &Serve) -> Assistant {
+        let control = serve.control.clone().unwrap();
+        let mut child = ts3100(&["mcp", "--url", &control])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        Assistant {
+            input: child.stdin.take().unwrap(),
+            output: BufReader::new(child.stdout.take().unwrap()),
+            child,
+        }
+    }
+
+    fn say(&mut self, line: &str) {
+        writeln!(self.input, "{line}").unwrap();
+    }
+
+    fn hear(&mut self) -> Value {
+        let mut line = String::new();
+        self.output.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap()
+    }
+
+    fn ask(&mut self, method: &str, parameters: &Value) -> Value {
+        self.say(&json!({"jsonrpc": "2.0", "id": 7, "method": method, "params": parameters}).to_string());
+        let answer = self.hear();
+        assert_eq!((&answer["jsonrpc"], &answer["id"]), (&json!("2.0"), &json!(7)));
+        answer
+    }
+
+    /// The text of a tool's result, and whether it is an error.
+    fn tool(&mut self, name: &str, arguments: &Value) -> (String, bool) {
+        let answer = self.ask("tools/call", &json!({"name": name, "arguments": arguments}));
+        let result = &answer["result"];
+        let text = result["content"][0]["text"].as_str().unwrap().to_owned();
+        (text, result["isError"] == true)
+    }
+}
+
+impl Drop for Assistant {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wrong() {
+    let serve = Serve::ready(&["serve", "--servo-on", "--time", "stepped"]);
+    let mut assistant = Assistant::start(&serve);
+    let hello = assistant.ask(
+        "initialize",
+        &json!({"protocolVersion": "2025-03-26", "capabilities": {}}),
+    );
+    assert_eq!(hello["result"]["protocolVersion"], "2025-03-26");
+    assert_eq!(hello["result"]["serverInfo"]["name"], "ts3100");
+    assistant.say(r#"{"jsonrpc": "2.0", "method": "notifications/initialized"}"#);
+    let tools = assistant.ask("tools/list", &json!({}));
+    let tools = tools["result"]["tools"].as_array().unwrap().clone();
+    assert!(tools.len() > 10 && tools.iter().all(|tool| tool["inputSchema"]["type"] == "object"));
+
+    let (said, is_error) = assistant.tool(
+        "load_program",
+        &json!({"name": "COUNT", "source": "PROGRAM COUNT\nMOV P1\nEND\n"}),
+    );
+    assert!(is_error && said.contains("\"line\": 2"), "{said}");
+    let source = "GLOBAL\nN = 0\nEND\nPROGRAM COUNT\nFOR I = 1 TO 10\nN = I\nDELAY 0.1\nNEXT I\nEND\n";
+    let (said, is_error) = assistant.tool("load_program", &json!({"name": "COUNT", "source": source}));
+    assert!(!is_error, "{said}");
+    let (said, is_error) = assistant.tool("run_program", &json!({}));
+    assert!(!is_error && said.contains("\"reached\": true"), "{said}");
+    assert!(assistant.tool("variables", &json!({})).0.contains("10"));
+
+    serve.host(&["fd"]);
+    let mut host = serve.dial(0);
+    host.write_all(b"\x02zz\r\x03").unwrap();
+    ts3100_tests::host::Host::read_until(&mut host, 0x03);
+    let (said, _) = assistant.tool("findings", &json!({}));
+    assert!(said.contains("unknown-command"), "{said}");
+    let (said, _) = assistant.tool("explain_finding", &json!({"rule": "unknown-command"}));
+    assert!(said.contains("Begin a message with two letters"), "{said}");
+    assert!(assistant.tool("traffic", &json!({})).0.contains("zz"));
+
+    let (said, is_error) = assistant.tool("panel", &json!({"control": "servo", "value": "closed"}));
+    assert!(
+        is_error && said.contains("`closed` is neither on nor off"),
+        "{said}"
+    );
+    let (said, is_error) = assistant.tool("panel", &json!({"control": "emergency-stop", "value": "on"}));
+    assert!(!is_error, "{said}");
+    let (said, is_error) = assistant.tool("run_program", &json!({}));
+    assert!(is_error && said.contains("emergency stop"), "{said}");
+}
+
+#[test]
+fn what_is_no_request_gets_the_error_that_json_rpc_has_for_it() {
+    let serve = Serve::ready(&["serve"]);
+    let mut assistant = Assistant::start(&serve);
+    for (line, code) in [
+        ("{", -32_700),
+        ("[]", -32_600),
+        (r#"{"id": 1}"#, -32_600),
+        (r#"{"id": 1, "method": "tools/fly"}"#, -32_601),
+        (
+            r#"{"id": 1, "method": "tools/call", "params": {"name": "fly"}}"#,
+            -32_602,
+        ),
+        (r#"{"id": 1, "method": "tools/call"}"#, -32_602),
+    ] {
+        assistant.say(line);
+        assert_eq!(assistant.hear()["error"]["code"], code, "{line}");
+    }
+    // Blank lines, notifications and answers get none; the next request is answered.
+    assistant.say("");
+    assistant.say(r#"{"jsonrpc": "2.0", "method": "notifications/cancelled"}"#);
+    assistant.say(r#"{"jsonrpc": "2.0", "id": 3, "result": {}}"#);
+    assert_eq!(assistant.ask("ping", &json!({}))["result"], json!({}));
+    for (arguments, expected) in [
+        (json!({}), "`source`: missing"),
+        (json!({"source": 3}), "expected a string, found 3"),
+        (json!({"sourc": "x"}), "did you mean `source`?"),
+    ] {
+        let (said, is_error) = assistant.tool("check_program", &arguments);
+        assert!(is_error && said.contains(expected), "{said}");
+    }
+}
