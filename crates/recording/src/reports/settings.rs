@@ -198,8 +198,9 @@ impl Reports {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
             FindingsFormat::Markdown => {
-                let view = FindingsView::of_run(findings, &run.command_coverage());
-                markdown::document(&view, &run.coverage(config))
+                let coverage = run.command_coverage();
+                let view = FindingsView::of_run(findings, &coverage);
+                markdown::document(&view, &CoverageReport::new(&coverage, config))
             }
             FindingsFormat::Json => pretty(&FindingsView::of_run(findings, &run.command_coverage())),
         }
