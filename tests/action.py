@@ -21,6 +21,7 @@ import tempfile
 import threading
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import packages  # noqa: E402
 from wire import Failed, equal, ok, true  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
@@ -166,15 +167,11 @@ def main():
     parser = argparse.ArgumentParser(description="Run the steps of action.yml")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
     arguments = parser.parse_args()
+    code = packages.run_with(SCHEMAS, "pyyaml")
+    if code is not None:
+        return code
     folder = tempfile.mkdtemp()
     try:
-        if not os.environ.get("TS3100_ACTION_VENV"):
-            # PyYAML and the schemas, in an environment of their own.
-            subprocess.run([sys.executable, "-m", "venv", os.path.join(folder, "venv")], check=True)
-            python = os.path.join(folder, "venv", "bin", "python")
-            subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", SCHEMAS, "pyyaml"], check=True)
-            code = subprocess.run([python, *sys.argv], env={**os.environ, "TS3100_ACTION_VENV": "1"}, check=False).returncode
-            return code
         jobs(folder, os.path.realpath(arguments.serve))
         schemas(folder, sys.executable)
         ok("the action")

@@ -7,12 +7,11 @@ import argparse
 import asyncio
 import json
 import os
-import shutil
 import subprocess
 import sys
-import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import packages  # noqa: E402
 from wire import Failed, equal, ok, true  # noqa: E402
 
 CLIENT = ["mcp==1.30.0", "jsonschema==4.26.0"]
@@ -56,15 +55,9 @@ def main():
     parser = argparse.ArgumentParser(description="The server for AI assistants with the reference client")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
     arguments = parser.parse_args()
-    if not os.environ.get("TS3100_MCP_VENV"):
-        folder = tempfile.mkdtemp()
-        try:
-            subprocess.run([sys.executable, "-m", "venv", folder], check=True)
-            python = os.path.join(folder, "bin", "python")
-            subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", *CLIENT], check=True)
-            return subprocess.run([python, *sys.argv], env={**os.environ, "TS3100_MCP_VENV": "1"}, check=False).returncode
-        finally:
-            shutil.rmtree(folder)
+    code = packages.run_with(*CLIENT)
+    if code is not None:
+        return code
     binary = os.path.realpath(arguments.serve)
     serve = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "--servo-on", "--time", "auto"],
                              stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
