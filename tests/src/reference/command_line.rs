@@ -94,11 +94,9 @@ fn leaf_commands(text: &mut String, path: &str, leaves: &[&Command]) {
     let mut rows = Vec::new();
     for leaf in leaves {
         for (_, arguments) in groups(leaf, Flags::Own) {
-            rows.extend(
-                arguments
-                    .iter()
-                    .map(|argument| row(path, leaf.get_name(), argument)),
-            );
+            // The flags of its parent are shown there.
+            let own = arguments.iter().filter(|argument| !argument.is_global_set());
+            rows.extend(own.map(|argument| row(path, leaf.get_name(), argument)));
         }
     }
     if !rows.is_empty() {
@@ -115,13 +113,10 @@ fn groups<'a>(command: &'a Command, flags: Flags<'_>) -> Vec<(&'a str, Vec<&'a A
             .any(|other| other.get_long().is_some() && other.get_long() == argument.get_long()),
         Flags::Configured | Flags::Own => false,
     };
-    // A leaf shows the flags of its parent, too.
-    let is_leaf = shown(command).next().is_none();
     let mut groups: Vec<(&str, Vec<&Arg>)> = Vec::new();
     for argument in command.get_arguments() {
         let id = argument.get_id().as_str();
-        let is_inherited = is_leaf && argument.is_global_set();
-        if argument.is_hide_set() || is_inherited || is_hidden(argument) || id == "help" || id == "version" {
+        if argument.is_hide_set() || is_hidden(argument) || id == "help" || id == "version" {
             continue;
         }
         let heading = match (argument.is_positional(), argument.get_help_heading()) {

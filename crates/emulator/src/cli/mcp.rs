@@ -1,11 +1,13 @@
 //! `ts3100 mcp`: a Model Context Protocol server on stdin and stdout, with which an assistant works an emulator that runs.
 //!
-//! The protocol is JSON-RPC 2.0, one message a line, and of it five methods; that is less than a library for it needs to be
-//! fed with. The tools are in [`tools`], each a few calls of the control interface.
+//! The protocol is JSON-RPC 2.0, one message a line, and of it four methods, so no library
+//! is needed. The tools are in [`tools`], each a few calls of the control interface.
 
 mod tools;
 
-use super::ctl::target;
+use super::ctl::call::Call;
+use super::ctl::target::{TargetArgs, advice};
+use super::ctl::words_of_refusal;
 use super::exit::UNUSABLE;
 use crate::log::print_error;
 use clap::Args;
@@ -13,10 +15,7 @@ use serde_json::{Value, json};
 use std::io::{self, BufRead, Read as _, Write as _};
 use std::process::ExitCode;
 use tools::{TOOLS, Tool, ToolError};
-use ts3100_control::client::Client;
 
-/// The environment variable of the token, which `serve` reads too.
-const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 /// Longest message in bytes: a program of the largest size, escaped.
 const MAX_MESSAGE: u64 = 1024 * 1024;
 /// The revisions of the protocol that are spoken, newest first.
@@ -44,15 +43,8 @@ const INVALID_PARAMS: i64 = -32_602;
 /// Exit codes: 0 the assistant has gone; 2 wrong usage.
 #[derive(Debug, Args)]
 pub(super) struct McpArgs {
-    /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
-    #[arg(long, value_name = "URL")]
-    url: Option<String>,
-    /// Call this robot, where several run in one process
-    #[arg(long, value_name = "NAME")]
-    robot: Option<String>,
-    /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
-    #[arg(long, value_name = "TOKEN")]
-    token: Option<String>,
+    #[command(flatten)]
+    target: TargetArgs,
 }
 
 /// The control interface of the robot.
@@ -62,33 +54,24 @@ pub(super) struct Robot<'a> {
 
 impl Robot<'_> {
     /// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
-    fn call(&self, method: &str, path: &str, body: Option<&Value>) -> Result<Value, ToolError> {
+    fn call(&self, method: &'static str, path: &str, body: Option<Value>) -> Result<Value, ToolError> {
         let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
-        let url = target::of(self.args.url.as_deref()).map_err(|error| unreachable(&error))?;
-        let variable = std::env::var(TOKEN_VARIABLE)
-            .ok()
-            .filter(|token| !token.is_empty());
-        let client =
-            Client::new(&url, self.args.token.clone().or(variable)).map_err(|error| unreachable(&error))?;
-        let client = client.with_timeout(tools::LONGEST_CALL);
-        let path = match &self.args.robot {
-            Some(robot) => format!("/robots/{robot}{path}"),
-            None => path.to_owned(),
+        let target = &self.args.target;
+        let url = target.url().map_err(|error| unreachable(&error))?;
+        let call = Call {
+            method,
+            path: path.to_owned(),
+            body,
         };
-        let body = body.map(ToString::to_string);
-        let answer = client.call(method, &path, body.as_deref());
+        let call = call.of_robot(target.robot());
+        let body = call.body.as_ref().map(ToString::to_string);
+        let client = target.client(&url, tools::LONGEST_CALL);
+        let answer = client.and_then(|client| client.call(call.method, &call.path, body.as_deref()));
         let (status, text) =
-            answer.map_err(|error| unreachable(&format_args!("{error}{}", target::advice(&error))))?;
-        let value = serde_json::from_str::<Value>(&text).unwrap_or(Value::String(text));
+            answer.map_err(|error| unreachable(&format_args!("{error}{}", advice(&error))))?;
         match status {
-            400.. => Err(ToolError::Refused(
-                value
-                    .get("error")
-                    .and_then(Value::as_str)
-                    .unwrap_or("refused")
-                    .to_owned(),
-            )),
-            _ => Ok(value),
+            400.. => Err(ToolError::Refused(words_of_refusal(&text))),
+            _ => Ok(serde_json::from_str(&text).unwrap_or(Value::String(text))),
         }
     }
 }

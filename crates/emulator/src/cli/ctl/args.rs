@@ -2,8 +2,8 @@
 //!
 //! Each command becomes one HTTP call in [`super::call`].
 
+use super::target::TargetArgs;
 use crate::config::args::word;
-use crate::config::exported;
 use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,15 +17,9 @@ use ts3100_recording::transcript::TranscriptFile;
 /// Exit codes: 0 done; 1 refused; 2 wrong usage; 3 no answer; 4 the condition was not met in time.
 #[derive(Debug, Args)]
 pub struct CtlArgs {
-    /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
-    #[arg(long, value_name = "URL", global = true)]
-    pub url: Option<String>,
-    /// Call this robot, where several run in one process [env: TS3100_ROBOT]
-    #[arg(long, value_name = "NAME", global = true)]
-    pub robot: Option<String>,
-    /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
-    #[arg(long, value_name = "TOKEN", global = true)]
-    pub token: Option<String>,
+    /// The robot that is called.
+    #[command(flatten)]
+    pub target: TargetArgs,
     /// Longest wait for an answer, in seconds; --wall is added where a command waits; `events` ends after it [default: 10]
     #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
     pub timeout: Option<Duration>,
@@ -34,16 +28,6 @@ pub struct CtlArgs {
     pub json: bool,
     #[command(subcommand)]
     pub command: Command,
-}
-
-impl CtlArgs {
-    /// The robot that is called, where there are several.
-    pub fn robot(&self) -> Option<String> {
-        let variable = std::env::var(exported::ROBOT)
-            .ok()
-            .filter(|name| !name.is_empty());
-        self.robot.clone().or(variable)
-    }
 }
 
 /// What is asked for.

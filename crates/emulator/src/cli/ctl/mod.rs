@@ -4,7 +4,7 @@
 //! the call is sent with [`ts3100_control::client`] and its result becomes an exit code.
 
 mod args;
-mod call;
+pub(super) mod call;
 mod show;
 pub(super) mod target;
 
@@ -22,14 +22,11 @@ use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
 
-/// The environment variable of the token, which `serve` reads too.
-const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
-
 /// Makes the call and shows the answer.
 pub fn run(args: &CtlArgs) -> ExitCode {
     let call = Call::from_command(&args.command, args.json);
-    let call = call.and_then(|call| Ok((target::url(args)?, call)));
-    let call = call.map(|(url, call)| (url, call.of_robot(args.robot())));
+    let call = call.and_then(|call| Ok((args.target.url()?, call)));
+    let call = call.map(|(url, call)| (url, call.of_robot(args.target.robot())));
     let (url, call) = match call {
         Ok(call) => call,
         Err(error) => {
@@ -37,7 +34,11 @@ pub fn run(args: &CtlArgs) -> ExitCode {
             return ExitCode::from(UNUSABLE);
         }
     };
-    match client(args, &url, &call).and_then(|client| perform(&client, &call, args)) {
+    let limit = args
+        .timeout
+        .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
+    let client = args.target.client(&url, limit);
+    match client.and_then(|client| perform(&client, &call, args)) {
         Ok(code) => code,
         Err(error) => {
             print_error(format_args!("{error}{}", target::advice(&error)));
@@ -50,15 +51,6 @@ pub fn run(args: &CtlArgs) -> ExitCode {
             })
         }
     }
-}
-
-fn client(args: &CtlArgs, url: &str, call: &Call) -> Result<Client, ClientError> {
-    let variable = std::env::var(TOKEN_VARIABLE).ok();
-    let token = args.token.clone().or(variable.filter(|token| !token.is_empty()));
-    let limit = args
-        .timeout
-        .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
-    Ok(Client::new(url, token)?.with_timeout(limit))
 }
 
 fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
@@ -124,11 +116,16 @@ fn refused(json: bool, text: &str) -> ExitCode {
     if json {
         eprintln!("{}", escape_lines(text.trim_end()));
     } else {
-        let answer = serde_json::from_str::<Value>(text).unwrap_or_default();
-        let words = answer.get("error").and_then(Value::as_str);
-        print_error(words.unwrap_or(text).trim_end());
+        print_error(words_of_refusal(text));
     }
     ExitCode::from(NEGATIVE)
+}
+
+/// Why a call was refused, from its answer.
+pub(super) fn words_of_refusal(text: &str) -> String {
+    let answer = serde_json::from_str::<Value>(text).unwrap_or_default();
+    let words = answer.get("error").and_then(Value::as_str);
+    words.unwrap_or(text).trim_end().to_owned()
 }
 
 /// The answer as it comes, to a file.

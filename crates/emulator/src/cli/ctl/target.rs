@@ -4,13 +4,18 @@
 //! State files name the emulators ([`crate::instances`]). They also tell a port of the robot from the interface, before
 //! anything is sent to it.
 
-use super::args::CtlArgs;
+use crate::config::exported;
 use crate::instances::{self, Instance};
+use clap::Args;
+use std::time::Duration;
 use ts3100_control::URL_VARIABLE;
-use ts3100_control::client::ClientError;
+use ts3100_control::client::{Client, ClientError};
 
 /// Where the interface is if no emulator has a state file.
 const DEFAULT_URL: &str = "http://127.0.0.1:3100";
+
+/// The environment variable of the token, which `serve` reads too.
+const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 
 /// Why there is nothing to call.
 #[derive(Debug, thiserror::Error)]
@@ -57,22 +62,48 @@ fn list(instances: &[Instance]) -> String {
     instances.iter().map(line).collect()
 }
 
-/// The URL to call.
-///
-/// # Errors
-/// See [`TargetError`].
-pub fn url(args: &CtlArgs) -> Result<String, TargetError> {
-    of(args.url.as_deref())
+/// Which robot is called, and with what right.
+#[derive(Debug, Args)]
+pub struct TargetArgs {
+    /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
+    #[arg(long, value_name = "URL", global = true)]
+    url: Option<String>,
+    /// Call this robot, where several run in one process [env: TS3100_ROBOT]
+    #[arg(long, value_name = "NAME", global = true)]
+    robot: Option<String>,
+    /// Token of the control interface [env: TS3100_CONTROL_TOKEN]
+    #[arg(long, value_name = "TOKEN", global = true)]
+    token: Option<String>,
 }
 
-/// The same with this URL, if one is given.
-///
-/// # Errors
-/// See [`TargetError`].
-pub fn of(given: Option<&str>) -> Result<String, TargetError> {
-    let variable = std::env::var(URL_VARIABLE).ok().filter(|url| !url.is_empty());
-    let told = given.map(str::to_owned).or(variable);
-    choose(told, instances::running())
+impl TargetArgs {
+    /// The URL to call.
+    ///
+    /// # Errors
+    /// See [`TargetError`].
+    pub fn url(&self) -> Result<String, TargetError> {
+        choose(given(self.url.as_ref(), URL_VARIABLE), instances::running())
+    }
+
+    /// The robot that is called, where there are several.
+    pub fn robot(&self) -> Option<String> {
+        given(self.robot.as_ref(), exported::ROBOT)
+    }
+
+    /// What calls this URL and waits so long for an answer.
+    ///
+    /// # Errors
+    /// The URL or the token is none.
+    pub fn client(&self, url: &str, limit: Duration) -> Result<Client, ClientError> {
+        let token = given(self.token.as_ref(), TOKEN_VARIABLE);
+        Ok(Client::new(url, token)?.with_timeout(limit))
+    }
+}
+
+/// A flag, or else its variable.
+fn given(flag: Option<&String>, variable: &str) -> Option<String> {
+    let from_variable = || std::env::var(variable).ok().filter(|value| !value.is_empty());
+    flag.cloned().or_else(from_variable)
 }
 
 fn choose(told: Option<String>, running: Vec<Instance>) -> Result<String, TargetError> {

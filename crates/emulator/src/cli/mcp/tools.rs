@@ -3,6 +3,7 @@
 use super::Robot;
 use serde_json::{Value, json};
 use std::time::Duration;
+use ts3100_control::client::percent_encoded;
 use ts3100_controller::findings::Rule;
 use ts3100_proto::words::did_you_mean;
 
@@ -114,7 +115,7 @@ pub(super) const TOOLS: &[Tool] = &[
             robot.call(
                 "POST",
                 "/check",
-                Some(&json!({ "text": text(arguments, "source") })),
+                Some(json!({ "text": text(arguments, "source") })),
             )
         },
     },
@@ -136,7 +137,7 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "The content of a file of the RAM drive; without a name the list of files",
         arguments: &[optional("name", Kind::Text, "Name of the file")],
         run: |robot, arguments| match arguments.get("name").and_then(Value::as_str) {
-            Some(name) => robot.call("GET", &format!("/files/{}", encoded(name)), None),
+            Some(name) => robot.call("GET", &format!("/files/{}", percent_encoded(name)), None),
             None => robot.call("GET", "/files", None),
         },
     },
@@ -158,7 +159,7 @@ pub(super) const TOOLS: &[Tool] = &[
         name: "stop_program",
         about: "Press STOP: the program stops after the present statement",
         arguments: &[],
-        run: |robot, _| robot.call("POST", "/program/stop", Some(&json!({}))),
+        run: |robot, _| robot.call("POST", "/program/stop", Some(json!({}))),
     },
     Tool {
         name: "advance_clock",
@@ -166,7 +167,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[required("seconds", Kind::Number, "Virtual seconds")],
         run: |robot, arguments| {
             let seconds = arguments.get("seconds").cloned().unwrap_or_default();
-            robot.call("POST", "/clock/advance", Some(&json!({ "seconds": seconds })))
+            robot.call("POST", "/clock/advance", Some(json!({ "seconds": seconds })))
         },
     },
     Tool {
@@ -196,7 +197,7 @@ pub(super) const TOOLS: &[Tool] = &[
         run: |robot, arguments| {
             let line = arguments.get("line").cloned().unwrap_or_default();
             let on = arguments.get("on").cloned().unwrap_or_default();
-            robot.call("PUT", &format!("/inputs/{line}"), Some(&json!({ "on": on })))
+            robot.call("PUT", &format!("/inputs/{line}"), Some(json!({ "on": on })))
         },
     },
     Tool {
@@ -310,20 +311,16 @@ fn text<'a>(arguments: &'a Value, name: &str) -> &'a str {
     arguments.get(name).and_then(Value::as_str).unwrap_or_default()
 }
 
-fn encoded(name: &str) -> String {
-    ts3100_control::client::percent_encoded(name)
-}
-
 fn load_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
     let (name, source) = (text(arguments, "name"), text(arguments, "source"));
-    let remarks = robot.call("POST", "/check", Some(&json!({ "text": source })))?;
+    let remarks = robot.call("POST", "/check", Some(json!({ "text": source })))?;
     let mut all = remarks.as_array().into_iter().flatten();
     if all.any(|remark| remark.get("severity").and_then(Value::as_str) == Some("error")) {
         return Err(ToolError::Program(remarks));
     }
-    let path = format!("/files/{}", encoded(name));
-    robot.call("PUT", &path, Some(&json!({ "text": source })))?;
-    robot.call("POST", &format!("{path}/select"), Some(&json!({})))?;
+    let path = format!("/files/{}", percent_encoded(name));
+    robot.call("PUT", &path, Some(json!({ "text": source })))?;
+    robot.call("POST", &format!("{path}/select"), Some(json!({})))?;
     Ok(json!({ "selected": name, "warnings": remarks }))
 }
 
@@ -333,7 +330,7 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
         condition => condition,
     };
     let seconds = arguments.get("seconds").and_then(Value::as_f64).unwrap_or(10.0);
-    robot.call("POST", "/program/start", Some(&json!({})))?;
+    robot.call("POST", "/program/start", Some(json!({})))?;
     let seconds = seconds.clamp(0.0, LONGEST_WAIT);
     // A stepped clock stands still while somebody only waits.
     let clock = robot.call("GET", "/clock", None)?;
@@ -342,7 +339,7 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
         _ => "/wait",
     };
     let body = json!({ "condition": condition, "within": seconds, "wall": LONGEST_WAIT });
-    let waited = robot.call("POST", path, Some(&body))?;
+    let waited = robot.call("POST", path, Some(body))?;
     let state = robot.call("GET", "/state", None)?;
     Ok(json!({ "waited": waited, "state": state }))
 }
@@ -366,7 +363,7 @@ fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
         "control-right" => json!({ "holder": value }),
         "run-mode" => json!({ "mode": value }),
         "override" => json!({ "percent": number }),
-        "reset-alarms" => return robot.call("POST", "/alarms/reset", Some(&json!({}))),
+        "reset-alarms" => return robot.call("POST", "/alarms/reset", Some(json!({}))),
         other => {
             let known = [
                 "servo",
@@ -385,7 +382,7 @@ fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
             });
         }
     };
-    robot.call("PUT", &format!("/{control}"), Some(&body))
+    robot.call("PUT", &format!("/{control}"), Some(body))
 }
 
 fn explain(rule: &str) -> Result<Value, ToolError> {
