@@ -168,6 +168,7 @@ fn directory(create: bool) -> io::Result<PathBuf> {
 }
 
 fn create_private(path: &Path) -> io::Result<()> {
+    #[cfg_attr(not(unix), allow(unused_mut))]
     let mut builder = DirBuilder::new();
     #[cfg(unix)]
     std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);

@@ -1,7 +1,9 @@
 //! Bytes that came off a serial line and that the host has not taken yet.
 
+#[cfg(unix)]
 use crate::portion::log_bytes;
 use std::collections::VecDeque;
+#[cfg(unix)]
 use std::io;
 use tracing::debug;
 use ts3100_controller::Port;
@@ -34,12 +36,14 @@ impl Unsent {
         self.bytes.extend(bytes.iter().take(room));
     }
 
+    #[cfg(unix)]
     pub(super) fn is_empty(&self) -> bool {
         self.bytes.is_empty()
     }
 
     /// Writes until nothing is left or the system takes no more; whether something is left. What cannot be written
-    /// because of an error is lost.
+    /// because of an error is lost. Only terminals take bytes this way.
+    #[cfg(unix)]
     pub(super) fn write(&mut self, mut write: impl FnMut(&[u8]) -> io::Result<usize>) -> bool {
         while !self.bytes.is_empty() {
             match write(self.bytes.make_contiguous()) {

@@ -12,6 +12,7 @@ pub(super) use directory::DirectoryLocks;
 use directory::Link;
 use rustix::event::PollFlags;
 use rustix::fs::OFlags;
+use rustix::io::FdFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{ControlModes, OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr};
 use std::ffi::OsStr;
@@ -174,7 +175,9 @@ impl Pty {
 
 /// A new pseudo terminal: our end, and the name of the host's.
 fn create() -> io::Result<(OwnedFd, PathBuf)> {
-    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    // Not with the opening, which macOS does not know.
+    rustix::io::fcntl_setfd(&master, FdFlags::CLOEXEC)?;
     grantpt(&master)?;
     unlockpt(&master)?;
     let flags = rustix::fs::fcntl_getfl(&master)?;

@@ -1,0 +1,93 @@
+"""What is in a package, and whether it belongs there. Used by release.py."""
+
+import io
+import os
+import re
+import struct
+import subprocess
+import sys
+import tarfile
+import zipfile
+
+LICENCES = ["LICENSE-(APACHE|MIT)"]
+PROGRAM = r"ts3100(\.exe)?"
+# What each kind of package may hold: everything else in it is refused.
+ALLOWED = [
+    (r"ts3100-[^/]*\.(tar\.gz|zip)",
+     [r"ts3100-[^/]*/(%s|README\.md|CHANGELOG\.md|%s|man/ts3100[a-z-]*\.1|completions/[\w.]+)" % (PROGRAM, LICENCES[0])]),
+    (r".*\.deb", [r"usr/bin/ts3100", r"usr/share/man/man1/ts3100[a-z-]*\.1\.gz", r"usr/share/(bash-completion|zsh|fish)/[\w./-]+",
+                  r"usr/lib/systemd/system/ts3100\.service", r"etc/ts3100\.toml", r"usr/share/doc/ts3100/(copyright|CHANGELOG\.md)"]),
+    (r".*\.whl", [r"ts3100/[\w/]+\.py", r"ts3100/py\.typed", r"ts3100-[^/]*\.data/scripts/" + PROGRAM,
+                  r"ts3100-[^/]*\.dist-info/(METADATA|WHEEL|RECORD|entry_points\.txt|licenses/%s)" % LICENCES[0]]),
+    (r".*\.nupkg", [r"\[Content_Types\]\.xml", r"_rels/\.rels", r"ts3100[\w.-]*\.nuspec", r"README\.md", *LICENCES,
+                    r"tools/any/[\w-]+/(DotnetToolSettings\.xml|%s)" % PROGRAM]),
+    (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary)\.js|index\.d\.ts)" % (PROGRAM, LICENCES[0])]),
+    (r"ts3100\.hpp|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
+]
+# Symbols and debug information of an ELF file.
+ELF_DEBUG = re.compile(rb"\.symtab$|\.strtab$|\.debug_|\.zdebug_|\.stab")
+# Where a machine keeps its users and scratch files. A program may speak of /tmp itself.
+HOMES = re.compile(rb"(?:/root|/home/[a-z]|/Users/|/tmp/[\w.-]+/|/builds/|/github/|[A-Z]:\\Users\\)[\w./\\-]*")
+
+
+def contents(path):
+    """The files in a package: {name: (content, why it must not be there or "")}."""
+    name = os.path.basename(path)
+    try:
+        allowed = next(patterns for package, patterns in ALLOWED if re.fullmatch(package, name))
+    except StopIteration:
+        raise ValueError("no package has such a name") from None
+    files = {}
+    for inner, content in unpacked(path):
+        is_allowed = any(re.fullmatch(pattern, inner) for pattern in allowed)
+        files[inner] = (content, "" if is_allowed else "does not belong there")
+    return files
+
+
+def unpacked(path):
+    """Names and contents."""
+    if path.endswith((".zip", ".whl", ".nupkg")):
+        with zipfile.ZipFile(path) as archive:
+            return [(name, archive.read(name)) for name in archive.namelist() if not name.endswith("/")]
+    if path.endswith((".tar.gz", ".tgz")):
+        with open(path, "rb") as file:
+            return of_tar(file.read())
+    if path.endswith(".deb"):
+        done = subprocess.run(["dpkg-deb", "--fsys-tarfile", path], stdout=subprocess.PIPE, check=True)
+        return [(name.removeprefix("./"), content) for name, content in of_tar(done.stdout)]
+    with open(path, "rb") as file:
+        return [(os.path.basename(path), file.read())]
+
+
+def of_tar(data):
+    """Names and contents of the files of a tar archive."""
+    with tarfile.open(fileobj=io.BytesIO(data)) as archive:
+        return [(entry.name, archive.extractfile(entry).read()) for entry in archive if entry.isfile()]
+
+
+def unstripped(program):
+    """What of a program is for debuggers only."""
+    if program[:4] == b"\x7fELF":
+        # Of a 64-bit file with the low byte first: all of ours.
+        headers, size, count, names = struct.unpack_from("<Q", program, 40) + struct.unpack_from("<HHH", program, 58)
+        texts = struct.unpack_from("<Q", program, headers + size * names + 24)[0]
+        found = []
+        for index in range(count):
+            begin = texts + struct.unpack_from("<I", program, headers + size * index)[0]
+            found.append(program[begin:program.index(b"\0", begin)])
+        return ["has the section " + name.decode() for name in found if ELF_DEBUG.match(name)]
+    if program[:2] == b"MZ":
+        header = struct.unpack_from("<I", program, 60)[0]
+        symbols = struct.unpack_from("<I", program, header + 16)[0]
+        return ["has %d symbols" % symbols] if symbols else []
+    # Mach-O: nm says it; only a macOS machine makes them.
+    if sys.platform != "darwin":
+        return []
+    done = subprocess.run(["nm", "-"], input=program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
+    local = [line for line in done.stdout.splitlines() if b" t " in line]
+    return ["has %d local symbols" % len(local)] if local else []
+
+
+def foreign_paths(program):
+    """Paths of the machine that built it."""
+    return ["names " + path for path in sorted({found.decode() for found in HOMES.findall(program)})]
