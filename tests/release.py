@@ -16,7 +16,6 @@ import json
 import os
 import platform
 import re
-import select
 import shutil
 import signal
 import subprocess
@@ -46,7 +45,6 @@ __declspec(dllexport) int __stdcall ProcessPrng(unsigned char *buffer, unsigned 
 }
 int __stdcall DllMainCRTStartup(void *module, unsigned long reason, void *reserved) { return 1; }
 """
-STATUS = b"FL,MODE:external(ethernet)"
 WINE_TIMEOUT = 120
 
 
@@ -93,11 +91,9 @@ def answers(name, binary, *prefix, stop=signal.SIGTERM):
     emulator = Emulator(binary, "--servo-on", prefix=prefix)
     try:
         for stx in (True, False):
-            host = Host(Tcp(*emulator.address("ip0")), stx)
-            host.text(b"SU\r")
-            answer = host.reply()
-            true("%s answers SU %s STX" % (name, "with" if stx else "without"), STATUS in answer, answer)
-            host.text(b"OK\r")
+            host = Host(Tcp(emulator.address("ip0")), stx)
+            status = host.status()
+            true("%s answers SU %s STX" % (name, "with" if stx else "without"), len(status) == 6, status)
             host.way.close()
         emulator.process.send_signal(stop)
         equal("%s ends with exit code 0" % name, 0, emulator.process.wait(20))
@@ -123,8 +119,8 @@ def windows(program, tools, scratch):
     try:
         true("the program for Windows tells its version", "ts3100 " in run("wine", program, "--version"))
         answers("the program for Windows", program, "wine", stop=signal.SIGINT)
-        code, said = ran("wine", program, "exec", "--time", "auto", "--", program, "vr")
-        true("exec starts a Windows program, which misuses itself", code == 2 and "unrecognized subcommand 'vr'" in said, said)
+        said = run("wine", program, "exec", "--time", "auto", "--", "cmd", "/c", "ts3100.exe host %TS3100_IP0% su", cwd=folder)
+        true("exec starts a Windows program, which asks the robot", "EXT (ETHER)" in said, said)
     finally:
         subprocess.run(["wineserver", "--kill", "--wait"], check=False)
 
@@ -210,7 +206,7 @@ def debian(dist, scratch):
     for rights, expected in (("--inh-caps=-all,+net_bind_service --ambient-caps=-all,+net_bind_service", True), ("", False)):
         code, said = ran(*ROOT_COMMAND, "env", "RIGHTS=" + rights, "XDG_RUNTIME_DIR=" + drive, "unshare", "--net", *ask)
         true("a robot at port 1000 %s" % ("with the right of the service" if expected else "is refused without it"),
-             ("MODE:" in said) == expected and (expected or "1000" in said), said)
+             ("EXT (ETHER)" in said) == expected and (expected or "1000" in said), said)
     run(*ROOT_COMMAND, "dpkg", "--root=" + root, "--force-not-root", "--log=/dev/null", "--purge", "ts3100")
     true("dpkg removes all of it", not os.path.exists(unit) and not os.path.exists(os.path.join(root, "etc/ts3100.toml")))
     run(*ROOT_COMMAND, "rm", "-rf", root, drive)
