@@ -101,6 +101,13 @@ class Tools:
         return program
 
 
+def fetch(options):
+    """Fetches the tools."""
+    options.tools.python("zig", ZIG)
+    options.tools.python("wheels", WHEELS)
+    options.tools.cyclonedx()
+
+
 def build(options):
     """Compiles the programs."""
     system, machine = platform.system(), platform.machine()
@@ -329,6 +336,8 @@ def main():
     parser = argparse.ArgumentParser(description="Make a release; publish nothing")
     parser.add_argument("--tools", metavar="DIR", default=os.path.join(ROOT, "target", "tools"), help="where tools are kept")
     commands = parser.add_subparsers(dest="command", required=True)
+    part = commands.add_parser("tools", help="fetch now what `build` and `pack` would fetch")
+    part.set_defaults(what=fetch)
     part = commands.add_parser("build", help="compile the programs")
     part.add_argument("targets", nargs="*", metavar="TARGET", help="such as x86_64-unknown-linux-musl")
     part.add_argument("--out", required=True, help="the folder for TARGET/ts3100")

@@ -240,6 +240,9 @@ def metadata(dist, number, programs):
         archive = os.path.join(dist, os.path.basename(filled["pkg-url"]))
         listed = run("tar", "-tzf", archive) if suffix == ".tar.gz" else run(sys.executable, "-m", "zipfile", "-l", archive)
         true("cargo binstall finds the program for %s" % target, filled["bin-dir"] in listed, listed)
+    for name, line in (("action.yml", "    default: " + number), ("clients/dotnet/Directory.Build.props", "    <Version>%s</Version>" % number)):
+        with open(os.path.join(ROOT, name), encoding="utf-8") as file:
+            true("%s has the version of Cargo.toml" % name, line in file.read().splitlines(), line)
     with open(os.path.join(dist, "ts3100-%s.cdx.json" % number), encoding="utf-8") as file:
         bill = json.load(file)
     with open(os.path.join(ROOT, "Cargo.lock"), "rb") as file:
