@@ -22,7 +22,7 @@ ALLOWED = [
     (r".*\.nupkg", [r"\[Content_Types\]\.xml", r"_rels/\.rels", r"ts3100[\w.-]*\.nuspec", r"README\.md", *LICENCES,
                     r"tools/any/[\w-]+/(DotnetToolSettings\.xml|%s)" % PROGRAM]),
     (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary)\.js|index\.d\.ts)" % (PROGRAM, LICENCES[0])]),
-    (r"ts3100\.hpp|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
+    (r"ts3100\.hpp|ts3100\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
 ]
 # Symbols and debug information of an ELF file.
 ELF_DEBUG = re.compile(rb"\.symtab$|\.strtab$|\.debug_|\.zdebug_|\.stab")

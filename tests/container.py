@@ -35,11 +35,11 @@ STOP_LIMIT = 5.0
 class Container:
     """The service, its ports mapped to free ones of the loopback."""
 
-    def __init__(self, *arguments, environment=()):
+    def __init__(self, *arguments, environment=(), engine=()):
         ports = [word for port in (1000, 1001, 1002, 1003, 2217, 3100) for word in ("-p", "127.0.0.1::%d" % port)]
         settings = [word for pair in environment for word in ("-e", pair)]
         run("docker", "run", "-d", "--name", NAME, "--health-interval", "1s", "-v", VOLUME + ":/drive", *ports, *settings,
-            IMAGE, *arguments)
+            *engine, IMAGE, *arguments)
         self.wait_until_healthy()
 
     @classmethod
@@ -137,6 +137,9 @@ def flags():
         robot = Container(*arguments)
         equal("healthy with %s" % " ".join(arguments[1:]), "healthy", robot.inspect("{{.State.Health.Status}}"))
         robot.stop()
+    robot = Container("serve", "--listen", "0.0.0.0", "--ports", "auto", engine=["--read-only"])
+    equal("healthy with a read-only root", "healthy", robot.inspect("{{.State.Health.Status}}"))
+    robot.stop()
     robot = Container()
     problem = None
     try:

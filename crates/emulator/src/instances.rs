@@ -74,10 +74,24 @@ impl Instance {
     /// Without one everything else works, so an error is only logged.
     #[must_use]
     pub fn announce(&self) -> Option<StateFile> {
-        let written = directory(true).and_then(|directory| self.write(&directory));
-        written
+        self.write_in(&directories())
             .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
             .ok()
+    }
+
+    /// Writes it in the first of these directories that takes it. The error is that of the first.
+    fn write_in(&self, directories: &[PathBuf]) -> io::Result<StateFile> {
+        let mut refused = None;
+        for directory in directories {
+            let written = create_private(directory)
+                .and_then(|()| expect_private(directory))
+                .and_then(|()| self.write(directory));
+            match written {
+                Ok(file) => return Ok(file),
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| io::ErrorKind::NotFound.into()))
     }
 
     fn write(&self, directory: &Path) -> io::Result<StateFile> {
@@ -120,11 +134,17 @@ impl Drop for StateFile {
 /// The emulators of this user that run now, in the order of their processes.
 #[must_use]
 pub fn running() -> Vec<Instance> {
-    directory(false).map_or_else(|_| Vec::new(), |directory| running_in(&directory))
+    running_in(&directories())
 }
 
-fn running_in(directory: &Path) -> Vec<Instance> {
-    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+fn running_in(directories: &[PathBuf]) -> Vec<Instance> {
+    let private = directories
+        .iter()
+        .filter(|directory| expect_private(directory).is_ok());
+    let entries = private
+        .filter_map(|directory| fs::read_dir(directory).ok())
+        .flatten()
+        .flatten();
     let paths = entries.map(|entry| entry.path());
     let states = paths.filter(|path| path.extension().is_some_and(|ending| ending == "json"));
     let mut found: Vec<Instance> = states.filter_map(|path| read(&path)).collect();
@@ -152,19 +172,21 @@ fn read(path: &Path) -> Option<Instance> {
     serde_json::from_str(&files::read_text(path, MAX_FILE).ok()?).ok()
 }
 
-/// The directory of the state files: `ts3100` in the runtime directory of the user, or one with the number of the user
-/// in the directory for temporary files. One that others can write to is not used.
-fn directory(create: bool) -> io::Result<PathBuf> {
+/// Where state files are kept, the usual place first: `ts3100` in the runtime directory of the user, or one with the number
+/// of the user in the directory for temporary files. One that others can write to is not used.
+fn directories() -> Vec<PathBuf> {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
-    let path = match runtime.filter(|path| path.is_absolute() && path.is_dir()) {
-        Some(runtime) => runtime.join("ts3100"),
-        None => std::env::temp_dir().join(format!("ts3100{}", user_suffix())),
-    };
-    if create {
-        create_private(&path)?;
+    if let Some(runtime) = runtime.filter(|path| path.is_absolute() && path.is_dir()) {
+        return vec![runtime.join("ts3100")];
     }
-    expect_private(&path)?;
-    Ok(path)
+    let own = format!("ts3100{}", user_suffix());
+    // A container with a read-only root has no other place to write to.
+    let shared = Path::new("/dev/shm");
+    let shared = cfg!(target_os = "linux").then(|| shared.join(&own));
+    [std::env::temp_dir().join(&own)]
+        .into_iter()
+        .chain(shared)
+        .collect()
 }
 
 fn create_private(path: &Path) -> io::Result<()> {
@@ -224,6 +246,9 @@ mod tests {
     fn an_emulator_is_found_until_it_ends_and_what_a_killed_one_left_is_removed() {
         let directory = TempDir::new("instances");
         let place = directory.path();
+        create_private(&place.join("ts3100")).unwrap();
+        let place = &place.join("ts3100");
+        let running_in = |place: &Path| running_in(&[place.to_owned()]);
         let (first, second) = (instance(7), instance(12));
         let kept = (second.write(place).unwrap(), first.write(place).unwrap());
         assert_eq!(running_in(place), [first.clone(), second.clone()]);
@@ -241,6 +266,21 @@ mod tests {
         assert_eq!(fs::read_dir(place).unwrap().count(), 2);
         drop(kept.0);
         assert_eq!(fs::read_dir(place).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_directory_that_takes_no_file_is_passed_over() {
+        let directory = TempDir::new("instances");
+        let (nowhere, place) = (
+            directory.path().join("missing/ts3100"),
+            directory.path().join("ts3100"),
+        );
+        let found = [nowhere.clone(), place.clone()];
+        assert!(instance(7).write_in(&[nowhere]).is_err());
+        let kept = instance(7).write_in(&found).unwrap();
+        assert_eq!(running_in(&found), [instance(7)]);
+        assert!(place.join("7.json").exists());
+        drop(kept);
     }
 
     #[test]
