@@ -7,6 +7,7 @@ pub mod forms;
 mod look;
 mod motion;
 mod program;
+mod turns;
 
 use crate::probe::{Ask, Class, Probe, Reading};
 
@@ -56,6 +57,7 @@ pub fn probes() -> impl Iterator<Item = &'static Probe> {
         program::PROBES,
         channels::PROBES,
         motion::PROBES,
+        turns::PROBES,
     ]
     .into_iter()
     .flatten()

@@ -12,8 +12,8 @@ pub enum Class {
     Files,
     /// A program of the survey is selected and run. It computes, prints and waits; no axis moves.
     Program,
-    /// Servo power is switched, statements are executed with DO, feed hold and BREAK are used. No motion is asked for, but
-    /// somebody stands at the emergency stop.
+    /// Servo power is switched, statements are executed with DO, feed hold and BREAK are used, the last axis is turned by a few
+    /// degrees and back. Somebody stands at the emergency stop.
     Motion,
 }
 

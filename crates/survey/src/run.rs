@@ -84,7 +84,8 @@ pub fn survey(
                 prepared
             }
         };
-        let answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
+        let mut execution = None;
+        let answer = match allowed.and_then(|()| ask(&mut talk, probe, &mut execution)) {
             Ok(heard) => Answer::heard(probe, heard),
             Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
             Err(Trouble::Surprise(reason)) => {
@@ -103,7 +104,7 @@ pub fn survey(
         if report.stopped.is_none()
             && class == Some(probe.class)
             && probe.class >= Class::Files
-            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class)
+            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class, execution)
         {
             report.stopped = Some(format!("after {}: {reason}", probe.id));
         }
@@ -199,15 +200,20 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     Ok(())
 }
 
-/// What was heard, if it was the same each time.
-fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
+/// What was heard, if it was the same each time, and the status after the last time.
+fn ask(
+    talk: &mut Talk<'_>,
+    probe: &Probe,
+    execution: &mut Option<ExecutionStatus>,
+) -> Result<Heard, Trouble> {
     let mut first: Option<Heard> = None;
     for _ in 0..probe.repeats.max(1) {
+        *execution = None;
         let heard = ask_once(talk, probe)?;
         // Once is enough to see what was done.
         talk.keep_traffic();
         // The same command in the usual form is answered: silence and NG meant the form.
-        talk.status()?;
+        *execution = Some(talk.status()?.execution);
         match &first {
             Some(first) if *first != heard => return Ok(format!("{first}, and another time {heard}")),
             Some(_) => {}
@@ -272,16 +278,28 @@ fn distrust_silence(report: &mut Report) {
     }
 }
 
-/// Makes the controller ready for the next question: no alarm, no program midway, no file of the survey.
-fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
-    if talk.status()?.execution == ExecutionStatus::Running {
+/// Makes the controller ready for the next question: no alarm, no program midway, and to a question about files no file of
+/// the survey; a program is stored over the one before. `execution` is the status where it is known.
+fn tidy(talk: &mut Talk<'_>, class: Class, execution: Option<ExecutionStatus>) -> Result<(), Trouble> {
+    let execution = match execution {
+        Some(execution) => execution,
+        None => talk.status()?.execution,
+    };
+    if execution == ExecutionStatus::Running {
         talk.asks("EC,BREAK")?;
         talk.until_stopped(PATIENCE)?;
     }
     if class >= Class::Program {
         talk.asks("RS,PRG")?;
         talk.asks("RS,SEL")?;
+    } else {
+        erase(talk)?;
     }
+    Ok(())
+}
+
+/// Erases the file of the survey.
+fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
     talk.asks(&format!("ER,{FILE}"))?;
     Ok(())
 }
@@ -295,16 +313,12 @@ fn put_back(talk: &mut Talk<'_>, before: &Before) -> Vec<String> {
     // Something that came late must not keep the rest from being put back.
     let quiet = Duration::from_secs(1);
     let _late = talk.rest_of_burst().and_then(|_| talk.wait(quiet));
-    if tidy(
-        talk,
-        if before.has_changed_selection {
-            Class::Program
-        } else {
-            Class::Files
-        },
-    )
-    .is_err()
-    {
+    let class = if before.has_changed_selection {
+        Class::Program
+    } else {
+        Class::Files
+    };
+    if tidy(talk, class, None).and_then(|()| erase(talk)).is_err() {
         left.push(format!("the file {FILE} may still be on the RAM drive"));
     }
     if before.has_changed_selection

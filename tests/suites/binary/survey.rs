@@ -119,5 +119,8 @@ fn what_is_known_is_counted_and_findings_name_what_a_run_rested_on() {
     let document = std::fs::read_to_string(path).unwrap();
     let document: serde_json::Value = serde_json::from_str(&document).unwrap();
     assert_eq!(document["assumptions"][0]["id"], "op-16", "{document}");
-    assert_eq!(document["assumptions"][0]["survey"], "feed-hold");
+    assert_eq!(
+        document["assumptions"][0]["survey"],
+        "feed-hold, feed-hold-motion"
+    );
 }

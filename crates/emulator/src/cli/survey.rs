@@ -103,7 +103,7 @@ struct TargetArgs {
     #[arg(long, value_name = "SETTINGS", default_value = "9600 8 0 1", value_parser = serial_settings)]
     serial_settings: SerialSettings,
     /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs that
-    /// compute, print and wait; motion switches servo power and executes statements, with somebody at the emergency stop
+    /// compute, print and wait; motion turns the last axis a little, with somebody at the emergency stop
     #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = args::word::<Class>())]
     ask: Vec<Class>,
     /// Only these questions; `--dry-run` lists them
@@ -225,7 +225,7 @@ fn explained(class: Class) -> &'static str {
             "selects and runs programs TSSURVEY that compute, print and wait; no axis moves; resets the program and its alarms"
         }
         Class::Motion => {
-            "switches servo power, executes statements with DO, uses feed hold and BREAK; no motion is asked for"
+            "switches servo power, executes statements with DO, uses feed hold and BREAK; turns the last axis by up to 10 degrees and back, at 1 to 5 % of its speed"
         }
     }
 }
@@ -248,7 +248,7 @@ fn consents(plan: &Plan) -> bool {
         return true;
     }
     eprint!(
-        "The class motion switches servo power. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
+        "The class motion switches servo power, and turns the last axis by up to 10 degrees and back, slowly. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
          Type {CONSENT} to go on: "
     );
     let mut line = String::new();

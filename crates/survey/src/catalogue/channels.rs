@@ -216,8 +216,17 @@ fn input_buffer(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.start()?;
     talk.wait(QUIET)?;
     talk.say(Line::Channel, "100\r".repeat(75).as_bytes())?;
-    talk.wait(PATIENCE)?;
-    let count = plain(&talk.variable("R", 1)?);
+    // DELAY first; then as long as it counts.
+    let end = talk.now() + PATIENCE * 2;
+    let mut count = String::from("0");
+    loop {
+        let before = count;
+        talk.wait(QUIET)?;
+        count = plain(&talk.variable("R", 1)?);
+        if talk.now() >= end || (count == before && count != "0") {
+            break;
+        }
+    }
     talk.command("SP")?;
     talk.until_stopped(SETTLED)?;
     talk.close(Line::Channel);

@@ -1,5 +1,5 @@
-//! Questions for which servo power is switched, or a statement is executed with DO. No motion is asked for; somebody stands at
-//! the emergency stop all the same.
+//! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis; these do
+//! not, but somebody stands at the emergency stop all the same.
 
 use super::{ROW, decides, reading};
 use crate::probe::{Ask, Class, Probe};
@@ -9,7 +9,7 @@ use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::text::STX;
 
-const MOTION: Probe = Probe {
+pub(super) const MOTION: Probe = Probe {
     class: Class::Motion,
     repeats: 1,
     ..ROW
@@ -47,7 +47,8 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select(WAITS)?;
             talk.take_stops();
             talk.command("DO,R = 1")?;
-            talk.wait(LONGEST_DO)?;
+            talk.until_stopped(LONGEST_DO)?;
+            talk.wait(QUIET)?;
             Ok(if talk.take_stops() > 0 { "SP" } else { "none" }.to_owned())
         }),
         readings: &[reading("none"), reading("SP")],
@@ -186,7 +187,7 @@ pub(super) const PROBES: &[Probe] = &[
                 );
                 if counts.len() == 1 {
                     talk.command("DO,R = 1")?;
-                    talk.wait(LONGEST_DO)?;
+                    talk.until_stopped(LONGEST_DO)?;
                 }
             }
             Ok(match counts.as_slice() {
@@ -224,8 +225,13 @@ pub(super) const PROBES: &[Probe] = &[
     },
 ];
 
-/// SF of either arm, in one text or two.
+/// SF of either arm.
 pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
+    Ok(arm_status(talk)?.1)
+}
+
+/// SF of either arm, in one text or two, and which arm it is.
+pub(super) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus), Trouble> {
     let mut burst = talk.burst("SF")?;
     talk.acknowledge()?;
     let head = if burst.first() == Some(&STX) { 4 } else { 3 };
@@ -240,7 +246,9 @@ pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble>
         _ => SfLayout::Eight,
     };
     let content = burst.get(head..head + layout.len()).unwrap_or_default();
-    SystemStatus::decode(content, layout)
+    let status = SystemStatus::decode(content, layout);
+    status
+        .map(|status| (layout, status))
         .map_err(|error| Trouble::Surprise(format!("the answer to SF: {error}")))
 }
 
@@ -249,6 +257,13 @@ pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble>
 fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.select(WAITS)?;
     let (mut least, mut most) = (Duration::ZERO, LONGEST_DO);
+    // One after the other first: that narrows it down to the time of two answers.
+    talk.command("DO,R = 1")?;
+    let (sent, accepted) = talk.asked();
+    while least < LONGEST_DO && talk.status()?.execution == ExecutionStatus::Running {
+        least = talk.asked().0.saturating_sub(accepted);
+    }
+    most = most.min(talk.asked().1.saturating_sub(sent));
     for _ in 0..MOST_TRIES {
         if most.saturating_sub(least) <= DO_EXACT {
             break;

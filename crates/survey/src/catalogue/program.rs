@@ -241,9 +241,9 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "download-selected",
         question: "What becomes of a stopped program whose file is stored again?",
-        sends: "a program with DELAY 2; RN, SP; DL of the same file",
+        sends: "a program with DELAY 1.2; RN, SP; DL of the same file",
         ask: Ask::Steps(|talk| {
-            let source = computes!("DELAY 2\r\nR = 1\r\nDELAY 1\r\n");
+            let source = computes!("DELAY 1.2\r\nR = 1\r\nDELAY 1\r\n");
             talk.select(source)?;
             talk.start()?;
             talk.wait(QUIET)?;
@@ -305,9 +305,9 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "stop-in-delay",
         question: "Where does SP inside a DELAY stop a program?",
-        sends: "a program: DELAY 2, R = 1; RN, SP",
+        sends: "a program: DELAY 1.2, R = 1; RN, SP",
         ask: Ask::Steps(|talk| {
-            talk.select(computes!("DELAY 2\r\nR = 1\r\n"))?;
+            talk.select(computes!("DELAY 1.2\r\nR = 1\r\n"))?;
             talk.start()?;
             talk.wait(QUIET)?;
             talk.command("SP")?;

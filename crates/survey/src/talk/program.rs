@@ -7,8 +7,6 @@ use ts3100_proto::file::FlSender;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{Framing, encode_text};
 
-/// Pause between two questions whether a program still runs.
-const POLL: Duration = Duration::from_millis(100);
 /// Longest run of a program of the survey.
 const LONGEST_RUN: Duration = Duration::from_secs(8);
 
@@ -69,7 +67,7 @@ impl Talk<'_> {
         }
     }
 
-    /// Waits until the program has stopped, as SU says. Returns how, or `None` when it runs longer than `limit`.
+    /// Asks for SU, with the usual pause before each, until the program has stopped. Returns how, or `None` when it runs longer than `limit`.
     ///
     /// # Errors
     /// SU is not answered.
@@ -83,7 +81,6 @@ impl Talk<'_> {
             if self.now() >= end {
                 return Ok(None);
             }
-            self.wait(POLL)?;
         }
     }
 

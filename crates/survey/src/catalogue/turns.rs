@@ -1,0 +1,351 @@
+//! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %. Somebody stands at the emergency stop.
+
+use super::motion::{MOTION, arm_status};
+use super::reading;
+use crate::probe::{Ask, Probe};
+use crate::talk::{Heard, QUIET, Talk, Trouble};
+use std::time::Duration;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sf::SfLayout;
+
+/// How far the last axis is turned, in degrees: that of a SCARA is the faster one, and each takes somewhat less than a second.
+const ANGLE: f32 = 5.0;
+const ANGLE_OF_SCARA: f32 = 10.0;
+/// Percent of its speed on the way back.
+const SPEED_BACK: u8 = 5;
+/// Two angles that differ by less are the same.
+const EXACT: f32 = 0.05;
+/// A motion that was accepted has begun by then.
+const SOON: Duration = Duration::from_millis(100);
+/// How long a turn may take: the override of the robot may be low.
+const LONGEST_TURN: Duration = Duration::from_secs(30);
+/// The first statement of [`program`] is on this line.
+const FIRST_LINE: u16 = 7;
+
+const TURNS: Probe = Probe {
+    is_public: false,
+    ..MOTION
+};
+
+pub(super) const PROBES: &[Probe] = &[
+    Probe {
+        id: "quick-status-motion",
+        question: "What do DS and DC of SM show of a motion by DO?",
+        sends: "DO,MOVEI n, 5 WITH SPEED = 1 for the last axis n (10 for a SCARA); SM,1 until it has ended",
+        ask: Ask::Steps(|talk| turned(talk, quick_status_motion)),
+        readings: &[
+            reading("DS is 1 meanwhile, DC counts at the end"),
+            reading("DS is 1 meanwhile, DC counts at the beginning"),
+            reading("DS is 1 meanwhile, DC stays"),
+            reading("DS stays 0"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "feed-hold-motion",
+        question: "What does FD do to a motion by DO?",
+        sends: "DO,MOVEI n, 5 WITH SPEED = 1; FD, SF twice, FD, SF",
+        ask: Ask::Steps(|talk| turned(talk, feed_hold_motion)),
+        readings: &[
+            reading("it is held, and goes on"),
+            reading("it is held, and given up"),
+            reading("it is not held"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "stop-in-motion",
+        question: "What does SP do to a motion of a program?",
+        sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, SP, SF",
+        ask: Ask::Steps(|talk| turned(talk, |talk, turn| stopped_motion(talk, turn, "SP"))),
+        readings: &[
+            reading("it ends, stop (continue)"),
+            reading("it is cut, stop (continue)"),
+            reading("it is cut, stop (retry)"),
+            reading("it ends, stop (retry)"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "break-in-motion",
+        question: "What does EC,BREAK do to a motion of a program, and the next start?",
+        sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, EC,BREAK, SF, RN, SF",
+        ask: Ask::Steps(|talk| {
+            turned(talk, |talk, turn| {
+                let stopped = stopped_motion(talk, turn, "EC,BREAK")?;
+                let begin = angle(talk, turn.axis)?;
+                talk.start()?;
+                talk.until_stopped(LONGEST_TURN)?;
+                let end = angle(talk, turn.axis)?;
+                let goes_on = match () {
+                    () if same(end, turn.target()) => "goes on to the same end",
+                    () if same(end, begin + turn.by) => "begins again",
+                    () if same(end, begin) => "gives it up",
+                    () => "goes elsewhere",
+                };
+                Ok(format!("{stopped}; the next start {goes_on}"))
+            })
+        }),
+        readings: &[
+            reading("it is cut, stop (retry); the next start goes on to the same end"),
+            reading("it is cut, stop (retry); the next start begins again"),
+            reading("it is cut, stop (continue); the next start gives it up"),
+            reading("it is cut, stop (continue); the next start goes on to the same end"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "statement-after-motion",
+        question: "When does the statement after a motion run?",
+        sends: "two programs: TIMER = 0, MOVEI n, 5 WITH SPEED = 1, R = TIMER; one of them with ENABLE NOWAIT",
+        ask: Ask::Steps(|talk| turned(talk, statement_after_motion)),
+        readings: &[
+            reading("when the arm rests; with NOWAIT at once"),
+            reading("when the arm rests, with NOWAIT too"),
+            reading("at once, with NOWAIT too"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "lines-in-motion",
+        question: "Which lines does SF show while the first of two motions is under way?",
+        sends: "a program: MOVEI n, 5 WITH SPEED = 1, MOVEI n, -5 WITH SPEED = 5; RN, SF",
+        ask: Ask::Steps(|talk| turned(talk, lines_in_motion)),
+        readings: &[
+            reading("execution: the first; analysis: the second"),
+            reading("execution: the first; analysis: the first"),
+            reading("execution: the second; analysis: the second"),
+        ],
+        ..TURNS
+    },
+];
+
+/// What is turned, from where, and how far.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    /// The last axis: 4 of a SCARA, 6 else.
+    axis: usize,
+    /// Where it was.
+    from: f32,
+    /// Towards the middle of its range.
+    by: f32,
+}
+
+impl Turn {
+    fn target(self) -> f32 {
+        self.from + self.by
+    }
+
+    /// A motion by DO, or a statement of a program.
+    fn statement(self, by: f32) -> String {
+        self.statement_at(1, by)
+    }
+
+    /// At `speed` percent.
+    fn statement_at(self, speed: u8, by: f32) -> String {
+        format!("MOVEI {}, {by:.2} WITH SPEED = {speed}", self.axis)
+    }
+}
+
+fn same(one: f32, other: f32) -> bool {
+    (one - other).abs() < EXACT
+}
+
+/// Asks, and turns the axis back to where it was.
+fn turned(
+    talk: &mut Talk<'_>,
+    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<Heard, Trouble>,
+) -> Result<Heard, Trouble> {
+    let (layout, status) = arm_status(talk)?;
+    let (axis, size) = match layout {
+        SfLayout::Six => (4, ANGLE_OF_SCARA),
+        SfLayout::Eight => (6, ANGLE),
+    };
+    let from = joint(&status.joint, axis);
+    let by = if from > 0.0 { -size } else { size };
+    let turn = Turn { axis, from, by };
+    let heard = steps(talk, turn);
+    if let Err(Trouble::Surprise(reason)) = heard {
+        // What is unclear must not go on at a machine.
+        return Err(Trouble::Surprise(format!(
+            "{reason}; axis {axis} was not turned back, by up to {size} degrees"
+        )));
+    }
+    if heard.is_err() {
+        talk.finish()?;
+    }
+    let rest = from - angle(talk, axis)?;
+    if rest.abs() >= EXACT {
+        talk.command(&format!("DO,{}", turn.statement_at(SPEED_BACK, rest)))?;
+        talk.until_stopped(LONGEST_TURN)?;
+    }
+    heard
+}
+
+/// A program of these statements.
+fn program(statements: &[&str]) -> String {
+    let statements = statements.join("\r\n");
+    format!(
+        "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nTIMER = 0\r\nDISABLE NOWAIT\r\n{statements}\r\nEND\r\n"
+    )
+}
+
+fn joint(joints: &[f32; 8], axis: usize) -> f32 {
+    joints.get(axis - 1).copied().unwrap_or_default()
+}
+
+fn angle(talk: &mut Talk<'_>, axis: usize) -> Result<f32, Trouble> {
+    Ok(joint(&arm_status(talk)?.1.joint, axis))
+}
+
+/// DO needs a selected file.
+fn start_by_do(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
+    talk.select(&program(&["R = 1"]))?;
+    talk.command(&format!("DO,{}", turn.statement(turn.by)))
+}
+
+/// The axis has begun to turn and has not arrived.
+fn expect_turning(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
+    talk.wait(QUIET)?;
+    let now = angle(talk, turn.axis)?;
+    if same(now, turn.from) {
+        return Err(Trouble::Refused(format!(
+            "axis {} did not turn: it may be missing, or at its limit",
+            turn.axis
+        )));
+    }
+    if same(now, turn.target()) {
+        return Err(too_fast());
+    }
+    Ok(())
+}
+
+fn too_fast() -> Trouble {
+    Trouble::Refused("the motion was too fast to see".to_owned())
+}
+
+/// DC and DS.
+fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
+    let content = talk.content("SM,1")?;
+    let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+    let text = String::from_utf8_lossy(&content).into_owned();
+    let item = |name| text.split_whitespace().find_map(|item| item.strip_prefix(name));
+    match (item("DC"), item("DS")) {
+        (Some(count), Some(is_active)) => Ok((count.to_owned(), is_active == "1")),
+        _ => Err(Trouble::Refused("SM shows no DC and DS".to_owned())),
+    }
+}
+
+fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+    let (before, _) = quick_status(talk)?;
+    start_by_do(talk, turn)?;
+    let during = quick_status(talk)?;
+    expect_turning(talk, turn)?;
+    let later = quick_status(talk)?;
+    talk.until_stopped(LONGEST_TURN)?;
+    let (after, is_active) = quick_status(talk)?;
+    let is_seen = (during.1 || later.1) && !is_active;
+    let is_early = during.0 != before;
+    Ok(match (is_seen, is_early, after != before) {
+        (true, false, true) => "DS is 1 meanwhile, DC counts at the end".to_owned(),
+        (true, true, _) => "DS is 1 meanwhile, DC counts at the beginning".to_owned(),
+        (true, false, false) => "DS is 1 meanwhile, DC stays".to_owned(),
+        (false, ..) if !is_active => "DS stays 0".to_owned(),
+        (false, ..) => "DS stays 1".to_owned(),
+    })
+}
+
+fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+    start_by_do(talk, turn)?;
+    expect_turning(talk, turn)?;
+    talk.command("FD")?;
+    talk.wait(QUIET)?;
+    let first = angle(talk, turn.axis)?;
+    let second = angle(talk, turn.axis)?;
+    talk.command("FD")?;
+    talk.until_stopped(LONGEST_TURN)?;
+    let end = angle(talk, turn.axis)?;
+    if same(first, turn.target()) {
+        // FD came after its end.
+        return Err(too_fast());
+    }
+    Ok(match (same(first, second), same(end, turn.target())) {
+        (true, true) => "it is held, and goes on",
+        (true, false) => "it is held, and given up",
+        (false, _) => "it is not held",
+    }
+    .to_owned())
+}
+
+/// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
+fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Heard, Trouble> {
+    talk.select(&program(&[&turn.statement(turn.by), "R = 1"]))?;
+    talk.start()?;
+    expect_turning(talk, turn)?;
+    talk.command(command)?;
+    let execution = talk.until_stopped(LONGEST_TURN)?;
+    // The status may be there before the arm rests.
+    talk.wait(QUIET)?;
+    let end = if same(angle(talk, turn.axis)?, turn.target()) {
+        "it ends"
+    } else {
+        "it is cut"
+    };
+    Ok(format!(
+        "{end}, {}",
+        execution.map_or("running", ExecutionStatus::as_str)
+    ))
+}
+
+fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+    let mut times = [0.0_f32; 2];
+    for (time, (by, wait)) in times
+        .iter_mut()
+        .zip([(turn.by, "DISABLE NOWAIT"), (-turn.by, "ENABLE NOWAIT")])
+    {
+        talk.select(&program(&[wait, &turn.statement(by), "R = TIMER"]))?;
+        talk.start()?;
+        talk.until_stopped(LONGEST_TURN)?;
+        let value = talk.variable("R", 1)?;
+        *time = value
+            .parse()
+            .map_err(|_| Trouble::Refused(format!("R is {value}")))?;
+    }
+    // The turn takes about a second, whatever the unit of TIMER is.
+    let [waiting, at_once] = times;
+    let is_late = |time: f32| time > waiting.max(at_once) / 2.0;
+    Ok(match (is_late(waiting), is_late(at_once)) {
+        (true, false) => "when the arm rests; with NOWAIT at once",
+        (true, true) if waiting > 0.2 => "when the arm rests, with NOWAIT too",
+        _ => "at once, with NOWAIT too",
+    }
+    .to_owned())
+}
+
+fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+    talk.select(&program(&[
+        &turn.statement(turn.by),
+        &turn.statement_at(SPEED_BACK, -turn.by),
+    ]))?;
+    talk.start()?;
+    talk.wait(SOON)?;
+    let (_, status) = arm_status(talk)?;
+    let turned = |to: f32| (to - turn.from).abs();
+    let now = turned(joint(&status.joint, turn.axis));
+    // On the way back the angle becomes smaller.
+    if now < EXACT || turned(angle(talk, turn.axis)?) <= now {
+        return Err(too_fast());
+    }
+    talk.until_stopped(LONGEST_TURN)?;
+    let line = |number: u16| match number {
+        0 => "none".to_owned(),
+        number if number == FIRST_LINE => "the first".to_owned(),
+        number if number == FIRST_LINE + 1 => "the second".to_owned(),
+        number => format!("line {number}"),
+    };
+    Ok(format!(
+        "execution: {}; analysis: {}",
+        line(status.execution_line),
+        line(status.analysis_line)
+    ))
+}
