@@ -19,7 +19,10 @@ pub struct VirtualPeer {
 impl VirtualPeer {
     /// The port for commands is IP0, or HOST for a serial line.
     #[must_use]
-    pub fn new(robot: Robot, port: Port) -> VirtualPeer {
+    pub fn new(mut robot: Robot, port: Port) -> VirtualPeer {
+        if port == Port::Host {
+            robot.connect(port);
+        }
         VirtualPeer {
             robot,
             port,
@@ -62,9 +65,11 @@ impl Peer for VirtualPeer {
             return Err(PeerError::Absent);
         }
         self.close(line);
-        // A second connection is accepted and closed; that is the daemon's, not the controller's.
+        // A second connection is accepted and closed; that is the daemon's, not the controller's. A serial line is there.
         if line != Line::Second {
-            self.robot.connect(self.port(line));
+            if !self.is_serial() {
+                self.robot.connect(self.port(line));
+            }
             self.open[line as usize] = true;
         }
         Ok(())
@@ -72,7 +77,9 @@ impl Peer for VirtualPeer {
 
     fn close(&mut self, line: Line) {
         if std::mem::take(&mut self.open[line as usize]) {
-            self.robot.disconnect(self.port(line));
+            if !self.is_serial() {
+                self.robot.disconnect(self.port(line));
+            }
             self.robot.received(self.port(line));
         }
     }

@@ -361,6 +361,34 @@ fn a_robot_that_works_or_has_such_a_file_is_left_alone() {
 }
 
 #[test]
+fn servo_power_is_as_it_was() {
+    for was_on in [true, false] {
+        let mut peer = VirtualPeer::new(Robot::with(config(&[])), Port::Ip0);
+        peer.robot.panel(PanelAction::Servo(was_on));
+        let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
+        assert_eq!(report.stopped, None);
+        assert_eq!(report.count(Verdict::Refused), 0, "{:?}", report.answers);
+        assert_eq!(peer.robot.cell.controller.state().servo, was_on);
+        assert_eq!(report.left, [""; 0]);
+    }
+}
+
+#[test]
+fn a_host_without_the_right_to_start_programs_is_told_so_and_takes_no_refusal_for_an_answer() {
+    let mut config = config(&[]);
+    config.control_right = ControlRight::Rs232c;
+    let mut peer = peer(config, Port::Ip0);
+    let report = survey(&mut peer, &plan(&[Class::Program, Class::Motion]), &mut |_| {}).unwrap();
+    for answer in &report.answers {
+        assert_eq!(answer.verdict, Verdict::Refused, "{answer:?}");
+        assert_eq!(
+            answer.note,
+            "this host may not start programs in EXT (RS-232C); turn the key and give the control right for EXT (ETHER)"
+        );
+    }
+}
+
+#[test]
 fn a_serial_line_shows_what_happens_while_it_sends() {
     for value in ["lost", "kept"] {
         let mut config = config(&[("serial.while_sending", value)]);
@@ -373,6 +401,25 @@ fn a_serial_line_shows_what_happens_while_it_sends() {
             report.answer_times().is_empty(),
             "the line takes most of the time"
         );
+    }
+}
+
+#[test]
+fn a_serial_line_without_a_fresh_connection_gets_no_wrong_answer_about_sp() {
+    for (value, expected) in [("auto", None), ("true", Some("true")), ("false", None)] {
+        let mut config = config(&[("sp.unsolicited", value)]);
+        config.control_right = ControlRight::Rs232c;
+        let mut peer = peer(config, Port::Host);
+        let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
+        assert_eq!(report.stopped, None);
+        let found = report.options().get("sp.unsolicited").copied();
+        assert_eq!(found, expected, "{value}");
+        let wrong: Vec<_> = report
+            .answers
+            .iter()
+            .filter(|answer| answer.verdict == Verdict::Variation && answer.probe != "unsolicited-stop")
+            .collect();
+        assert!(wrong.is_empty(), "{value}: {wrong:?}");
     }
 }
 

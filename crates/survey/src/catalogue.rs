@@ -64,6 +64,7 @@ pub fn probes() -> impl Iterator<Item = &'static Probe> {
 }
 
 pub(crate) use files::size as files_size;
+pub(crate) use motion::arm_status;
 pub(crate) use program::plain;
 
 /// The question with this name.

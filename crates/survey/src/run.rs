@@ -6,7 +6,7 @@ use crate::delays::Delays;
 use crate::peer::{Peer, PeerError};
 use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
-use crate::talk::{FILE, Heard, PATIENCE, Talk, Trouble};
+use crate::talk::{FILE, Heard, PATIENCE, QUIET, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::parse;
@@ -47,6 +47,8 @@ pub enum Step<'a> {
 struct Before {
     selected: String,
     has_changed_selection: bool,
+    /// Servo power, where the survey switches it.
+    servo: Option<bool>,
 }
 
 /// Asks a controller. What the survey changes it puts back, also when it has to stop; what it could not put back is in the
@@ -113,7 +115,7 @@ pub fn survey(
         distrust_silence(&mut report);
     }
     if class >= Some(Class::Files) {
-        report.left = put_back(&mut talk, &before);
+        report.left = put_back(&mut talk, &before, report.stopped.is_some());
     }
     report.delays = match is_serial {
         // There the line takes most of the time.
@@ -187,8 +189,17 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if class == Class::Files {
         return Ok(());
     }
-    if !matches!(status.master_mode, MasterMode::ExtEther | MasterMode::ExtRs232c) {
-        return refused("the key switch or the control right does not let this host start programs");
+    let usual = match talk.is_serial() {
+        true => MasterMode::ExtRs232c,
+        false => MasterMode::ExtEther,
+    };
+    // Behind a gateway a connection is the serial line: the controller decides. It has nothing to reset.
+    if status.master_mode != usual && !talk.asks("RS,PRG")? {
+        return refused(&format!(
+            "this host may not start programs in {}; turn the key and give the control right for {}",
+            status.master_mode.as_str(),
+            usual.as_str()
+        ));
     }
     if status.run_mode != RunMode::Cycle {
         return refused("the operation mode is not cycle");
@@ -196,6 +207,18 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if !before.has_changed_selection {
         before.selected = status.file;
         before.has_changed_selection = true;
+    }
+    if class < Class::Motion {
+        return Ok(());
+    }
+    let status = catalogue::arm_status(talk)?.1;
+    if status.feed_hold {
+        return refused("feed hold is on; end it");
+    }
+    before.servo = Some(status.servo);
+    if !status.servo {
+        talk.command("SO")?;
+        talk.wait(QUIET)?;
     }
     Ok(())
 }
@@ -304,8 +327,24 @@ fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
     Ok(())
 }
 
+/// Puts servo power back. Returns what is left: power is not turned on after a surprise, and feed hold is not ended.
+fn power_back(talk: &mut Talk<'_>, was_on: bool, is_surprised: bool) -> Result<Vec<&'static str>, Trouble> {
+    let status = catalogue::arm_status(talk)?.1;
+    let mut left = Vec::new();
+    match (was_on, status.servo) {
+        (true, false) if is_surprised => left.push("servo power was on and is off"),
+        (true, false) => talk.command("SO")?,
+        (false, true) => talk.command("BR")?,
+        (true, true) | (false, false) => {}
+    }
+    if status.feed_hold {
+        left.push("feed hold is on");
+    }
+    Ok(left)
+}
+
 /// Puts back what was there before. Returns what could not be put back.
-fn put_back(talk: &mut Talk<'_>, before: &Before) -> Vec<String> {
+fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<String> {
     let mut left = Vec::new();
     if talk.reopen().is_err() {
         return vec!["everything: the controller is out of reach".to_owned()];
@@ -326,6 +365,12 @@ fn put_back(talk: &mut Talk<'_>, before: &Before) -> Vec<String> {
         && talk.command(&format!("SL,{}", before.selected)).is_err()
     {
         left.push("the program that was selected before is not selected".to_owned());
+    }
+    if let Some(was_on) = before.servo {
+        match power_back(talk, was_on, is_surprised) {
+            Ok(rest) => left.extend(rest.into_iter().map(str::to_owned)),
+            Err(_) => left.push("servo power and feed hold may have changed".to_owned()),
+        }
     }
     talk.take_traffic();
     left

@@ -260,9 +260,17 @@ fn consents(plan: &Plan) -> bool {
 fn asked(target: &TargetArgs, plan: &Plan) -> anyhow::Result<Result<Report, PeerError>> {
     let mut peer = peer(target)?;
     say!("");
+    let mut reason = String::new();
     let report = survey(&mut *peer, plan, &mut |step| match step {
         Step::Asking(_) => {}
-        Step::Answered(answer) => say!("{}", line(answer)),
+        // One reason may hold for a whole class.
+        Step::Answered(answer) if !reason.is_empty() && answer.note == reason => {
+            say!("{:<9} {:<22} as before", answer.verdict.word(), answer.probe);
+        }
+        Step::Answered(answer) => {
+            say!("{}", line(answer));
+            reason.clone_from(&answer.note);
+        }
     });
     Ok(report.map(|mut report| {
         MADE_BY.clone_into(&mut report.made_by);

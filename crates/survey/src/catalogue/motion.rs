@@ -1,6 +1,7 @@
 //! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis; these do
 //! not, but somebody stands at the emergency stop all the same.
 
+use super::program::trust;
 use super::{ROW, decides, reading};
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
@@ -44,12 +45,14 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is SP sent at the end of a DO?",
         sends: "DO,R = 1",
         ask: Ask::Steps(|talk| {
+            talk.reopen()?;
             talk.select(WAITS)?;
             talk.take_stops();
             talk.command("DO,R = 1")?;
             talk.until_stopped(LONGEST_DO)?;
             talk.wait(QUIET)?;
-            Ok(if talk.take_stops() > 0 { "SP" } else { "none" }.to_owned())
+            let is_told = talk.take_stops() > 0;
+            Ok(if trust(talk, is_told)? { "SP" } else { "none" }.to_owned())
         }),
         readings: &[reading("none"), reading("SP")],
         ..MOTION
@@ -70,6 +73,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Where does EC,BREAK stop a program?",
         sends: "a program with DELAY 3; RN, EC,BREAK",
         ask: Ask::Steps(|talk| {
+            talk.reopen()?;
             talk.select(WAITS)?;
             talk.take_stops();
             talk.start()?;
@@ -80,7 +84,8 @@ pub(super) const PROBES: &[Probe] = &[
             }
             let status = talk.finish()?;
             talk.wait(QUIET)?;
-            let notice = if talk.take_stops() > 0 { ", SP" } else { "" };
+            let is_told = talk.take_stops() > 0;
+            let notice = if trust(talk, is_told)? { ", SP" } else { "" };
             Ok(format!(
                 "{}{notice}",
                 status.map_or("running", ExecutionStatus::as_str)
@@ -164,8 +169,11 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "mode-abbreviation",
         question: "Are the words of EC,MODE taken when they are cut?",
-        sends: "EC,MODE CY, in cycle operation",
-        ask: Ask::Steps(|talk| Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())),
+        sends: "EC,MODE CYCLE and EC,MODE CY, in cycle operation",
+        ask: Ask::Steps(|talk| {
+            talk.command("EC,MODE CYCLE")?;
+            Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())
+        }),
         readings: &[reading("OK"), reading("NG")],
         ..MOTION
     },
@@ -231,7 +239,7 @@ pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble>
 }
 
 /// SF of either arm, in one text or two, and which arm it is.
-pub(super) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus), Trouble> {
+pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus), Trouble> {
     let mut burst = talk.burst("SF")?;
     talk.acknowledge()?;
     let head = if burst.first() == Some(&STX) { 4 } else { 3 };

@@ -408,10 +408,21 @@ fn is_told_of_the_end(talk: &mut Talk<'_>) -> Result<bool, Trouble> {
     Ok(talk.take_stops() > 0)
 }
 
+/// That SP has not come says something on a fresh connection only: a controller may send none once a text without STX has come.
+pub(super) fn trust(talk: &Talk<'_>, is_told: bool) -> Result<bool, Trouble> {
+    match !is_told && talk.is_serial() {
+        true => Err(Trouble::Refused(
+            "no SP came, and a serial line has no fresh connection".to_owned(),
+        )),
+        false => Ok(is_told),
+    }
+}
+
 fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.reopen()?;
     talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
-    if !is_told_of_the_end(talk)? {
+    let is_told = is_told_of_the_end(talk)?;
+    if !trust(talk, is_told)? {
         return Ok("never".to_owned());
     }
     talk.reopen()?;

@@ -204,20 +204,15 @@ fn start_by_do(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
     talk.command(&format!("DO,{}", turn.statement(turn.by)))
 }
 
-/// The axis has begun to turn and has not arrived.
-fn expect_turning(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
-    talk.wait(QUIET)?;
-    let now = angle(talk, turn.axis)?;
-    if same(now, turn.from) {
-        return Err(Trouble::Refused(format!(
+/// The axis is no longer where it was.
+fn expect_turned(turn: Turn, now: f32) -> Result<(), Trouble> {
+    match same(now, turn.from) {
+        false => Ok(()),
+        true => Err(Trouble::Refused(format!(
             "axis {} did not turn: it may be missing, or at its limit",
             turn.axis
-        )));
+        ))),
     }
-    if same(now, turn.target()) {
-        return Err(too_fast());
-    }
-    Ok(())
 }
 
 fn too_fast() -> Trouble {
@@ -240,10 +235,11 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble
     let (before, _) = quick_status(talk)?;
     start_by_do(talk, turn)?;
     let during = quick_status(talk)?;
-    expect_turning(talk, turn)?;
+    talk.wait(QUIET)?;
     let later = quick_status(talk)?;
     talk.until_stopped(LONGEST_TURN)?;
     let (after, is_active) = quick_status(talk)?;
+    expect_turned(turn, angle(talk, turn.axis)?)?;
     let is_seen = (during.1 || later.1) && !is_active;
     let is_early = during.0 != before;
     Ok(match (is_seen, is_early, after != before) {
@@ -257,7 +253,8 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble
 
 fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     start_by_do(talk, turn)?;
-    expect_turning(talk, turn)?;
+    // Before anything is asked: a status of a serial line takes as long as the turn.
+    talk.wait(QUIET)?;
     talk.command("FD")?;
     talk.wait(QUIET)?;
     let first = angle(talk, turn.axis)?;
@@ -265,6 +262,7 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     talk.command("FD")?;
     talk.until_stopped(LONGEST_TURN)?;
     let end = angle(talk, turn.axis)?;
+    expect_turned(turn, first)?;
     if same(first, turn.target()) {
         // FD came after its end.
         return Err(too_fast());
@@ -281,15 +279,20 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
 fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Heard, Trouble> {
     talk.select(&program(&[&turn.statement(turn.by), "R = 1"]))?;
     talk.start()?;
-    expect_turning(talk, turn)?;
+    talk.wait(QUIET)?;
     talk.command(command)?;
     let execution = talk.until_stopped(LONGEST_TURN)?;
+    if execution == Some(ExecutionStatus::Reset) {
+        // Its end came first.
+        return Err(too_fast());
+    }
     // The status may be there before the arm rests.
     talk.wait(QUIET)?;
-    let end = if same(angle(talk, turn.axis)?, turn.target()) {
-        "it ends"
-    } else {
-        "it is cut"
+    let now = angle(talk, turn.axis)?;
+    expect_turned(turn, now)?;
+    let end = match same(now, turn.target()) {
+        true => "it ends",
+        false => "it is cut",
     };
     Ok(format!(
         "{end}, {}",
