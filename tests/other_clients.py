@@ -28,7 +28,7 @@ CLIENTS = os.path.join(ROOT, "clients")
 VERSION = "0.1.0"
 RUN_TIMEOUT, BUILD_TIMEOUT = 120, 400
 MONO = {"mcs": "mono-mcs", "mono": "mono-runtime", "nunit-console": "nunit-console"}
-MONO_LIBRARIES = ("libmono-system-core4.0-cil", "libmono-system-net-http4.0-cil")
+MONO_LIBRARIES = ("libmono-system-core4.0-cil", "libmono-system-net-http4.0-cil", "libnunit-framework2.6.3-cil")
 NUNIT = "/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll"
 # The newest runtime that a registry of Python packages has.
 DOTNET = "dotnetcore2==3.1.23"
