@@ -86,8 +86,7 @@ pub fn survey(
                 prepared
             }
         };
-        let mut execution = None;
-        let answer = match allowed.and_then(|()| ask(&mut talk, probe, &mut execution)) {
+        let answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
             Ok(heard) => Answer::heard(probe, heard),
             Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
             Err(Trouble::Surprise(reason)) => {
@@ -106,7 +105,7 @@ pub fn survey(
         if report.stopped.is_none()
             && class == Some(probe.class)
             && probe.class >= Class::Files
-            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class, execution)
+            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class)
         {
             report.stopped = Some(format!("after {}: {reason}", probe.id));
         }
@@ -223,20 +222,19 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     Ok(())
 }
 
-/// What was heard, if it was the same each time, and the status after the last time.
-fn ask(
-    talk: &mut Talk<'_>,
-    probe: &Probe,
-    execution: &mut Option<ExecutionStatus>,
-) -> Result<Heard, Trouble> {
+/// What was heard, if it was the same each time.
+fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     let mut first: Option<Heard> = None;
     for _ in 0..probe.repeats.max(1) {
-        *execution = None;
         let heard = ask_once(talk, probe)?;
         // Once is enough to see what was done.
         talk.keep_traffic();
         // The same command in the usual form is answered: silence and NG meant the form.
-        *execution = Some(talk.status()?.execution);
+        match probe.class {
+            // Also for its time: few answers come in this class.
+            Class::Look => talk.status()?.execution,
+            Class::Files | Class::Program | Class::Motion => talk.execution()?,
+        };
         match &first {
             Some(first) if *first != heard => return Ok(format!("{first}, and another time {heard}")),
             Some(_) => {}
@@ -302,13 +300,9 @@ fn distrust_silence(report: &mut Report) {
 }
 
 /// Makes the controller ready for the next question: no alarm, no program midway, and to a question about files no file of
-/// the survey; a program is stored over the one before. `execution` is the status where it is known.
-fn tidy(talk: &mut Talk<'_>, class: Class, execution: Option<ExecutionStatus>) -> Result<(), Trouble> {
-    let execution = match execution {
-        Some(execution) => execution,
-        None => talk.status()?.execution,
-    };
-    if execution == ExecutionStatus::Running {
+/// the survey; a program is stored over the one before.
+fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
+    if talk.execution()? == ExecutionStatus::Running {
         talk.asks("EC,BREAK")?;
         talk.until_stopped(PATIENCE)?;
     }
@@ -357,7 +351,7 @@ fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<Str
     } else {
         Class::Files
     };
-    if tidy(talk, class, None).and_then(|()| erase(talk)).is_err() {
+    if tidy(talk, class).and_then(|()| erase(talk)).is_err() {
         left.push(format!("the file {FILE} may still be on the RAM drive"));
     }
     if before.has_changed_selection

@@ -6,11 +6,12 @@ mod program;
 
 use crate::delays::Delays;
 use core::time::Duration;
+use std::collections::BTreeMap;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
-use ts3100_proto::status::MasterMode;
 use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
 
 /// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
@@ -65,6 +66,10 @@ pub struct Talk<'a> {
     asked: (Duration, Duration),
     /// Those of the first status: with other ones the same commands are refused.
     modes: Option<(MasterMode, RunMode)>,
+    /// That of the last status, while nothing has been sent since that may change it.
+    execution: Option<ExecutionStatus>,
+    /// How long the answer to a command of [`Talk::burst`] is: always the same.
+    lengths: BTreeMap<&'static str, usize>,
     /// Unsolicited SP that have come.
     stops: usize,
     /// What went over the line, for the report.
@@ -87,6 +92,8 @@ impl<'a> Talk<'a> {
             last,
             asked: (last, last),
             modes: None,
+            execution: None,
+            lengths: BTreeMap::new(),
             stops: 0,
             traffic: Vec::new(),
             is_kept: false,
@@ -266,6 +273,7 @@ impl<'a> Talk<'a> {
     /// The connection has ended.
     pub fn send_at_once(&mut self, bytes: &[u8]) -> Result<(), Trouble> {
         self.note('>', bytes);
+        self.execution = None;
         self.peer.send(Line::Commands, bytes)?;
         self.last = self.now();
         Ok(())
@@ -469,19 +477,22 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Bytes that follow a command until the line is quiet, not cut into texts: those of SF may have ETX among them.
+    /// Bytes that follow a command, not cut into texts: those of SF may have ETX among them. The first time all that comes until
+    /// the line is quiet, then as many.
     ///
     /// # Errors
     /// Nothing came.
-    pub fn burst(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+    pub fn burst(&mut self, command: &'static str) -> Result<Vec<u8>, Trouble> {
         let sent = self.text(&format!("{command}\r"));
         self.pause()?;
         self.send_at_once(&sent)?;
-        let heard = self.rest_of_burst()?;
-        match heard.is_empty() {
-            true => Err(Trouble::Surprise(format!("no answer to {command}"))),
-            false => Ok(heard),
+        let enough = self.lengths.get(command).copied();
+        let heard = self.bytes(enough.unwrap_or(usize::MAX))?;
+        if heard.is_empty() {
+            return Err(Trouble::Surprise(format!("no answer to {command}")));
         }
+        self.lengths.insert(command, heard.len());
+        Ok(heard)
     }
 
     /// Bytes that come until the line is quiet.
@@ -489,8 +500,13 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// The connection has ended.
     pub fn rest_of_burst(&mut self) -> Result<Vec<u8>, Trouble> {
+        self.bytes(usize::MAX)
+    }
+
+    /// Bytes that come until there are enough, or the line is quiet.
+    fn bytes(&mut self, enough: usize) -> Result<Vec<u8>, Trouble> {
         let (mut heard, mut until) = (Vec::new(), self.now() + PATIENCE);
-        while self.now() < until {
+        while self.now() < until && heard.len() < enough {
             let bytes = self.peer.receive(Line::Commands, until)?;
             if !bytes.is_empty() {
                 self.last = self.now();
@@ -500,6 +516,17 @@ impl<'a> Talk<'a> {
         }
         self.note('<', &heard);
         Ok(heard)
+    }
+
+    /// Whether the robot works, asked for where it is not known.
+    ///
+    /// # Errors
+    /// Those of [`Talk::status`].
+    pub fn execution(&mut self) -> Result<ExecutionStatus, Trouble> {
+        match self.execution {
+            Some(execution) => Ok(execution),
+            None => Ok(self.status()?.execution),
+        }
     }
 
     /// The status of the controller.
@@ -515,6 +542,7 @@ impl<'a> Talk<'a> {
         if *self.modes.get_or_insert(modes) != modes {
             return Err(Trouble::Surprise("somebody has changed the mode".to_owned()));
         }
+        self.execution = Some(status.execution);
         Ok(status)
     }
 

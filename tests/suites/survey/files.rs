@@ -125,15 +125,26 @@ fn a_file_makes_another_robot_answer_alike() {
     }
 }
 
+const SEEDS: u64 = 32;
+
 #[test]
 fn how_long_answers_take_is_taken_over() {
-    let mut slow = peer(config(&[("reply.delay", "12 20 24 30 80")]), Port::Ip0);
-    let report = survey(&mut slow, &plan(&[Class::Look]), &mut |_| {}).unwrap();
-    assert_eq!(report.stopped, None);
-    let times = report.answer_times();
-    let [least, first, middle, third, greatest] = times.as_slice() else {
-        panic!("{times:?}")
-    };
+    // One survey hears too few answers for its quartiles to be exact: the mean of many.
+    let mut sums = [0.0; 5];
+    for seed in 1..=SEEDS {
+        let mut config = config(&[("reply.delay", "12 20 24 30 80")]);
+        config.fault_seed = seed;
+        let report = survey(&mut peer(config, Port::Ip0), &plan(&[Class::Look]), &mut |_| {}).unwrap();
+        assert_eq!(report.stopped, None);
+        let times = report.answer_times();
+        assert_eq!(times.len(), sums.len());
+        for (sum, time) in sums.iter_mut().zip(times) {
+            *sum += time;
+        }
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a few")]
+    let times = sums.map(|sum| sum / SEEDS as f64);
+    let [least, first, middle, third, greatest] = &times;
     assert!(
         (12.0..16.0).contains(least) && (60.0..=80.0).contains(greatest),
         "{times:?}"

@@ -138,7 +138,10 @@ impl Talk<'_> {
     /// MR is refused.
     pub fn variable(&mut self, name: &str, kind: u8) -> Result<String, Trouble> {
         let command = format!("MR,{name} {kind}");
+        let execution = self.execution;
         let content = self.content(&command)?;
+        // To read a value changes nothing.
+        self.execution = execution;
         let content = content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))?;
         Ok(String::from_utf8_lossy(&content).trim().to_owned())
     }
