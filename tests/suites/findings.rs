@@ -49,7 +49,7 @@ fn a_finding_says_when_where_what_and_never_too_much() {
         for finding in &tally.first {
             assert!(finding.bytes.len() <= MAX_BYTES, "{}", rule.id);
             assert!(
-                finding.at <= robot.now() && !finding.message.is_empty(),
+                finding.at <= robot.now() && !finding.message.to_string().is_empty(),
                 "{}",
                 rule.id
             );
@@ -154,8 +154,8 @@ fn a_refused_start_is_told_by_the_cause_that_refused_it() {
             panic!("{reason}: {found:#?}");
         };
         assert_eq!(
-            (found.id, tally.first[0].message.as_ref()),
-            (rule.id, &*format!("RN: {reason}"))
+            (found.id, tally.first[0].message.to_string()),
+            (rule.id, format!("RN: {reason}"))
         );
     }
 }

@@ -3,10 +3,10 @@
 //! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
 use crate::action::error::ActionError;
+use crate::findings::message::Message;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
-use alloc::sync::Arc;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;
@@ -146,8 +146,8 @@ pub enum Event {
         at: Time,
         /// The bytes concerned, at most [`crate::findings::MAX_BYTES`].
         bytes: Bytes,
-        /// What happened. Shared by all who keep it: a host that breaks a rule breaks it with each text.
-        message: Arc<str>,
+        /// What happened. Cheap to keep: a host that breaks a rule breaks it with each text.
+        message: Message,
     },
     /// A fault on purpose was armed, or has fired.
     Fault {

@@ -5,7 +5,7 @@ use crate::alarm::Alarms;
 use crate::arm::{Arm, Frames};
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
-use crate::findings::{MAX_BYTES, MAX_MESSAGE, Rule};
+use crate::findings::{MAX_BYTES, Message, Rule};
 use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
@@ -18,7 +18,6 @@ use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::VecDeque;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -129,18 +128,27 @@ impl Robot {
         rule: &'static Rule,
         port: impl Into<Option<Port>>,
         bytes: &[u8],
-        message: impl Into<String>,
+        message: impl Into<Message>,
     ) {
-        let message: String = message.into();
+        let bytes = Bytes::copy_from_slice(bytes.get(..MAX_BYTES).unwrap_or(bytes));
+        self.report_shared(rule, port.into(), bytes, message.into());
+    }
+
+    /// A rule was broken by these bytes, which others keep too.
+    pub(crate) fn report_shared(
+        &mut self,
+        rule: &'static Rule,
+        port: Option<Port>,
+        mut bytes: Bytes,
+        message: Message,
+    ) {
+        bytes.truncate(MAX_BYTES);
         self.event(Event::Finding {
             rule: rule.id,
-            port: port.into(),
+            port,
             at: self.now,
-            bytes: Bytes::copy_from_slice(bytes.get(..MAX_BYTES).unwrap_or(bytes)),
-            message: match message.char_indices().nth(MAX_MESSAGE) {
-                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()).into(),
-                None => message.into(),
-            },
+            bytes,
+            message,
         });
     }
 

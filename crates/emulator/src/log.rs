@@ -11,12 +11,11 @@ mod writer;
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
-use std::sync::Arc;
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::Controller;
-use ts3100_controller::findings::{Rule, Severity};
+use ts3100_controller::findings::{Message, Rule, Severity};
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
@@ -114,7 +113,7 @@ struct PendingFinding {
     t: Time,
     rule: &'static str,
     port: Option<&'static str>,
-    message: Arc<str>,
+    message: Message,
 }
 
 impl EventLog {
@@ -207,11 +206,15 @@ impl EventLog {
         }
     }
 
-    fn log_finding(&mut self, t: Time, rule: &'static str, port: Option<&'static str>, message: &str) {
+    fn log_finding(&mut self, t: Time, rule: &'static str, port: Option<&'static str>, message: &Message) {
         let place = Place(port);
+        let first = self.reported.insert((port, rule));
+        // A hasty host has a finding with each text.
+        if !first && !tracing::enabled!(tracing::Level::DEBUG) {
+            return;
+        }
         let known = Rule::by_id(rule);
         let severity = known.map_or("", |rule| rule.severity.as_str());
-        let first = self.reported.insert((port, rule));
         let remedy = known.map_or("", |rule| rule.remedy);
         let advice = known.filter(|_| first).map(advice).unwrap_or_default();
         if !first {
@@ -262,7 +265,7 @@ fn advice(rule: &Rule) -> String {
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.
 fn refusal_rule(rule: Option<&str>, finding: Option<&PendingFinding>, reason: &str) -> String {
     match (rule, finding) {
-        (Some(rule), Some(finding)) if finding.message.contains(reason) => format!(" ({rule})"),
+        (Some(rule), Some(finding)) if finding.message.to_string().contains(reason) => format!(" ({rule})"),
         (Some(rule), Some(finding)) => format!(" ({rule}: {})", finding.message),
         _ => String::new(),
     }
@@ -370,9 +373,9 @@ mod tests {
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
         let mut log = EventLog::default();
-        log.log_finding(Time::ZERO, "no-cr", Some("IP0"), "");
-        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), "");
-        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), "");
+        log.log_finding(Time::ZERO, "no-cr", Some("IP0"), &Message::from(""));
+        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), &Message::from(""));
+        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), &Message::from(""));
         assert_eq!(log.reported.len(), 2);
         let (port, peer) = (Port::Host, String::new());
         log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);

@@ -7,6 +7,9 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
+/// The data section of the unsolicited SP.
+pub const STOP: &[u8] = b"SP\r";
+
 /// A text of the controller, read by a host.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
@@ -48,13 +51,19 @@ impl Reply {
         }
     }
 
+    /// Whether the data section of a text is OK or NG.
+    #[must_use]
+    pub fn acknowledges(data: &[u8]) -> bool {
+        matches!(data.strip_suffix(&[CR]).unwrap_or(data), b"OK" | b"NG")
+    }
+
     /// The data section of the text.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
             Reply::Ok => b"OK\r".to_vec(),
             Reply::Ng => b"NG\r".to_vec(),
-            Reply::Sp => b"SP\r".to_vec(),
+            Reply::Sp => STOP.to_vec(),
             Reply::Fl(body) => [b"FL,", body.as_slice()].concat(),
         }
     }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
+use ts3100_proto::reply::STOP;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
@@ -29,8 +30,6 @@ const MAX_TRAFFIC: usize = 60;
 const MAX_SHOWN: usize = 120;
 /// The file of the survey on the RAM drive.
 pub(crate) const FILE: &str = "TSSURVEY";
-/// The text of an unsolicited SP.
-const STOP: &[u8] = b"SP\r";
 
 /// What came back, in a few words; a number for what is measured.
 pub type Heard = String;

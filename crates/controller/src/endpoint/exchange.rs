@@ -225,7 +225,7 @@ impl Endpoints {
     }
 
     /// Whether a text came within 50 ms of the robot's last one (TRN-04).
-    fn is_early(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
+    fn is_early(&mut self, robot: &mut Robot, port: Port, data: &Bytes) -> bool {
         let session = self.session(port);
         // What has not left yet was not heard by anyone.
         let sent = session.sent_at.filter(|sent| *sent <= robot.now);

@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::file::FlSender;
-use ts3100_proto::reply::Reply;
+use ts3100_proto::reply::STOP;
 use ts3100_proto::text::CR;
 
 impl Endpoints {
@@ -120,12 +120,13 @@ impl Endpoints {
         bytes: Bytes,
         data: &Bytes,
     ) -> Vec<Segment> {
+        let is_stop = *data == STOP;
         let (point, command, block) = match self.sessions.get(&port) {
             None => (InjectionPoint::Print, "", 0),
-            Some(_) if *data == Reply::Sp.encode() => (InjectionPoint::Reply, "SP", 0),
+            Some(_) if is_stop => (InjectionPoint::Reply, "SP", 0),
             Some(session) => (InjectionPoint::Reply, session.asked, session.block),
         };
-        let answers = point == InjectionPoint::Reply && *data != Reply::Sp.encode();
+        let answers = point == InjectionPoint::Reply && !is_stop;
         let varied = match &mut self.variation {
             Some(variation) if answers => variation.reply_delay(),
             _ => Duration::ZERO,

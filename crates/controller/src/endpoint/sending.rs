@@ -14,7 +14,7 @@ use crate::time::Time;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
-use ts3100_proto::reply::Reply;
+use ts3100_proto::reply::{Reply, STOP};
 use ts3100_proto::text::{Framing, encode_text};
 
 impl Endpoints {
@@ -39,8 +39,8 @@ impl Endpoints {
         let sent = self.enqueue(robot, port, segments);
         let session = self.session(port);
         session.sent_at = Some(sent);
-        session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
-        if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
+        session.history.unsolicited_sp_sent = data == STOP;
+        if Reply::acknowledges(data) {
             session.replied_at = Some(sent);
         }
     }

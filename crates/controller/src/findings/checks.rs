@@ -4,7 +4,7 @@
 //! `history` is what they remember of a host between texts.
 
 use super::rules;
-use super::{MAX_BYTES, Rule};
+use super::{MAX_BYTES, Message, Rule};
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
@@ -15,6 +15,7 @@ use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::string::ToString;
+use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::command::{Answer, Command, InternalCommand};
 use ts3100_proto::file::FileError;
@@ -50,15 +51,14 @@ impl Robot {
     }
 
     /// Reports a text received `since` after the controller's last one, less than the 50 ms of TRN-04.
-    pub(crate) fn check_reply_pace(&mut self, port: Port, since: Duration, data: &[u8]) {
-        let millis = since.as_micros() as f64 / 1e3;
-        let (rule, what) = match Reply::parse(data) {
-            Ok(Reply::Ok | Reply::Ng) => (&rules::ANSWER_EARLY, "an answer"),
-            _ if since.is_zero() => (&rules::COMMAND_BEFORE_ANSWER, "a text"),
-            _ => (&rules::COMMAND_EARLY, "a text"),
+    pub(crate) fn check_reply_pace(&mut self, port: Port, since: Duration, data: &Bytes) {
+        let (rule, what) = match Reply::acknowledges(data) {
+            true => (&rules::ANSWER_EARLY, "an answer"),
+            false if since.is_zero() => (&rules::COMMAND_BEFORE_ANSWER, "a text"),
+            false => (&rules::COMMAND_EARLY, "a text"),
         };
-        let message = format!("{what} {millis} ms after the controller's text; 50 ms expected (5.1)");
-        self.report(rule, port, data, message);
+        let message = Message::Early { what, since };
+        self.report_shared(rule, Some(port), data.clone(), message);
     }
 
     /// Checks how the first text of a file begins.

@@ -6,16 +6,17 @@
 
 mod checks;
 mod history;
+pub(crate) mod message;
 pub mod rules;
 
 pub use history::HostHistory;
+pub use message::{MAX_MESSAGE, Message};
 pub use rules::RULES;
 
 use crate::output::Event;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
-use alloc::sync::Arc;
 use alloc::vec::Vec;
 use bytes::Bytes;
 
@@ -23,8 +24,6 @@ use bytes::Bytes;
 pub const MAX_PER_RULE: usize = 10;
 /// Most bytes of the host that a finding keeps.
 pub const MAX_BYTES: usize = 64;
-/// Most characters in the message of a finding.
-pub const MAX_MESSAGE: usize = 500;
 
 /// How serious the violation of a rule is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -90,7 +89,7 @@ pub struct Finding {
     /// The bytes concerned, at most [`MAX_BYTES`]; may be empty.
     pub bytes: Bytes,
     /// What happened, with values, in one line.
-    pub message: Arc<str>,
+    pub message: Message,
 }
 
 /// The violations of one rule.

@@ -167,14 +167,14 @@ impl Connection {
     }
 
     fn poll_read(&self, most: usize, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
-        let mut buffer = [0; READ_BUFFER];
-        let (buffer, _) = buffer.split_at_mut(most.min(READ_BUFFER));
         loop {
-            let read = match &mut context {
-                Some(context) => {
-                    ready!(self.stream.poll_read_ready(context))?;
-                    self.stream.try_read(buffer)
-                }
+            if let Some(context) = &mut context {
+                ready!(self.stream.poll_read_ready(context))?;
+            }
+            let mut buffer = [0; READ_BUFFER];
+            let (buffer, _) = buffer.split_at_mut(most.min(READ_BUFFER));
+            let read = match context {
+                Some(_) => self.stream.try_read(buffer),
                 None => (&*SockRef::from(&self.stream)).read(buffer),
             };
             match read {

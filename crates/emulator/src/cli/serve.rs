@@ -160,13 +160,15 @@ pub(super) fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     let mut terminate = signal(SignalKind::terminate())?;
     // Its terminal is gone: reports and snapshots are written as at any other end.
     let mut hang_up = signal(SignalKind::hangup())?;
-    Ok(async move {
+    // The loop looks in each of its turns: a task costs less to look at than three signals.
+    let signal = tokio::spawn(async move {
         tokio::select! {
             _ = interrupt.recv() => {}
             _ = terminate.recv() => {}
             _ = hang_up.recv() => {}
         }
-    })
+    });
+    Ok(async move { drop(signal.await) })
 }
 
 #[cfg(not(unix))]

@@ -1,0 +1,59 @@
+//! What a finding says: words, or what becomes words when somebody reads it.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::sync::Arc;
+use core::fmt;
+use core::time::Duration;
+
+/// Most characters in the message of a finding.
+pub const MAX_MESSAGE: usize = 500;
+
+/// What happened, in one line. What a hasty host does with each text is put into words when somebody reads it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Message {
+    /// In words, shared by all who keep it; at most [`MAX_MESSAGE`] characters.
+    Words(Arc<str>),
+    /// A text came too soon after one of the controller.
+    Early {
+        /// What it is: `an answer`, `a text`.
+        what: &'static str,
+        /// How long after.
+        since: Duration,
+    },
+}
+
+impl From<String> for Message {
+    fn from(words: String) -> Message {
+        Message::from(words.as_str())
+    }
+}
+
+impl From<&str> for Message {
+    fn from(words: &str) -> Message {
+        // No character is shorter than a byte.
+        let end = match words.len() {
+            ..=MAX_MESSAGE => None,
+            _ => words.char_indices().nth(MAX_MESSAGE),
+        };
+        Message::Words(match end {
+            Some((end, _)) => format!("{}...", words.get(..end).unwrap_or_default()).into(),
+            None => words.into(),
+        })
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Message::Words(words) => f.write_str(words),
+            Message::Early { what, since } => {
+                let millis = since.as_micros() as f64 / 1e3;
+                write!(
+                    f,
+                    "{what} {millis} ms after the controller's text; 50 ms expected (5.1)"
+                )
+            }
+        }
+    }
+}
