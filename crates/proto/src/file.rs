@@ -91,36 +91,39 @@ impl LineCheck {
     }
 
     fn push(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        for &byte in bytes {
-            match byte {
-                LF if self.after_cr => {}
-                CR | LF => {
-                    self.line = self.line.saturating_add(1);
-                    self.column = 0;
+        let mut rest = bytes;
+        while let Some(&byte) = rest.first() {
+            // As many as there are at once: files are long, and checked when they come and when they are stored.
+            let allowed = rest.iter().take_while(|&&byte| self.allows(byte)).count();
+            let line = self.line;
+            if allowed > 0 {
+                self.column += allowed;
+                if self.rule == FileRule::User && self.column > MAX_LINE {
+                    return Err(FileError::LongLine { line });
                 }
-                _ => {
-                    self.column += 1;
-                    self.character(byte)?;
-                }
+            } else if !matches!(byte, CR | LF) {
+                let column = self.column + 1;
+                return Err(FileError::Character {
+                    line,
+                    column,
+                    found: byte,
+                });
+            } else if byte == CR || !self.after_cr {
+                self.line = line.saturating_add(1);
+                self.column = 0;
             }
             self.after_cr = byte == CR;
+            rest = rest.get(allowed.max(1)..).unwrap_or_default();
         }
         Ok(())
     }
 
-    fn character(&self, found: u8) -> Result<(), FileError> {
-        let (line, column) = (self.line, self.column);
-        let allowed = match self.rule {
-            FileRule::User => (0x20..=0x7E).contains(&found),
-            FileRule::Parameter => found != EOF,
-        };
-        if !allowed {
-            return Err(FileError::Character { line, column, found });
+    /// Whether a line may have this character.
+    fn allows(&self, character: u8) -> bool {
+        match self.rule {
+            FileRule::User => (0x20..=0x7E).contains(&character),
+            FileRule::Parameter => !matches!(character, EOF | CR | LF),
         }
-        if self.rule == FileRule::User && column > MAX_LINE {
-            return Err(FileError::LongLine { line });
-        }
-        Ok(())
     }
 }
 
