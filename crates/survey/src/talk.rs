@@ -69,6 +69,8 @@ pub struct Talk<'a> {
     execution: Option<ExecutionStatus>,
     /// How long the answer to a command of [`Talk::burst`] is: always the same.
     lengths: BTreeMap<&'static str, usize>,
+    /// Why IP1 cannot be reached: it is not tried again.
+    without_channel: Option<String>,
     /// Unsolicited SP that have come.
     stops: usize,
     /// What went over the line, for the report.
@@ -93,6 +95,7 @@ impl<'a> Talk<'a> {
             modes: None,
             execution: None,
             lengths: BTreeMap::new(),
+            without_channel: None,
             stops: 0,
             traffic: Vec::new(),
             is_kept: false,
@@ -177,12 +180,22 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Opens or closes another connection.
+    /// Opens another connection.
     ///
     /// # Errors
-    /// The controller cannot be reached.
+    /// The controller cannot be reached. That nobody is at IP1 is a refusal: its `[E00]` may say so.
     pub fn open(&mut self, line: Line) -> Result<(), Trouble> {
-        Ok(self.peer.open(line)?)
+        if let Some(reason) = self.without_channel.clone().filter(|_| line == Line::Channel) {
+            return Err(Trouble::Refused(reason));
+        }
+        match self.peer.open(line) {
+            Err(PeerError::Unreachable(reason)) if line == Line::Channel => {
+                let reason = format!("{reason}. IP1 has to be a server (OPEN MODE); --ip1 gives its port");
+                self.without_channel = Some(reason.clone());
+                Err(Trouble::Refused(reason))
+            }
+            opened => Ok(opened?),
+        }
     }
 
     /// Closes another connection.

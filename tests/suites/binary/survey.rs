@@ -74,6 +74,29 @@ fn a_survey_is_a_file_that_another_emulator_takes() {
 }
 
 #[test]
+fn a_controller_without_ip1_answers_the_rest() {
+    let serve = Serve::ready(&["serve", "--servo-on"]);
+    let output = run(&[
+        "survey",
+        &serve.address(0),
+        "--ask=program",
+        "--only=value,print-without-peer,print-numbers,buffer-reset",
+        "--ip1=1",
+    ]);
+    expect_code(&output, 0);
+    let said = stdout(&output);
+    assert!(
+        said.contains("refused   print-numbers          cannot connect to 127.0.0.1:1"),
+        "{said}"
+    );
+    assert!(said.contains("--ip1 gives its port"), "{said}");
+    assert!(
+        said.contains("2 manual, 0 variation, 0 unknown, 2 refused"),
+        "{said}"
+    );
+}
+
+#[test]
 fn nothing_is_sent_without_consent_or_to_nobody() {
     let serve = Serve::ready(&["serve"]);
     let address = serve.address(0);
