@@ -17,7 +17,7 @@ use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder,
 
 /// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
 /// second are sent.
-pub(crate) const PAUSE: Duration = Duration::from_millis(55);
+pub(crate) const PAUSE: Duration = Duration::from_millis(52);
 /// How long an answer is waited for. The manual gives no time; every controller seen so far answers within 0.2 s.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
 /// A line is quiet when nothing has come for so long.

@@ -292,8 +292,9 @@ fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if most < least || most.saturating_sub(least) > 2 * DO_EXACT {
         return Ok("not to be measured here".to_owned());
     }
-    // Of the times that are possible the roundest is the likeliest.
-    let (least, most) = (least.as_millis(), most.as_millis());
+    // Of the times that are possible the roundest is the likeliest. A clock may be off by what it is read to.
+    let off = DO_EXACT / 2;
+    let (least, most) = (least.saturating_sub(off).as_millis(), (most + off).as_millis());
     let rounded = |step: &u128| Some(most / step * step).filter(|time| *time >= least);
     let roundest = [1_000, 500, 100, 50, 20, 10].iter().find_map(rounded);
     Ok(roundest.unwrap_or(least.midpoint(most)).to_string())
