@@ -12,7 +12,7 @@ const SECOND: Duration = Duration::from_secs(1);
 /// An answer later than this is no measure of a pause of 50 ms.
 const PROMPT: Duration = Duration::from_millis(40);
 /// A pause inside a text that every controller allows, and one that the manual does not.
-const ALLOWED_PAUSE: Duration = Duration::from_secs(7);
+const ALLOWED_PAUSE: Duration = Duration::from_secs(6);
 const FORBIDDEN_PAUSE: Duration = Duration::from_secs(11);
 /// Data bytes of a text that is too long; the manual allows 253.
 const TOO_LONG: usize = 300;
@@ -338,10 +338,10 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "character-limit",
         question: "Is a text dropped after a pause of more than 10 s inside it?",
-        sends: "SU with a pause of 7 s, and of 11 s, after STX",
+        sends: "SU with a pause of 6 s, and of 11 s, after STX",
         ask: Ask::Steps(character_limit),
         readings: &[
-            reading("served after 7 s, dropped after 11 s"),
+            reading("served after 6 s, dropped after 11 s"),
             reading("served after 11 s"),
         ],
         repeats: 1,
@@ -498,8 +498,8 @@ fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     }
     Ok(match heard.as_slice() {
         [true, true] => "served after 11 s",
-        [true, false] => "served after 7 s, dropped after 11 s",
-        _ => "dropped after 7 s",
+        [true, false] => "served after 6 s, dropped after 11 s",
+        _ => "dropped after 6 s",
     }
     .to_owned())
 }

@@ -11,8 +11,9 @@ const CONNECT: Duration = Duration::from_secs(5);
 const WRITE: Duration = Duration::from_secs(5);
 /// Bytes read at once.
 const READ_BUFFER: usize = 1_024;
-/// Shortest wait for bytes: a socket takes none of zero length.
-const SHORTEST: Duration = Duration::from_millis(1);
+/// Systems wait at a socket in steps of some milliseconds. The last of them is slept, which is exact: most waits are the pause
+/// before a text, and a thousand of them would take seconds more.
+const STEP: Duration = Duration::from_millis(5);
 
 /// A controller at an address.
 #[derive(Debug)]
@@ -77,13 +78,21 @@ impl Peer for TcpPeer {
     }
 
     fn receive(&mut self, line: Line, until: Duration) -> Result<Vec<u8>, PeerError> {
-        let wait = until.saturating_sub(self.now()).max(SHORTEST);
+        let wait = until.saturating_sub(self.now());
+        let is_short = wait <= STEP;
         let stream = self.stream(line)?;
-        stream
-            .set_read_timeout(Some(wait))
-            .map_err(|_| PeerError::Closed)?;
+        let prepared = if is_short {
+            std::thread::sleep(wait);
+            stream.set_nonblocking(true)
+        } else {
+            stream.set_read_timeout(Some(wait - STEP))
+        };
         let mut buffer = [0; READ_BUFFER];
-        match stream.read(&mut buffer) {
+        let read = prepared.and_then(|()| stream.read(&mut buffer));
+        if is_short {
+            stream.set_nonblocking(false).map_err(|_| PeerError::Closed)?;
+        }
+        match read {
             Ok(0) => Err(PeerError::Closed),
             Ok(length) => Ok(buffer.get(..length).unwrap_or_default().to_vec()),
             Err(error)
