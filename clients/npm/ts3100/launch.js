@@ -15,11 +15,13 @@ function fail(error) {
 }
 
 try {
-  // The emulator warns of variables with its prefix that it does not know.
-  const child = spawn(binary(), process.argv.slice(2), { stdio: "inherit", env: environment(/^TS3100_BINARY$/) });
+  let child;
+  // Before the child is there: it may be ready, and be told to end, before the next line here runs.
   // Ctrl-C reaches the child by itself, being in the same group; the launcher only waits for its end.
   process.on("SIGINT", () => {});
   for (const signal of ["SIGTERM", "SIGHUP"]) process.on(signal, () => child.kill(signal));
+  // The emulator warns of variables with its prefix that it does not know.
+  child = spawn(binary(), process.argv.slice(2), { stdio: "inherit", env: environment(/^TS3100_BINARY$/) });
   child.on("error", fail);
   child.on("exit", (code, signal) => process.exit(signal ? SIGNALLED + os.constants.signals[signal] : code));
 } catch (error) {
