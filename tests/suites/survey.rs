@@ -374,6 +374,17 @@ fn servo_power_is_as_it_was() {
 }
 
 #[test]
+fn servo_power_that_came_without_an_answer_is_turned_off() {
+    let mut peer = VirtualPeer::new(Robot::with(config(&[])), Port::Ip0);
+    let fault = "no-reply:command=SO".parse().unwrap();
+    peer.robot.feed(FaultAction::Arm(Box::new(fault)).into());
+    let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
+    assert!(report.stopped.is_some());
+    assert!(!peer.robot.cell.controller.state().servo);
+    assert_eq!(report.left, [""; 0]);
+}
+
+#[test]
 fn a_host_without_the_right_to_start_programs_is_told_so_and_takes_no_refusal_for_an_answer() {
     let mut config = config(&[]);
     config.control_right = ControlRight::Rs232c;

@@ -113,7 +113,7 @@ pub fn survey(
     if report.stopped.is_some() {
         distrust_silence(&mut report);
     }
-    if class >= Some(Class::Files) {
+    if class >= Some(Class::Files) || before.servo.is_some() {
         report.left = put_back(&mut talk, &before, report.stopped.is_some());
     }
     report.delays = match is_serial {
@@ -214,7 +214,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if status.feed_hold {
         return refused("feed hold is on; end it");
     }
-    before.servo = Some(status.servo);
+    before.servo.get_or_insert(status.servo);
     if !status.servo {
         talk.command("SO")?;
         talk.wait(QUIET)?;

@@ -503,7 +503,7 @@ impl<'a> Talk<'a> {
         if heard.is_empty() {
             return Err(Trouble::Surprise(format!("no answer to {command}")));
         }
-        self.lengths.insert(command, heard.len());
+        self.lengths.entry(command).or_insert(heard.len());
         Ok(heard)
     }
 
