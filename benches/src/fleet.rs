@@ -31,8 +31,8 @@ const MOST_ANSWERED: f64 = 1.5;
 const MOST_MEMORY: f64 = 120.0;
 /// Most processor time while idle, in seconds: the aim is none within a tick of the clock.
 const MOST_IDLE: f64 = 0.03;
-/// Least rate of 32 robots, in that of the echo. The aim is 0.6, reached where a system call costs as much as a robot's own
-/// work; where it costs a third of that, the same program reaches 0.36.
+/// Least rate of 32 robots, in that of the echo. The aim is 0.6, nearly reached where system calls are dear; where they cost
+/// less than half, the same program reaches 0.36.
 const LEAST_RATE: f64 = 0.3;
 
 /// After SU the host confirms, so that no exchange is open while the robots are idle.

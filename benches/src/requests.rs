@@ -134,7 +134,7 @@ fn measure(rounds: usize, alone: f64) -> Result<Vec<String>, Failure> {
         let words = [&serve[..], variant.flags].concat();
         let mut robot = Server::start(&binary, &words, "\"ip0\":", 1)?;
         let mut follower = Follower::start(variant.is_followed.then_some(&robot))?;
-        let (mut ratios, mut own_cost) = (Vec::new(), 0.0);
+        let mut ratios = Vec::new();
         for exchange in [SU, SF] {
             let (ours, theirs) = compare(&mut robot, &own, exchange, rounds)?;
             let ratio = [0, 1, 2].map(|at| ours[at] / theirs[at] / exchange.echoes);
@@ -151,10 +151,7 @@ fn measure(rounds: usize, alone: f64) -> Result<Vec<String>, Failure> {
                 ratio[1],
                 ratio[2]
             );
-            ratios.push(ratio);
-            if exchange.confirm.is_none() {
-                own_cost = (ours[0] - theirs[0]) / alone;
-            }
+            ratios.push((ratio, (ours[0] - theirs[0]) / alone));
         }
         println!(
             "{:32} {:>9} kB",
@@ -162,9 +159,9 @@ fn measure(rounds: usize, alone: f64) -> Result<Vec<String>, Failure> {
             robot.memory()?
         );
         follower.stop();
-        if let (Some(most), [su, sf]) = (variant.most, ratios.as_slice()) {
+        if let (Some(most), [(su, own_cost), (sf, _)]) = (variant.most, ratios.as_slice()) {
             println!("SU beyond the echo, in SU within the controller {own_cost:>10.2}");
-            if own_cost > MOST_OWN {
+            if *own_cost > MOST_OWN {
                 missed.push(format!(
                     "SU: {own_cost:.2} times SU within the controller beyond the echo, at most {MOST_OWN} expected"
                 ));

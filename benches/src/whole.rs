@@ -29,7 +29,7 @@ pub fn print(rounds: usize) -> Result<f64, String> {
     let mut asked = idle()?;
     let mut now = asked.now();
     let mut replies = 0_u32;
-    let taken = micros(rounds, BATCH, || {
+    let alone = micros(rounds, BATCH, || {
         // A host waits 50 ms after each exchange.
         now = Time::from_micros(now.as_micros() + 60_000);
         replies += u32::from(su(&mut asked, now));
@@ -37,8 +37,7 @@ pub fn print(rounds: usize) -> Result<f64, String> {
     if replies != BATCH * u32::try_from(rounds).unwrap_or(u32::MAX) {
         return Err(format!("only {replies} of the SU texts were replied to"));
     }
-    println!("SU: text in, reply out                 {taken:>10.2} µs");
-    let alone = taken;
+    println!("SU: text in, reply out                 {alone:>10.2} µs");
     let sources = LOOPS.map(contender::source);
     let sources = sources.into_iter().collect::<Result<Vec<_>, _>>()?;
     let bytes: usize = sources.iter().map(String::len).sum();

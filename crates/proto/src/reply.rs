@@ -31,6 +31,11 @@ pub struct ReplyError {
     pub found: String,
 }
 
+/// OK, NG or SP of a text, whose CR may be missing.
+fn word(data: &[u8]) -> &[u8] {
+    data.strip_suffix(&[CR]).unwrap_or(data)
+}
+
 impl Reply {
     /// Reads the data section of a text. A missing CR after OK, NG and SP is overlooked, as the vendor's
     /// client library does (hosts 1.3); surplus letters are not.
@@ -41,7 +46,7 @@ impl Reply {
         if let Some(rest) = data.strip_prefix(b"FL,") {
             return Ok(Reply::Fl(rest.to_vec()));
         }
-        match data.strip_suffix(&[CR]).unwrap_or(data) {
+        match word(data) {
             b"OK" => Ok(Reply::Ok),
             b"NG" => Ok(Reply::Ng),
             b"SP" => Ok(Reply::Sp),
@@ -54,7 +59,7 @@ impl Reply {
     /// Whether the data section of a text is OK or NG.
     #[must_use]
     pub fn acknowledges(data: &[u8]) -> bool {
-        matches!(data.strip_suffix(&[CR]).unwrap_or(data), b"OK" | b"NG")
+        matches!(word(data), b"OK" | b"NG")
     }
 
     /// The data section of the text.

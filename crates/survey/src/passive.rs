@@ -9,6 +9,7 @@ use crate::report::{Answer, Report};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 use ts3100_proto::command::Command;
+use ts3100_proto::reply::STOP;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
@@ -173,8 +174,8 @@ impl<'a> Passive<'a> {
                 texts.push(text);
             }
         }
-        if texts.iter().any(|text| text.data.as_ref() == b"SP\r") {
-            texts.retain(|text| text.data.as_ref() != b"SP\r");
+        if texts.iter().any(|text| text.data == STOP) {
+            texts.retain(|text| text.data != STOP);
             self.ended = None;
             if let Some(told) = self.evidence.told.get_mut(usize::from(self.is_other)) {
                 *told = true;
