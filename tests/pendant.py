@@ -103,7 +103,7 @@ class Prefix(BaseHTTPRequestHandler):
         self.close_connection = True
         if "/events" in self.path:
             self.streams.append(connection)
-        with contextlib.suppress(OSError, ValueError, AttributeError):
+        with contextlib.suppress(OSError, ValueError, AttributeError, http.client.HTTPException):
             while data := answer.read1(65536):
                 self.wfile.write(data)
         connection.close()
