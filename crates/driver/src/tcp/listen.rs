@@ -89,7 +89,7 @@ fn other_offset(address: SocketAddr) -> &'static str {
 enum BindPurpose {
     /// To listen.
     Listen,
-    /// To listen while another socket of this process reserves the port.
+    /// To listen at a port that is reserved while nobody listens there.
     ListenReserved,
     /// To reserve the port without listening.
     Reserve,
@@ -106,6 +106,7 @@ fn bound(address: SocketAddr, purpose: BindPurpose) -> io::Result<TcpSocket> {
     if cfg!(unix) && purpose != BindPurpose::Reserve {
         socket.set_reuseaddr(true)?;
     }
+    // The socket that listens and the one that reserves take over from each other.
     #[cfg(target_os = "linux")]
     socket.set_reuseport(purpose != BindPurpose::Listen)?;
     socket.bind(address)?;
@@ -124,41 +125,43 @@ pub fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
 }
 
 /// A free port that stays with its channel while nobody listens there, as during a power cycle: with many emulators on
-/// one machine somebody else would be given it meanwhile. It is a socket that is bound and never listens, so that who
-/// dials is refused. Elsewhere than on Linux such a socket would take connections from the one that listens: there the
-/// port is free meanwhile.
+/// one machine somebody else would be given it meanwhile. It is kept by a socket that is bound and does not listen, so
+/// that who dials is refused. Elsewhere than on Linux such a socket would take connections from the one that listens:
+/// there the port is free meanwhile.
 #[derive(Debug)]
 pub(super) struct ReservedPort {
+    /// With port 0 until the system has chosen one.
+    address: SocketAddr,
     socket: Option<TcpSocket>,
-    port: u16,
 }
 
 impl ReservedPort {
-    /// Reserves a free port at this address.
-    pub(super) fn new(channel: Port, address: SocketAddr) -> Result<ReservedPort, ChannelError> {
-        let socket = bound(address, BindPurpose::Reserve);
-        let named = socket.and_then(|socket| Ok((socket.local_addr()?.port(), socket)));
-        let (port, socket) = named.map_err(|reason| ChannelError::from_io(channel, address, reason))?;
-        let socket = cfg!(target_os = "linux").then_some(socket);
-        Ok(ReservedPort { socket, port })
-    }
-
-    /// Opens the listening socket on the reserved port.
-    pub(super) fn listen(&self, channel: Port, mut address: SocketAddr) -> Result<TcpListener, ChannelError> {
-        address.set_port(self.port);
-        let purpose = match self.socket {
-            Some(_) => BindPurpose::ListenReserved,
-            None => BindPurpose::Listen,
-        };
-        match listening(address, purpose) {
-            Ok((listener, _)) => Ok(listener),
-            Err(reason) => Err(ChannelError::from_io(channel, address, reason)),
+    /// A free port at this address, chosen when it is first listened at.
+    pub(super) fn new(address: IpAddr) -> ReservedPort {
+        ReservedPort {
+            address: SocketAddr::new(address, 0),
+            socket: None,
         }
     }
 
-    /// Number of the reserved port.
-    pub(super) fn port(&self) -> u16 {
-        self.port
+    /// Opens the listening socket of a channel; returns it with its port number.
+    pub(super) fn listen(&mut self, channel: Port) -> Result<(TcpListener, u16), ChannelError> {
+        let opened = listening(self.address, BindPurpose::ListenReserved);
+        let (listener, actual) =
+            opened.map_err(|reason| ChannelError::from_io(channel, self.address, reason))?;
+        *self = ReservedPort {
+            address: actual,
+            socket: None,
+        };
+        Ok((listener, actual.port()))
+    }
+
+    /// Keeps the port, whose listening socket is about to be closed.
+    pub(super) fn keep(&mut self) {
+        if cfg!(target_os = "linux") {
+            // The port is free meanwhile if the system has no socket left.
+            self.socket = bound(self.address, BindPurpose::Reserve).ok();
+        }
     }
 }
 

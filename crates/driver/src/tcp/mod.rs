@@ -105,6 +105,9 @@ impl Channels {
 
     /// Closes every channel and connection; returns the channels that were connected.
     pub fn close(&mut self) -> Vec<Port> {
+        for (_, reserved) in self.reserved.values_mut() {
+            reserved.keep();
+        }
         let channels = std::mem::take(&mut self.channels).into_iter();
         channels
             .filter_map(|(port, channel)| channel.close().then_some(port))
@@ -136,16 +139,13 @@ impl Channels {
 
     /// Binds the listening socket of a channel; returns it with its port number.
     fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), ChannelError> {
-        let free = SocketAddr::new(self.listen, 0);
         let Ports::Offset(offset) = self.ports else {
-            let reserved_port = self.reserved.remove(&port).filter(|(same, _)| *same == own);
-            let reserved = match reserved_port {
-                Some((_, reserved)) => reserved,
-                None => ReservedPort::new(port, free)?,
-            };
-            let bound = (reserved.listen(port, free)?, reserved.port());
-            self.reserved.insert(port, (own, reserved));
-            return Ok(bound);
+            let fresh = || (own, ReservedPort::new(self.listen));
+            let reserved = self.reserved.entry(port).or_insert_with(fresh);
+            if reserved.0 != own {
+                *reserved = fresh();
+            }
+            return reserved.1.listen(port);
         };
         let requested = own.checked_add(offset).ok_or(ChannelError::PortRange {
             channel: port,
