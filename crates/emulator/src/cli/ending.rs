@@ -6,7 +6,7 @@ use super::junit_stub;
 use crate::config::{ServeArgs, Settings};
 use crate::launch::Launched;
 use anyhow::Context as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use tracing::error;
 use ts3100_controller::Controller;
 use ts3100_driver::files;
@@ -35,10 +35,9 @@ impl Ending {
     pub fn check(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
         settings.reports.prepare()?;
         faults::prepare(&settings.report)?;
-        write_junit(
-            args.junit.as_ref(),
-            &junit_stub::document(junit_stub::NOT_FINISHED),
-        )?;
+        if let Some(path) = &args.junit {
+            write_junit(path, &junit_stub::document(junit_stub::NOT_FINISHED))?;
+        }
         if let Some(path) = &args.snapshot_on_exit {
             snapshot::check_target(path)?;
         }
@@ -82,7 +81,9 @@ impl Ending {
 
     /// The results of a scenario; whether it has failed.
     fn report_scenario(&self, outcome: &ScenarioOutcome) -> anyhow::Result<bool> {
-        write_junit(self.junit.as_ref(), &outcome.junit())?;
+        if let Some(path) = &self.junit {
+            write_junit(path, &outcome.junit())?;
+        }
         for failure in outcome.failures() {
             error!(event = "scenario-failed", "scenario: {failure}");
         }
@@ -90,12 +91,10 @@ impl Ending {
     }
 }
 
-/// Writes the JUnit report, where one was asked for.
-fn write_junit(path: Option<&PathBuf>, document: &str) -> anyhow::Result<()> {
-    path.map_or(Ok(()), |path| {
-        let written = files::replace(path, document.as_bytes());
-        written.with_context(|| format!("cannot write {}", path.display()))
-    })
+/// Writes the JUnit report.
+fn write_junit(path: &Path, document: &str) -> anyhow::Result<()> {
+    let written = files::replace(path, document.as_bytes());
+    written.with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Why the exit code is not 0.
