@@ -103,10 +103,8 @@ impl Instance {
             .open(path.with_extension("lock"))?;
         // A container that shares the directory may have a process of the same number.
         lock.try_lock()?;
-        // Whole or not at all; it need not outlive the machine, so nothing is synced.
-        let unfinished = path.with_extension("unfinished");
-        fs::write(&unfinished, serde_json::to_string(self)?)?;
-        fs::rename(unfinished, &path)?;
+        // Whoever reads half of it sees no emulator yet. It need not outlive the machine, so nothing is synced.
+        fs::write(&path, serde_json::to_string(self)?)?;
         Ok(StateFile { path, lock })
     }
 
@@ -173,20 +171,17 @@ fn read(path: &Path) -> Option<Instance> {
 }
 
 /// Where state files are kept, the usual place first: `ts3100` in the runtime directory of the user, or one with the number
-/// of the user in the directory for temporary files. One that others can write to is not used.
+/// of the user in memory or in the directory for temporary files. One that others can write to is not used.
 fn directories() -> Vec<PathBuf> {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
     if let Some(runtime) = runtime.filter(|path| path.is_absolute() && path.is_dir()) {
         return vec![runtime.join("ts3100")];
     }
     let own = format!("ts3100{}", user_suffix());
-    // A container with a read-only root has no other place to write to.
-    let shared = Path::new("/dev/shm");
-    let shared = cfg!(target_os = "linux").then(|| shared.join(&own));
-    [std::env::temp_dir().join(&own)]
-        .into_iter()
-        .chain(shared)
-        .collect()
+    // Quicker than a disk, and all that a container with a read-only root can write to.
+    let memory = cfg!(target_os = "linux").then(|| PathBuf::from("/dev/shm"));
+    let places = memory.into_iter().chain([std::env::temp_dir()]);
+    places.map(|place| place.join(&own)).collect()
 }
 
 fn create_private(path: &Path) -> io::Result<()> {
