@@ -3,17 +3,13 @@
 //! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
 //! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct CalendarTime {
     /// Year, 0 to 65535.
     pub year: u16,

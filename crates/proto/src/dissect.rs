@@ -5,14 +5,12 @@
 //! Programs that need values use the decoders in [`crate::status`]. The layout of SF is in
 //! [`crate::status::sf::table`].
 
+use crate::prelude::*;
 use crate::reply::Reply;
 use crate::status::io;
 use crate::status::sf::SfLayout;
 use crate::status::sf::table::{SfFieldKind, sf_fields};
 use crate::text::{CR, EOF, ETX, LF, STX};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::ops::Range;
 
 /// Bytes of a field that `value` quotes; the rest is cut.

@@ -7,10 +7,8 @@
 
 use crate::command::{COMMANDS, Command, CommandError, CommandRow};
 use crate::dissect::{DissectedField, dissect};
+use crate::prelude::*;
 use crate::text::{CR, ETX, MAX_DATA, STX};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::ops::Range;
 
 /// Letters of a command.

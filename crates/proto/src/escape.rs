@@ -5,9 +5,8 @@
 //! differ only in the characters that they must escape besides, and in how lenient they read. The encoding of bytes in
 //! snapshots is another, see `serde_latin1`.
 
+use crate::prelude::*;
 use crate::text::{CR, EOF, ETX, LF, STX};
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::fmt::{self, Write as _};
 
 /// Names of the control codes.
@@ -143,7 +142,7 @@ pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
 /// Bytes as pairs of hexadecimal digits with blanks between them.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
-    let pairs: Vec<String> = bytes.iter().map(|byte| alloc::format!("{byte:02X}")).collect();
+    let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     pairs.join(" ")
 }
 

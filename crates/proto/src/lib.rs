@@ -24,6 +24,7 @@ pub mod message;
 pub mod name;
 pub mod parameter;
 pub mod permission;
+mod prelude;
 pub mod reply;
 #[cfg(feature = "serde")]
 pub mod serde_latin1;

@@ -3,8 +3,7 @@
 //!
 //! This module checks spelling only. The controller knows which files and variables exist.
 
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::fmt;
 use thiserror::Error;
 
@@ -56,7 +55,7 @@ pub enum NameError {
 
 /// Name of a file of the RAM drive, in upper case.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "String", into = "String"))]
 pub struct FileName(String);
 

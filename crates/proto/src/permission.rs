@@ -7,10 +7,9 @@
 //! [`Command::permission_row`](crate::command::Command::permission_row).
 
 use crate::command::{COMMANDS, count_permissions, permission_names};
+use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// A port that speaks the simple protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,7 +27,7 @@ impl ProtocolPort {
 
 /// One cell of the tables: a command in a mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Permission {
     /// Circle: valid.
     Valid,
@@ -56,11 +55,7 @@ type Rows<const N: usize> = [Row; N];
 
 /// The tables of either port, the manual's and that of the extensions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
@@ -239,7 +234,7 @@ fn parse_table(
     names: &[&'static str],
     rows: &mut [Row],
 ) -> Result<(), PermissionError> {
-    let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
+    let head = || format!("COMMAND {}", COLUMNS.join(" "));
     match lines.next() {
         Some((_, line))
             if line
@@ -257,7 +252,7 @@ fn parse_table(
         }
         let expected = || {
             let missing = names.iter().copied().filter(|row| !seen.contains(row));
-            alloc::format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
+            format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
         let Some((number, line)) = lines.next() else {
             return Err(error(lines.number, &expected(), "the end of the file"));

@@ -4,7 +4,7 @@
 //! FRM-15 to FRM-17); [`encode_text`] writes one. What the data section means is for [`crate::message`],
 //! [`crate::command`], [`crate::file`] and [`crate::reply`].
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use bytes::{Buf, Bytes, BytesMut};
 
 /// STX, the first byte of a text.
@@ -28,7 +28,7 @@ pub const MAX_BINARY: usize = 1024;
 
 /// Whether a text begins with STX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Framing {
     /// With STX, as the manual has it.
     #[default]
@@ -39,7 +39,7 @@ pub enum Framing {
 
 /// How bytes outside a text are read (option `text.stx`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum StxRule {
     /// Any byte but ETX begins a text without STX.
     #[default]
@@ -50,7 +50,7 @@ pub enum StxRule {
 
 /// Whether a checksum follows ETX (option `text.checksum`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Checksum {
     /// No checksum: a text ends with ETX.
     #[default]
@@ -61,11 +61,7 @@ pub enum Checksum {
 
 /// The framing options of a port; both sides must agree on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct TextOptions {
     /// How bytes outside a text are read.
     pub stx: StxRule,
@@ -75,11 +71,7 @@ pub struct TextOptions {
 
 /// One text as it was received.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Text {
     /// Whether it began with STX. The answer is framed the same way.
     pub framing: Framing,
@@ -93,7 +85,7 @@ pub struct Text {
 
 /// What is wrong with a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
     #[error("the message has {length} bytes of data; at most {MAX_DATA} are allowed")]
@@ -132,11 +124,7 @@ pub enum Decoded {
 
 /// A text whose ETX has not been received yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct Partial {
     framing: Framing,
     /// The first bytes of the data section, at most the limit given to `take`.
@@ -198,7 +186,7 @@ impl Partial {
 ///                                                  \--ETX, with checksum--> Sum --one byte--> Outside
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum DecoderState {
     Outside,
     Inside(Partial),
@@ -209,11 +197,7 @@ enum DecoderState {
 /// the caller can change how the next text is read ([`TextDecoder::expect_binary`]) after it has seen the last one.
 /// It holds at most [`MAX_BUFFERED`] bytes and one text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct TextDecoder {
     options: TextOptions,
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]

@@ -2,10 +2,8 @@
 //!
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
+use crate::prelude::*;
 use alloc::borrow::Cow;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// A value of a small set, each with a word.
 pub trait Word: Copy + 'static {

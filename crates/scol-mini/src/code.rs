@@ -8,7 +8,7 @@
 //! `compile::lower` writes this form, `machine::vm` runs it. The trees of the steps stay beside it: they say what an
 //! instruction means when its operands turn out not to be numbers, and which fault there is.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::builtin::Numeric;
 use crate::cell::Cell;

@@ -2,7 +2,7 @@
 //!
 //! Setting them is in `machine::request_values`. Their effect on a motion is left to whoever moves the arm.
 
-use alloc::string::String;
+use crate::prelude::*;
 
 use crate::value::{Configuration, Frame, Payload};
 
@@ -35,7 +35,7 @@ impl Condition {
 
 /// How exactly a motion ends before the program goes on (`ACCUR`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Accuracy {
     /// The next statement begins a little before the arm rests.
     Coarse,
@@ -45,7 +45,7 @@ pub enum Accuracy {
 
 /// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Conditions {
     /// Percent of the maximum speed, 1 to 100.
     pub speed: f64,

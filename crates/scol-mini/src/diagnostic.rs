@@ -4,8 +4,7 @@
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 
-use alloc::format;
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::ops::Range;
 
 /// Most diagnostics of one compilation; the last says that more were left out.

@@ -3,9 +3,7 @@
 //! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. `lines` cuts
 //! the file into lines before.
 
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::diagnostic::{Problem, Span};
 use crate::lines::Line;

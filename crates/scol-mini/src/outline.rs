@@ -2,9 +2,8 @@
 //!
 //! It is made of tokens alone, so it also covers lines that do not parse. What a row means is not checked here.
 
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use crate::MAX_LINE;
 use crate::builtin;

@@ -2,10 +2,9 @@
 //!
 //! A program is immutable and shared; what changes while it runs is in `Memory` and `Machine`. `compile` makes it.
 
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::code::Code;
 use crate::options::LanguageOptions;

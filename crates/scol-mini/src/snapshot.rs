@@ -4,8 +4,7 @@
 //! against a program of the same source: `machine::snapshot` and `memory::snapshot` do the two halves. The names in the
 //! written form are fixed by `fixtures/snapshots`.
 
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::conditions::Conditions;

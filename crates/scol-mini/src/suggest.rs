@@ -2,9 +2,7 @@
 //!
 //! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};

@@ -3,9 +3,7 @@
 //! The parser fills in names, the compiler what they refer to. The machine evaluates the same expressions, so there is no
 //! second tree.
 
-use alloc::boxed::Box;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::builtin::{Builtin, System};
 use crate::conditions::Condition;

@@ -5,8 +5,7 @@
 
 use crate::command::operand::{GrammarError, Operands, ParseResult, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use nom::Parser;
 use nom::character::complete::{alpha1, space1};
 use nom::combinator::map_opt;
@@ -31,7 +30,7 @@ pub enum InternalCommand {
 
 /// Operation mode (CMD-RN-06).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum RunMode {
     /// Starts again after the last statement.
     Continuous,

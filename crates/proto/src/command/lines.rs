@@ -4,9 +4,7 @@
 
 use crate::command::operand::{Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use nom::Parser;
 use nom::character::complete::one_of;
 use nom::error::context;

@@ -35,9 +35,8 @@ pub use watchdog::MAX_WATCHDOG_MS;
 
 pub(crate) use row::{count_permissions, permission_names};
 
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use operand::Operands;
 use thiserror::Error;
 
@@ -136,7 +135,7 @@ pub(crate) fn excerpt(bytes: &[u8]) -> String {
     /// Bytes worth showing.
     const SHOWN: usize = 24;
     let shown = bytes.get(..SHOWN).unwrap_or(bytes);
-    alloc::format!(
+    format!(
         "{}{}",
         shown.escape_ascii(),
         if shown.len() < bytes.len() { "..." } else { "" }

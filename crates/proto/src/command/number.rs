@@ -3,7 +3,7 @@
 //! Operands use the grammar below, [`crate::status::mr`] the type.
 
 use crate::command::operand::{ParseResult, number_token};
-use alloc::format;
+use crate::prelude::*;
 use core::fmt;
 use nom::Parser;
 use nom::combinator::map_opt;
@@ -14,11 +14,7 @@ const DECIMALS: usize = 3;
 
 /// A number of a command or of variable data; in JSON too one is whole without a decimal point, real with one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(untagged)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(untagged))]
 pub enum Number {
     /// Written without a decimal point or exponent, and within 32 bits.
     Integer(i32),

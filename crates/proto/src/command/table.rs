@@ -13,10 +13,8 @@ use super::{
     request, reset, text, variable, watchdog,
 };
 use crate::name::{FileName, VariableName};
+use crate::prelude::*;
 use crate::status::AlarmLevel;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 commands! {
     /// Start automatic operation (CMD-RN-01).

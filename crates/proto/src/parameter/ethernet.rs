@@ -6,14 +6,12 @@
 use super::{
     FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, number, split_words, with_line_end,
 };
+use crate::prelude::*;
 use crate::status::AlarmLevel;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// How a channel is opened (\[E00\]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum OpenMode {
     /// 0: the channel is closed.
     NotUsed = 0,
@@ -33,11 +31,7 @@ impl OpenMode {
 
 /// The values of ETHERNET.PAR. Arrays are in the order IP0, IP1, IP2, IP3.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct EthernetParameters {
     /// \[E00\] open mode; IP0 is never a client (PAR-E00-02).
     pub open_mode: [OpenMode; 4],

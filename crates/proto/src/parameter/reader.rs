@@ -3,8 +3,7 @@
 //! The reader is tolerant and never fails. The modules `ethernet` and `user` know which sections and values a file must
 //! have.
 
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::Range;
 
 /// Sections that are read of a file; further ones are dropped.
@@ -199,7 +198,7 @@ impl<'a> Reader<'a> {
             .filter(|(quoted, _)| !quoted.contains(['\r', '\n']))?;
         self.rest = rest;
         let after = self.until(&['{', '[', '=', '\r', '\n']).trim();
-        Some(alloc::format!("\"{quoted}\"{after}"))
+        Some(format!("\"{quoted}\"{after}"))
     }
 }
 

@@ -4,8 +4,7 @@
 //! file is read, see `ethernet.rs` and `user.rs`.
 
 use super::reader::{Assignment, ParameterFile};
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use thiserror::Error;
 
 /// Why a value was not replaced.

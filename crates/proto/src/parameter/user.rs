@@ -4,14 +4,12 @@
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
 use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use crate::prelude::*;
 use crate::words::Word;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// Parity of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Parity {
     /// 0: no parity bit.
     None = 0,
@@ -43,7 +41,7 @@ impl Edition {
 
 /// The settings of one serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
@@ -107,11 +105,7 @@ mod bounded {
 
 /// The values that the controller reads from USER.PAR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct UserParameters {
     /// `{COM1}`, the port for programs.
     pub com1: SerialSettings,

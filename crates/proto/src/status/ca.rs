@@ -5,9 +5,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// One file of the RAM drive.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,9 +5,7 @@
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
 use crate::calendar::CalendarTime;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Most entries of a file: the count has two digits (EU-01).
 pub const MAX_ENTRIES: usize = 99;

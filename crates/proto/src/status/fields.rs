@@ -3,8 +3,8 @@
 //! Only mechanics: the modules next to it know what a field means.
 
 use super::BodyError;
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::string::String;
 
 /// Longest piece of a foreign content that an error quotes, in bytes.
 const MAX_QUOTE: usize = 32;
@@ -46,7 +46,7 @@ impl<'a> Field<'a> {
         let quoted = self.bytes.get(..MAX_QUOTE).unwrap_or(self.bytes);
         let found = match quoted {
             [] => String::from("nothing"),
-            some => alloc::format!("`{}`", some.escape_ascii()),
+            some => format!("`{}`", some.escape_ascii()),
         };
         BodyError {
             file: self.file,

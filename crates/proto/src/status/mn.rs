@@ -4,10 +4,8 @@
 
 use super::BodyError;
 use super::fields::Field;
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 /// Axes of an item.
 pub const MN_AXES: usize = 6;

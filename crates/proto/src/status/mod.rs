@@ -18,12 +18,12 @@ pub mod sm;
 pub mod su;
 pub mod vr;
 
+use crate::prelude::*;
 use crate::words::Word;
-use alloc::string::String;
 
 /// The five columns of tables 5.3 and 5.4: key switch, and in EXT who has the control right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum MasterMode {
     /// TEACHING.
     Teaching,
@@ -73,7 +73,7 @@ impl MasterMode {
 
 /// What the program does: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ExecutionStatus {
     /// Stop (reset): the next start begins at the first step.
     #[default]
@@ -149,7 +149,7 @@ impl core::fmt::Display for ExecutionStatus {
 
 /// Level of an alarm (decision D6): 8 is the worst, 1 a warning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum AlarmLevel {
     /// Motion stops at once, servo power goes off.
     L8 = 8,

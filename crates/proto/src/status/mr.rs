@@ -5,9 +5,7 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::command::Number;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// The content of the file: integers as they are, reals with three decimals (a half away from zero),
 /// separated by one blank, CR at the end. Reals are finite.

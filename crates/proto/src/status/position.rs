@@ -5,9 +5,8 @@
 
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus};
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// Axes in each of its groups.
 pub const POSITION_AXES: usize = 6;

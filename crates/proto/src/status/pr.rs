@@ -4,9 +4,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Most values: eight axes. A configuration comes on top.
 pub const MAX_VALUES: usize = 8;

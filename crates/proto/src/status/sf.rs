@@ -8,8 +8,7 @@ pub mod table;
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError, ExecutionStatus};
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::RangeInclusive;
 
 /// Slots for current alarms.

@@ -6,18 +6,12 @@
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus, MasterMode};
 use crate::command::RunMode;
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// The content of SU.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct StatusBody {
     /// Controller mode.
     pub master_mode: MasterMode,
@@ -37,7 +31,7 @@ pub struct StatusBody {
 
 /// How the six items are written (option `su.layout`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum SuLayout {
     /// One record, items separated by one blank, no blank within, no CR at the end (hosts 7.1).
     OneRecord,

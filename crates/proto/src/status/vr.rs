@@ -5,9 +5,7 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::calendar::CalendarTime;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Characters of a system name; further ones are cut.
 pub const NAME_LENGTH: usize = 10;
@@ -25,7 +23,7 @@ pub struct VersionRecord {
 
 /// How a record is written (option `vr.layout`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum VrLayout {
     /// One record: name filled to 11 columns, `YYYY-MM-DD HH:MM`, a blank, the checksum, CR.
     Blanks,

@@ -3,10 +3,9 @@
 //! Implicit variables, which an assignment makes, are left to `names`. The values that variables have while a program runs
 //! are in `memory`.
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::diagnostic::Problem;
 use crate::machine::{constant_value, convert};

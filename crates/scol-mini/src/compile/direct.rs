@@ -3,9 +3,8 @@
 //! The result is a [`Program`] of that one statement, which shares the memory of the selected file. Sending the reply is left
 //! to the controller. Start with [`compile_direct`].
 
-use alloc::format;
+use crate::prelude::*;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use super::{kinds, lower, names};
 use crate::diagnostic::{Diagnostic, Problem, Span};

@@ -3,11 +3,8 @@
 //!
 //! Names of variables are resolved before (`names`).
 
-use alloc::boxed::Box;
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use super::Signature;
 use crate::MAX_FOR_NESTING;

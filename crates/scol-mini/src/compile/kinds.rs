@@ -3,8 +3,7 @@
 //! A variable without a declaration gets its kind from its first assignment, so most kinds are checked by the machine
 //! (`machine::evaluate`, `machine::place`). Start with [`check_statement`].
 
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 
 use crate::builtin::{Builtin, Numeric, System};
 use crate::conditions::Condition;

@@ -11,11 +11,9 @@ mod kinds;
 pub(crate) mod lower;
 mod names;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
-use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Problem, Span};

@@ -2,9 +2,8 @@
 //!
 //! Labels and calls are left to `emit`, kinds to `kinds`. Start with [`resolve_block`].
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
 
 use super::declare::dim_slot;
 use super::duplicates;

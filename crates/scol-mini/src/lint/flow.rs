@@ -3,9 +3,8 @@
 //!
 //! It looks at the rows of `outline`, not at trees. The codes are listed in `diagnostic`.
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::vec::Vec;
 
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign};

@@ -7,8 +7,8 @@ mod flow;
 mod names;
 mod values;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
 
 use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
 use crate::options::LanguageOptions;

@@ -2,10 +2,8 @@
 //!
 //! Names that do not exist are errors and left to `compile::names`. The codes are listed in `diagnostic`.
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use super::flow::targets;
 use crate::builtin;

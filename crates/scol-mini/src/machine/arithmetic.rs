@@ -3,8 +3,7 @@
 //!
 //! Positions and coordinates are left to `evaluate`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 
 use super::{Result, RuntimeError};
 use crate::options::{IntDivision, LanguageOptions};

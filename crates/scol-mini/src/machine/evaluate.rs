@@ -3,8 +3,7 @@
 //! Almost everything a program computes is a number, so numbers are looked for first. Functions are in `functions`,
 //! variables in `place`, arithmetic in `arithmetic`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 
 use super::arithmetic::{binary, double, truncated, truth, unary};
 use super::{Machine, Result, RuntimeError, compose};

@@ -7,11 +7,11 @@ use super::arithmetic::double;
 use super::evaluate::{World, component, no_component};
 use super::{Frame, Loop, Machine, Result, RunPhase, RuntimeError};
 use crate::MAX_CALL_NESTING;
+use crate::prelude::*;
 use crate::program::Operation;
 use crate::request::FaultKind;
 use crate::tree::{Expression, Simple, Variable};
 use crate::value::Number;
-use alloc::format;
 
 impl Machine {
     /// Executes the step at `at` and moves on, unless it asks for something, ends the program or is a WAIT that goes on

@@ -4,8 +4,7 @@
 //! Which functions there are, and how many arguments they take, is in `builtin`.
 
 use super::fast_sine;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::arithmetic::{binary, double, integer, real, single, truncated};
 use super::evaluate::Context;

@@ -1,6 +1,6 @@
 //! `FOR` and `NEXT`: which loops are open, and when they are over.
 
-use alloc::format;
+use crate::prelude::*;
 
 use super::arithmetic::{binary, double};
 use super::evaluate::{Context, World};

@@ -22,11 +22,8 @@ mod snapshot;
 mod tests;
 mod vm;
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::memory::{MAIN_TASK, Memory};
 use crate::options::LanguageOptions;
@@ -83,11 +80,7 @@ impl RuntimeError {
 /// With the feature `serde` a machine is written without its program and says only which it is. What is read back stands
 /// still until `relink` gives it the program.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Machine {
     version: StateVersion,
     #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
@@ -109,7 +102,7 @@ pub struct Machine {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum RunPhase {
     /// Before a step.
     Ready,
@@ -126,7 +119,7 @@ enum RunPhase {
 
 /// A request and where its numbers go.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct PendingRequest {
     request: Request,
     targets: Vec<ValuePlace>,
@@ -134,7 +127,7 @@ struct PendingRequest {
 
 /// A program that was called, the main program first.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Frame {
     return_to: usize,
     /// Where its part of the arguments begins.
@@ -145,7 +138,7 @@ struct Frame {
 
 /// A FOR under way: its step, the one after its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Loop {
     opener: usize,
     exit: usize,

@@ -3,8 +3,7 @@
 //! The caller decides when to evaluate them, with [`Machine::check_monitors`]. A condition that has become true leads to a jump, or to a
 //! handler that runs beside the program. Executing the ON itself is in `execute`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 use alloc::sync::Arc;
 
 use super::evaluate::World;
@@ -16,7 +15,7 @@ use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct Monitor {
     /// The step of its `ON`.
     pub(super) on: usize,

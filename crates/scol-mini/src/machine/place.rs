@@ -2,9 +2,7 @@
 //!
 //! A parameter stands for a variable of the caller, or for a value of its own.
 
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::arithmetic::convert;
 use super::evaluate::{Context, World};
@@ -16,7 +14,7 @@ use crate::value::{Number, Value, ValueKind};
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum ValuePlace {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
@@ -26,7 +24,7 @@ pub(super) enum ValuePlace {
 
 /// What a parameter stands for.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Argument {
     /// The caller's variable.
     Place(ValuePlace),

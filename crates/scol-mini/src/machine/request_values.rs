@@ -3,10 +3,7 @@
 //!
 //! The requests are defined in `request`; serving them is left to the caller.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::evaluate::{Context, unexpected};
 use super::functions::configuration;

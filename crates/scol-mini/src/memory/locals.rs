@@ -3,7 +3,7 @@
 //! Those of the running task are in the cells, so the machine reads them without asking whose they are; those of the other
 //! tasks are parked. GLOBAL and DATA are left to `memory`.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::Range;
 
 use super::{MAIN_TASK, Memory};
@@ -16,7 +16,7 @@ const DIRECT: u16 = 0;
 
 /// The variables of the programs as one task has them.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct Locals {
     pub(super) cells: Vec<Cell>,
     pub(super) kinds: Vec<Option<ValueKind>>,

@@ -2,8 +2,7 @@
 //!
 //! Making variables of them is left to `compile::declare`; the table of taught points has its own reader (`points`).
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::{Cursor, Datum};
 use crate::MAX_DATA_NAME;

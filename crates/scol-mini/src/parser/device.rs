@@ -2,9 +2,7 @@
 //!
 //! What they ask of the world is in `machine::request_values`; plain motions are in `motion`.
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::conditions::AXES;

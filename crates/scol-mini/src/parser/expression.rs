@@ -3,9 +3,7 @@
 //!
 //! Names are resolved later (`compile::names`), kinds checked later (`compile::kinds`).
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{self, Builtin, System};

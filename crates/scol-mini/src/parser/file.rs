@@ -2,9 +2,7 @@
 //!
 //! The lines within are parsed by `declaration`, `statement` and `data`. Start with [`parse_file`].
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::data::DataLine;
 use super::{Block, Cursor, File, Label, Located};

@@ -12,10 +12,8 @@ mod file;
 mod motion;
 mod statement;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 use crate::builtin::{self, Builtin};
 use crate::diagnostic::{Problem, Span};

@@ -2,8 +2,7 @@
 //!
 //! Where a motion leads is evaluated by `machine::request_values`; moving is left to the controller.
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{self, Builtin};

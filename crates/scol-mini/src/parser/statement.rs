@@ -3,9 +3,7 @@
 //! Which statements may stand where is checked here; their names are resolved later. Statements about motions, devices and
 //! channels have their own files.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin;

@@ -4,9 +4,7 @@
 //! [`super::SystemStatus`].
 
 use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_from_word};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// How the bytes of a field are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
