@@ -15,6 +15,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod calendar;
+mod codes;
 pub mod command;
 pub mod dissect;
 pub mod dissect_command;

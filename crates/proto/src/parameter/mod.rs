@@ -121,6 +121,17 @@ impl<'a> FileValues<'a> {
         FileValues { file, problems }
     }
 
+    /// The only value of a section.
+    fn read<T>(
+        &mut self,
+        section: &'static str,
+        target: &mut T,
+        expected: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) {
+        self.section(section).read(None, target, expected, parse);
+    }
+
     /// The first section of a name; further ones are problems.
     fn section(&mut self, name: &'static str) -> SectionValues<'_> {
         let mut sections = self.file.sections.iter().filter(|section| section.tag == name);

@@ -4,19 +4,26 @@
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
 use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use crate::codes::codes;
 use crate::prelude::*;
 use crate::words::Word;
 
-/// Parity of a serial line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum Parity {
-    /// 0: no parity bit.
-    None = 0,
-    /// 1: odd parity.
-    Odd,
-    /// 2: even parity.
-    Even,
+codes! {
+    /// Parity of a serial line.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum Parity {
+        /// 0: no parity bit.
+        None = 0,
+        /// 1: odd parity.
+        Odd = 1,
+        /// 2: even parity.
+        Even = 2,
+    }
+    /// The number in the file.
+    fn number -> u8;
+    /// The parity of this number.
+    fn from_number;
 }
 
 /// Which edition of the communication manual describes the controller: HOST has other speeds in the two.
@@ -189,7 +196,7 @@ impl UserParameters {
 }
 
 impl Word for Parity {
-    const ALL: &'static [Parity] = &[Parity::None, Parity::Odd, Parity::Even];
+    const ALL: &'static [Parity] = &Parity::ALL;
 
     fn word(self) -> &'static str {
         match self {
@@ -197,14 +204,6 @@ impl Word for Parity {
             Parity::Odd => "odd",
             Parity::Even => "even",
         }
-    }
-}
-
-impl Parity {
-    /// The number in the file.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
     }
 }
 
@@ -228,14 +227,10 @@ fn one_of(speeds: &[u32]) -> String {
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {
     let [speed, length, parity, stop] = split_words(value)?;
-    let parity = number(parity)?;
     Some(SerialSettings {
         speed: number(speed).filter(|speed| speeds.contains(speed))?,
         length: number(length).filter(|length| matches!(length, 7 | 8))?,
-        parity: Parity::ALL
-            .iter()
-            .copied()
-            .find(|known| known.number() == parity)?,
+        parity: Parity::from_number(number(parity)?)?,
         stop: number(stop).filter(|stop| matches!(stop, 1 | 2))?,
     })
 }
