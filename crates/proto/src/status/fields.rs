@@ -90,6 +90,28 @@ impl<'a> Field<'a> {
         Some((Field { bytes: head, ..self }, rest))
     }
 
+    /// The parts of a record of fixed widths, one with each call, then the rest. In the pattern a run of one letter is a
+    /// part, everything else stands between parts: `YY-MM-DD hh:mm`.
+    pub(super) fn parts(
+        self,
+        mut pattern: &'static str,
+        expected: &'static str,
+    ) -> impl FnMut() -> Result<Field<'a>, BodyError> {
+        let mut rest = self;
+        move || {
+            let Some(letter) = pattern.chars().next() else {
+                return Ok(rest);
+            };
+            let after = pattern.trim_start_matches(letter);
+            let width = pattern.len() - after.len();
+            pattern = after.trim_start_matches(|char: char| !char.is_ascii_alphabetic());
+            let separator = after.strip_suffix(pattern).unwrap_or_default();
+            let (part, tail) = rest.cut(width).ok_or_else(|| rest.error(expected))?;
+            rest = tail.after(separator, expected)?;
+            Ok(part)
+        }
+    }
+
     /// The rest after a prefix, letters of either case.
     pub(super) fn after(self, prefix: &str, expected: &'static str) -> Result<Field<'a>, BodyError> {
         match self.cut(prefix.len()) {
