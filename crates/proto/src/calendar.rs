@@ -32,12 +32,8 @@ pub struct CalendarError(String);
 
 impl fmt::Display for CalendarTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (date, time) = (
-            (self.year, self.month, self.day),
-            (self.hour, self.minute, self.second),
-        );
-        write!(f, "{:04}-{:02}-{:02} ", date.0, date.1, date.2)?;
-        write!(f, "{:02}:{:02}:{:02}", time.0, time.1, time.2)
+        write!(f, "{:04}-{:02}-{:02} ", self.year, self.month, self.day)?;
+        write!(f, "{:02}:{:02}:{:02}", self.hour, self.minute, self.second)
     }
 }
 

@@ -36,10 +36,8 @@ impl<'a> Escaped<'a> {
     /// For use within double quotes: as [`Escaped::new`], without quotes in it.
     #[must_use]
     pub const fn within_quotes(bytes: &'a [u8]) -> Escaped<'a> {
-        Escaped {
-            bytes,
-            special: b"<\"",
-        }
+        let special = b"<\"";
+        Escaped { bytes, special }
     }
 }
 

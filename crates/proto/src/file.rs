@@ -98,12 +98,8 @@ impl LineCheck {
                     return Err(FileError::LongLine { line });
                 }
             } else if !matches!(byte, CR | LF) {
-                let column = self.column + 1;
-                return Err(FileError::Character {
-                    line,
-                    column,
-                    found: byte,
-                });
+                let (column, found) = (self.column + 1, byte);
+                return Err(FileError::Character { line, column, found });
             } else if byte == CR || !self.after_cr {
                 self.line = line.saturating_add(1);
                 self.column = 0;

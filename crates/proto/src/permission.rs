@@ -158,7 +158,7 @@ impl PermissionTable {
             parse_table(&mut lines, names, rows)?;
         }
         match missing.first() {
-            Some(heading) => Err(error(lines.number.max(1), heading, "the end of the file")),
+            Some(heading) => Err(error(lines.number.max(1), heading, END)),
             None => Ok(table),
         }
     }
@@ -190,15 +190,16 @@ impl PermissionTable {
     }
 }
 
+/// What is found where a line is missing.
+const END: &str = "the end of the file";
+
 /// What stands above the tables.
 const HEADINGS: [&str; 4] = ["[HOST]", "[IP0]", "[HOST extensions]", "[IP0 extensions]"];
 
 /// Whether a table may lack this row.
 fn is_optional(row: &str) -> bool {
-    EXTENSION_ROWS
-        .iter()
-        .skip(REQUIRED_EXTENSIONS)
-        .any(|later| *later == row)
+    let mut later = EXTENSION_ROWS.iter().skip(REQUIRED_EXTENSIONS);
+    later.any(|later| *later == row)
 }
 
 /// Lines with content, blanks around them and comments removed.
@@ -217,14 +218,11 @@ impl<'a> Lines<'a> {
     }
 
     fn next(&mut self) -> Option<(usize, &'a str)> {
-        loop {
-            let (index, line) = self.rest.next()?;
+        self.rest.find_map(|(index, line)| {
             self.number = index + 1;
             let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                return Some((self.number, line));
-            }
-        }
+            (!line.is_empty()).then_some((self.number, line))
+        })
     }
 }
 
@@ -234,14 +232,10 @@ fn parse_table(
     names: &[&'static str],
     rows: &mut [Row],
 ) -> Result<(), PermissionError> {
-    let head = || format!("COMMAND {}", COLUMNS.join(" "));
-    match lines.next() {
-        Some((_, line))
-            if line
-                .split_whitespace()
-                .eq(core::iter::once("COMMAND").chain(COLUMNS)) => {}
-        Some((number, line)) => return Err(error(number, &head(), line)),
-        None => return Err(error(lines.number, &head(), "the end of the file")),
+    let (number, line) = lines.next().unwrap_or((lines.number, END));
+    if !line.split_whitespace().eq(["COMMAND"].into_iter().chain(COLUMNS)) {
+        let head = format!("COMMAND {}", COLUMNS.join(" "));
+        return Err(error(number, &head, line));
     }
     rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
@@ -255,7 +249,7 @@ fn parse_table(
             format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
         let Some((number, line)) = lines.next() else {
-            return Err(error(lines.number, &expected(), "the end of the file"));
+            return Err(error(lines.number, &expected(), END));
         };
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
@@ -286,11 +280,10 @@ fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
 const MAX_QUOTE: usize = 40;
 
 fn error(line: usize, expected: &str, found: &str) -> PermissionError {
-    let found = found.chars().take(MAX_QUOTE).collect::<String>();
     PermissionError {
         line,
         expected: expected.to_string(),
-        found,
+        found: found.chars().take(MAX_QUOTE).collect(),
     }
 }
 
