@@ -5,7 +5,7 @@
 
 use super::arithmetic::double;
 use super::evaluate::{World, component, no_component};
-use super::{Frame, Loop, Machine, Result, RunPhase, RuntimeError};
+use super::{Frame, Loop, Machine, Result, RunPhase};
 use crate::MAX_CALL_NESTING;
 use crate::prelude::*;
 use crate::program::Operation;
@@ -90,8 +90,7 @@ impl Machine {
         if self.push_frame(first, return_to) {
             return Ok(());
         }
-        let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
-        RuntimeError::fail(FaultKind::Nesting, message)
+        FaultKind::Nesting.fail(format!("calls are nested more than {MAX_CALL_NESTING} deep"))
     }
 
     /// Gives a program, whose arguments are those from `first` on, its frame; `false`, and the arguments gone, when calls
@@ -154,8 +153,10 @@ impl Machine {
         let place = context.place(target)?;
         if let Some(letter) = letter {
             let number = value.number().ok_or_else(|| {
-                let message = format!("a coordinate is a number, found {}", value.kind().description());
-                RuntimeError::new(FaultKind::Type, message)
+                FaultKind::Type.error(format!(
+                    "a coordinate is a number, found {}",
+                    value.kind().description()
+                ))
             })?;
             value = context.fetch(target)?;
             match component(world.program.options.arm, &mut value, letter) {

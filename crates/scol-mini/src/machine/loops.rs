@@ -4,7 +4,7 @@ use crate::prelude::*;
 
 use super::arithmetic::{binary, double};
 use super::evaluate::{Context, World};
-use super::{Loop, Machine, Result, RuntimeError};
+use super::{Loop, Machine, Result};
 use crate::program::Operation;
 use crate::request::FaultKind;
 use crate::tree::{Binary, Variable};
@@ -20,7 +20,7 @@ impl Machine {
         opened: Loop,
     ) -> Result<usize> {
         if double(opened.step) == 0.0 {
-            return RuntimeError::fail(FaultKind::Range, "the STEP of a FOR cannot be 0");
+            return FaultKind::Range.fail("the STEP of a FOR cannot be 0");
         }
         let now = self.count(world, variable, from)?;
         // A jump may have left loops without their NEXT: those that do not surround this FOR are over.
@@ -47,7 +47,7 @@ impl Machine {
         });
         let operation = world.program.steps.get(opener).map(|step| &step.operation);
         let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
-            return RuntimeError::fail(FaultKind::NextWithoutFor, "NEXT is reached without its FOR");
+            return FaultKind::NextWithoutFor.fail("NEXT is reached without its FOR");
         };
         let now = self.context(world).counter(variable)?;
         let sum = binary(Binary::Add, now, open.step, &world.program.options)?;
@@ -71,8 +71,7 @@ impl Context<'_> {
         let value = self.fetch(variable)?;
         value.number().ok_or_else(|| {
             let (name, found) = (&variable.name.text, value.kind().description());
-            let message = format!("a FOR counts with a number, {name} is {found}");
-            RuntimeError::new(FaultKind::Type, message)
+            FaultKind::Type.error(format!("a FOR counts with a number, {name} is {found}"))
         })
     }
 }

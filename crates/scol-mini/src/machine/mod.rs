@@ -41,27 +41,21 @@ use vm::Stop;
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
 
-/// Boxed, so that a result of a number fits two machine words.
-pub(crate) type Result<T, E = Box<RuntimeError>> = core::result::Result<T, E>;
+/// The fault is boxed, so that a result of a number fits two machine words. Its line is set where the statement is known.
+pub(crate) type Result<T, E = Box<Fault>> = core::result::Result<T, E>;
 
-/// A fault before its line is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RuntimeError {
-    pub kind: FaultKind,
-    pub message: String,
-}
-
-impl RuntimeError {
+impl FaultKind {
+    /// A fault of this kind, on a line that is not known yet.
     #[cold]
-    pub fn new(kind: FaultKind, message: impl Into<String>) -> Box<Self> {
-        let message = message.into();
-        Box::new(Self { kind, message })
+    pub(crate) fn error(self, message: impl Into<String>) -> Box<Fault> {
+        let (kind, line, message) = (self, 0, message.into());
+        Box::new(Fault { kind, line, message })
     }
 
-    /// The error as the result of what fails with it.
+    /// The fault as the result of what fails with it.
     #[cold]
-    pub fn fail<T>(kind: FaultKind, message: impl Into<String>) -> Result<T> {
-        Err(Self::new(kind, message))
+    pub(crate) fn fail<T>(self, message: impl Into<String>) -> Result<T> {
+        Err(self.error(message))
     }
 }
 
@@ -216,12 +210,7 @@ impl Machine {
             RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
-        memory.switch_task(&program, self.task);
-        let mut world = World {
-            program: &program,
-            memory,
-            inputs,
-        };
+        let mut world = self.enter(&program, memory, inputs);
         loop {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
@@ -240,7 +229,7 @@ impl Machine {
                 }
             };
             if let Err(error) = self.execute(&mut world, &step.operation) {
-                return Pause::Fault(self.faulted(error));
+                return Pause::Fault(self.faulted(*error));
             }
             match &self.state {
                 RunPhase::Waiting => return Pause::Waiting,
@@ -259,21 +248,16 @@ impl Machine {
     /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
     pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
         let RunPhase::Requested(pending) = &self.state else {
-            return Err(self.fault(RuntimeError::new(FaultKind::Type, "no request is pending")));
+            return Err(self.fault(*FaultKind::Type.error("no request is pending")));
         };
         let pending = pending.clone();
-        let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(error))?;
+        let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(*error))?;
         self.state = RunPhase::Ready;
         let program = Arc::clone(&self.program);
-        memory.switch_task(&program, self.task);
-        let mut world = World {
-            program: &program,
-            memory,
-            inputs: &NoInputs,
-        };
+        let mut world = self.enter(&program, memory, &NoInputs);
         for (place, number) in pending.targets.iter().zip(numbers) {
             self.write(&mut world, *place, number.into())
-                .map_err(|error| self.faulted(error))?;
+                .map_err(|error| self.faulted(*error))?;
         }
         self.at += 1;
         Ok(())
@@ -380,6 +364,16 @@ impl Machine {
         }
     }
 
+    /// What a run of this task works on: the memory gets the variables of the task.
+    fn enter<'a>(&self, program: &'a Program, memory: &'a mut Memory, inputs: &'a dyn Inputs) -> World<'a> {
+        memory.switch_task(program, self.task);
+        World {
+            program,
+            memory,
+            inputs,
+        }
+    }
+
     /// What expressions can look at now.
     fn context<'a>(&'a self, world: &'a World<'_>) -> Context<'a> {
         Context {
@@ -399,17 +393,13 @@ impl Machine {
         }
     }
 
-    #[expect(clippy::boxed_local, reason = "as faults come")]
-    fn fault(&self, error: Box<RuntimeError>) -> Fault {
-        Fault {
-            kind: error.kind,
-            line: self.line(),
-            message: error.message,
-        }
+    fn fault(&self, error: Fault) -> Fault {
+        let line = self.line();
+        Fault { line, ..error }
     }
 
     /// The fault of a statement, on which the machine stays.
-    fn faulted(&mut self, error: Box<RuntimeError>) -> Fault {
+    fn faulted(&mut self, error: Fault) -> Fault {
         self.state = RunPhase::Faulted;
         self.fault(error)
     }
@@ -426,8 +416,7 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
             return Ok(numbers);
         }
         (Request::Input { expected, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
-            let message = format!("INPUT wants {expected} numbers, found {}", numbers.len());
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("INPUT wants {expected} numbers, found {}", numbers.len()));
         }
         (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => return Ok(numbers),
         (Request::Input { .. }, Answer::Done) => "INPUT wants numbers",
@@ -435,7 +424,7 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
         (_, Answer::Done) => return Ok(Vec::new()),
         (_, Answer::Values(_) | Answer::Cancelled(_)) => "only INPUT and TASK take numbers",
     };
-    RuntimeError::fail(FaultKind::Type, message)
+    FaultKind::Type.fail(message)
 }
 
 /// The value of an expression that is constant and a number.

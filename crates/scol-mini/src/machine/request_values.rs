@@ -9,7 +9,7 @@ use super::evaluate::{Context, unexpected};
 use super::functions::configuration;
 use super::place::ValuePlace;
 use super::print::field;
-use super::{PendingRequest, Result, RuntimeError};
+use super::{PendingRequest, Result};
 use crate::conditions::{Accuracy, Condition, Conditions};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Node, PerAxis, Variable};
@@ -76,8 +76,7 @@ impl Context<'_> {
                     0 => Accuracy::Coarse,
                     1 => Accuracy::Fine,
                     other => {
-                        let message = format!("ACCUR takes COARSE or FINE, found {other}");
-                        return RuntimeError::fail(FaultKind::Range, message);
+                        return FaultKind::Range.fail(format!("ACCUR takes COARSE or FINE, found {other}"));
                     }
                 }
             }
@@ -90,8 +89,7 @@ impl Context<'_> {
         if (least..=100.0).contains(&percent) {
             return Ok(percent);
         }
-        let message = format!("{name} takes {least} to 100, found {percent}");
-        RuntimeError::fail(FaultKind::Range, message)
+        FaultKind::Range.fail(format!("{name} takes {least} to 100, found {percent}"))
     }
 
     /// What a statement asks for.
@@ -158,8 +156,7 @@ impl Context<'_> {
                 seconds: self.seconds("PULOUT", seconds)?,
             }),
             (line, false) => {
-                let message = format!("PULOUT takes an output from 1 up, found -{line}");
-                RuntimeError::fail(FaultKind::Range, message)
+                FaultKind::Range.fail(format!("PULOUT takes an output from 1 up, found -{line}"))
             }
         }
     }
@@ -216,18 +213,14 @@ impl Context<'_> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
             Ok(number @ 1..=MAX_AXIS) => Ok(number),
-            _ => {
-                let message = format!("axes count from 1 to {MAX_AXIS}, found {axis}");
-                RuntimeError::fail(FaultKind::Range, message)
-            }
+            _ => FaultKind::Range.fail(format!("axes count from 1 to {MAX_AXIS}, found {axis}")),
         }
     }
 
     fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
-            let message = format!("{name} takes seconds from 0 up, found {seconds}");
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("{name} takes seconds from 0 up, found {seconds}"));
         }
         Ok(seconds)
     }
