@@ -2,6 +2,7 @@
 //!
 //! Setting them is in `machine::request_values`. Their effect on a motion is left to whoever moves the arm.
 
+use crate::builtin::Condition;
 use crate::prelude::*;
 
 use crate::value::{Configuration, Frame, Payload};
@@ -10,21 +11,6 @@ use crate::value::{Configuration, Frame, Payload};
 pub const AXES: usize = 8;
 /// Overlap ratio before `PASS` sets one, in percent.
 const FIRST_PASS: f64 = 50.0;
-
-/// A motion condition that can be assigned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Condition {
-    Speed,
-    Accel,
-    Decel,
-    Config,
-    Payload,
-    Work,
-    Tool,
-    Base,
-    Pass,
-    Accur,
-}
 
 impl Condition {
     /// Whether it is a coordinate system.

@@ -39,15 +39,13 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     step(Operation::Simple(simple), true),
                     step(Operation::Return, false),
                 ]);
+                let fingerprint = fingerprint(base.fingerprint, statement, &base.options);
                 return Ok(Arc::new(Program {
                     symbols: Arc::clone(&base.symbols),
                     code: lower::plain(&steps),
                     steps,
                     created,
-                    ..Program::without_steps(
-                        fingerprint(base.fingerprint, statement, &base.options),
-                        &base.options,
-                    )
+                    ..Program::without_steps(fingerprint, &base.options)
                 }));
             }
         }
@@ -74,7 +72,7 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
             | Statement::On { .. }
             | Statement::Wait(_)
             | Statement::If { .. }
-            | Statement::For { .. }
+            | Statement::For(_)
             | Statement::Next(_)
             | Statement::Goto(_)
             | Statement::Select(..)

@@ -46,9 +46,10 @@ impl Machine {
             self.loops.last().copied()
         });
         let operation = world.program.steps.get(opener).map(|step| &step.operation);
-        let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
+        let (Some(open), Some(Operation::For { counting, .. })) = (found, operation) else {
             return FaultKind::NextWithoutFor.fail("NEXT is reached without its FOR");
         };
+        let variable = &counting.variable;
         let now = self.context(world).counter(variable)?;
         let sum = binary(Binary::Add, now, open.step, &world.program.options)?;
         if open.is_past(self.count(world, variable, sum)?) {

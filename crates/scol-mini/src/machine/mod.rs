@@ -300,10 +300,7 @@ impl Machine {
     /// Abandons the statement under way (a pending request, a `WAIT`, or one at fault) with all its parts: the next
     /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
-        if matches!(
-            self.state,
-            RunPhase::Requested(_) | RunPhase::Waiting | RunPhase::Faulted
-        ) {
+        if !matches!(self.state, RunPhase::Ready | RunPhase::Ended) {
             loop {
                 // The action of an ON is no part of the statement.
                 self.at = match self.operation() {

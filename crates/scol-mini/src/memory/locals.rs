@@ -39,20 +39,15 @@ impl Memory {
         let (first, range) = extent(slots, self.cells.variables);
         let locals = slots.get(first..).unwrap_or_default();
         let own = self.parked.remove(&task);
-        let (fresh, own) = match own {
-            Some(own) => (false, own),
-            None => {
-                let cells = core::iter::repeat_n(Cell::EMPTY, range.len()).collect();
-                let kinds = locals.iter().map(|slot| slot.kind).collect();
-                (true, Locals { cells, kinds })
-            }
-        };
+        let fresh = own.is_none();
+        let own = own.unwrap_or_else(|| Locals {
+            cells: core::iter::repeat_n(Cell::EMPTY, range.len()).collect(),
+            kinds: locals.iter().map(|slot| slot.kind).collect(),
+        });
+        let first = first.min(self.kinds.len());
         let others = Locals {
             cells: self.cells.all.splice(range, own.cells).collect(),
-            kinds: self
-                .kinds
-                .splice(first.min(self.kinds.len()).., own.kinds)
-                .collect(),
+            kinds: self.kinds.splice(first.., own.kinds).collect(),
         };
         self.parked.insert(self.task, others);
         self.task = task;

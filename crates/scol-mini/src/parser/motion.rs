@@ -5,8 +5,7 @@
 use crate::prelude::*;
 
 use super::Cursor;
-use crate::builtin::{self, Builtin};
-use crate::conditions::Condition;
+use crate::builtin::{self, Builtin, Condition};
 use crate::diagnostic::Problem;
 use crate::lexer::Sign;
 use crate::tree::{Ask, Expression, MotionKind};
