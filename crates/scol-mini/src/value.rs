@@ -220,15 +220,9 @@ impl Position {
     /// The numbers of MR, MW and DATA with the configuration last: nine on a six-axis arm, six on a SCARA.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
-        let mut numbers: Vec<f64> = self
-            .coords
-            .iter()
-            .copied()
-            .take(arm.coordinates().len())
-            .collect();
+        let coords = self.coords.into_iter().take(arm.coordinates().len());
         // A configuration has at most five digits, exact in a double.
-        numbers.push(self.config.number_on(arm) as f64);
-        numbers
+        coords.chain([self.config.number_on(arm) as f64]).collect()
     }
 
     /// The opposite of [`Position::listed`]; `None` for a wrong count or an impossible configuration.
