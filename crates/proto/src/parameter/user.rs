@@ -52,15 +52,18 @@ impl Edition {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::speed"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "within::<1, { u32::MAX }, _, _>")
+    )]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::length"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<5, 8, _, _>"))]
     pub length: u8,
     /// Parity bit, if any.
     pub parity: Parity,
     /// Number of stop bits, 1 or 2.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::stop"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<1, 2, _, _>"))]
     pub stop: u8,
 }
 
@@ -74,40 +77,19 @@ impl SerialSettings {
     }
 }
 
-/// Bounds of deserialized settings. They may be the far end's, so they are those of any serial port, not of
-/// USER.PAR.
+/// A deserialized setting within its bounds. It may be the far end's, so they are those of any serial port, not of USER.PAR.
 #[cfg(feature = "serde")]
-mod bounded {
-    use core::fmt::Display;
-    use core::ops::RangeInclusive;
-    use serde::{Deserialize, Deserializer, de::Error};
-
-    fn within<'de, T, D>(from: D, range: &RangeInclusive<T>) -> Result<T, D::Error>
-    where
-        T: Deserialize<'de> + PartialOrd + Display,
-        D: Deserializer<'de>,
-    {
-        let found = T::deserialize(from)?;
-        if range.contains(&found) {
-            return Ok(found);
-        }
-        let (low, high) = (range.start(), range.end());
-        Err(D::Error::custom(format_args!(
-            "expected {low} to {high}, found {found}"
-        )))
+fn within<'de, const LOW: u32, const HIGH: u32, T, D>(from: D) -> Result<T, D::Error>
+where
+    T: Deserialize<'de> + Copy + Into<u32> + core::fmt::Display,
+    D: serde::Deserializer<'de>,
+{
+    let found = T::deserialize(from)?;
+    if (LOW..=HIGH).contains(&found.into()) {
+        return Ok(found);
     }
-
-    pub(super) fn speed<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
-        within(from, &(1..=u32::MAX))
-    }
-
-    pub(super) fn length<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
-        within(from, &(5..=8))
-    }
-
-    pub(super) fn stop<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
-        within(from, &(1..=2))
-    }
+    let message = format!("expected {LOW} to {HIGH}, found {found}");
+    Err(serde::de::Error::custom(message))
 }
 
 /// The values that the controller reads from USER.PAR.
@@ -184,10 +166,8 @@ impl UserParameters {
             (COM1, &mut next.com1, SPEEDS.as_slice()),
             (HOST, &mut next.host, host.as_slice()),
         ] {
-            let expected = format!(
-                "speed {}, length 7 or 8, parity 0 to 2, stop bits 1 or 2",
-                one_of(speeds)
-            );
+            let one_of = one_of(speeds);
+            let expected = format!("speed {one_of}, length 7 or 8, parity 0 to 2, stop bits 1 or 2");
             section.read(Some(key), line, &expected, |value| serial_line(value, speeds));
         }
         section.refuse_other_keys(&[COM1, HOST]);

@@ -8,6 +8,7 @@ pub mod table;
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError, ExecutionStatus};
+use crate::codes::codes;
 use crate::prelude::*;
 use core::ops::RangeInclusive;
 
@@ -71,13 +72,18 @@ pub struct SystemStatus {
     pub base_name: String,
 }
 
-/// Floats in a group of coordinates, and with them the length (hosts SF).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum SfLayout {
-    /// Eight axes and four reserved bytes: 276 bytes, as the manual prints it.
-    Eight,
-    /// Six floats a group and two reserved bytes: 250 bytes, which fill a text without EOF (ste80722 S23).
-    Six,
+codes! {
+    /// Floats in a group of coordinates, and with them the length (hosts SF).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum SfLayout {
+        /// Eight axes and four reserved bytes: 276 bytes, as the manual prints it.
+        Eight = 276,
+        /// Six floats a group and two reserved bytes: 250 bytes, which fill a text without EOF (ste80722 S23).
+        Six = 250,
+    }
+    /// Length of the file in bytes.
+    #[expect(clippy::len_without_is_empty, reason = "the length of a layout is never 0")]
+    fn len -> usize;
 }
 
 impl SfLayout {
@@ -87,16 +93,6 @@ impl SfLayout {
         match self {
             SfLayout::Eight => 8,
             SfLayout::Six => 6,
-        }
-    }
-
-    /// Length of the file in bytes.
-    #[expect(clippy::len_without_is_empty, reason = "the length of a layout is never 0")]
-    #[must_use]
-    pub const fn len(self) -> usize {
-        match self {
-            SfLayout::Eight => 276,
-            SfLayout::Six => 250,
         }
     }
 
@@ -177,11 +173,7 @@ impl SystemStatus {
             emergency_stop: rest.flag(1)?,
             execution: rest.execution()?,
             su_request: rest.flag(1)?,
-            alarms: rest
-                .words::<ALARM_SLOTS>()?
-                .into_iter()
-                .filter(|word| *word != NO_ALARM)
-                .collect(),
+            alarms: rest.alarms()?,
             execution_line: rest.word()?,
             analysis_line: rest.word()?,
             execution_task: rest.word()?,
@@ -240,6 +232,11 @@ impl<'a> Cursor<'a> {
 
     fn minutes(&mut self) -> Result<u32, BodyError> {
         self.array().map(u32::from_be_bytes)
+    }
+
+    fn alarms(&mut self) -> Result<Vec<u16>, BodyError> {
+        let words = self.words::<ALARM_SLOTS>()?.into_iter();
+        Ok(words.filter(|word| *word != NO_ALARM).collect())
     }
 
     fn words<const N: usize>(&mut self) -> Result<[u16; N], BodyError> {
