@@ -58,11 +58,8 @@ pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, &[u8], usize
     if data.start > 0 {
         fields.add("text.stx", "STX", 0..data.start, "there".to_string());
     }
-    content(
-        &mut fields,
-        wire.get(data.clone()).unwrap_or_default(),
-        data.start,
-    );
+    let bytes = wire.get(data.clone()).unwrap_or_default();
+    content(&mut fields, bytes, data.start);
     if let Some(etx @ [_, ..]) = wire.get(data.end..) {
         fields.add("text.etx", "ETX", data.end..wire.len(), quoted(etx));
     }
@@ -91,11 +88,10 @@ pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
         let end = from + ending.len();
         (wire.get(from..end) == Some(ending)).then_some(end)
     });
-    let longest = forms
-        .iter()
-        .map(|(content, ending)| FL.len() + content + ending.len());
+    let lengths = forms.iter().map(|(content, ending)| content + ending.len());
+    let longest = lengths.max().map(|length| FL.len() + length);
     match ends {
-        None if wire.len() < stx + longest.max().unwrap_or_default() => None,
+        None if wire.len() < stx + longest.unwrap_or_default() => None,
         None => first,
         ends => ends,
     }
@@ -172,10 +168,10 @@ impl Fields {
     }
 
     fn system_status(&mut self, content: &[u8], from: usize) {
-        let layout = [SfLayout::Six, SfLayout::Eight]
-            .into_iter()
-            .find(|layout| layout.len() >= content.len())
-            .unwrap_or(SfLayout::Eight);
+        let layout = match content.len() <= SfLayout::Six.len() {
+            true => SfLayout::Six,
+            false => SfLayout::Eight,
+        };
         let mut end = 0;
         for field in sf_fields(layout) {
             let range = field.offset..field.offset + field.size;

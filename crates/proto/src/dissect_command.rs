@@ -5,7 +5,7 @@
 //! that the controller uses; a program that needs values uses [`Command::parse`]. Texts of the controller are
 //! [`crate::dissect`]'s.
 
-use crate::command::{COMMANDS, Command, CommandError, CommandRow};
+use crate::command::{Command, CommandError, CommandRow};
 use crate::dissect::{DissectedField, FL, Fields, data_section, framed, quoted};
 use crate::prelude::*;
 use crate::text::{CR, MAX_DATA};
@@ -29,7 +29,7 @@ pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
             true => fields.reply("", data, start),
             false => fields.message(data, start),
         }
-        if let Some(row) = command_row(b"FL").filter(|_| is_file) {
+        if let Some(row) = CommandRow::of_letters(b"FL").filter(|_| is_file) {
             fields.letters(row, start);
         }
     });
@@ -58,7 +58,7 @@ impl Fields {
         let parsed = Command::parse(message);
         let letters = message.get(..LETTERS).unwrap_or(message);
         let row = parsed.as_ref().ok().map(Command::row);
-        if let Some(row) = row.or_else(|| command_row(letters)) {
+        if let Some(row) = row.or_else(|| CommandRow::of_letters(letters)) {
             self.known(row, message, start);
         } else {
             let range = start..start + letters.len();
@@ -130,11 +130,6 @@ impl Fields {
     }
 }
 
-fn command_row(letters: &[u8]) -> Option<&'static CommandRow> {
-    let mut rows = COMMANDS.iter();
-    rows.find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters))
-}
-
 fn operand_key(command: &str, name: &str) -> String {
     format!("{command}.{}", name.replace(' ', "-"))
 }
@@ -170,6 +165,7 @@ fn split(operands: &[u8]) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::COMMANDS;
     use crate::text::ETX;
     use alloc::vec;
 

@@ -121,18 +121,14 @@ pub enum EscapeError {
 pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
     let byte = |unit| match unit {
         Err(UnclosedCode { rest }) => Err(EscapeError::Unclosed(rest.to_string())),
-        Ok(Unit::Char(char)) => u8::try_from(char)
-            .ok()
-            .filter(|byte| (b' '..=b'~').contains(byte))
-            .ok_or(EscapeError::NotPrintable(char)),
+        Ok(Unit::Char(char @ ' '..='~')) => Ok(char as u8),
+        Ok(Unit::Char(char)) => Err(EscapeError::NotPrintable(char)),
         Ok(Unit::Code(code)) if code.starts_with('*') => Err(EscapeError::Count(text.to_string())),
-        Ok(Unit::Code(code)) => control_code(code).map_or_else(
-            || match code.len() {
-                2 => hex_byte(code).ok_or_else(|| EscapeError::NotByte(code.to_string())),
-                _ => Err(EscapeError::UnknownCode(code.to_string())),
-            },
-            Ok,
-        ),
+        Ok(Unit::Code(code)) => match (control_code(code), code.len()) {
+            (Some(byte), _) => Ok(byte),
+            (None, 2) => hex_byte(code).ok_or_else(|| EscapeError::NotByte(code.to_string())),
+            (None, _) => Err(EscapeError::UnknownCode(code.to_string())),
+        },
     };
     units(text).map(byte).collect()
 }

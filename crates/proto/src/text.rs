@@ -162,19 +162,16 @@ impl Partial {
 
     /// Whether its data section is OK, NG or SP and nothing else.
     fn is_reply(&self) -> bool {
-        matches!(
-            self.data.strip_suffix(&[CR]).unwrap_or(&self.data),
-            b"OK" | b"NG" | b"SP"
-        )
+        let word = self.data.strip_suffix(&[CR]).unwrap_or(&self.data);
+        matches!(word, b"OK" | b"NG" | b"SP")
     }
 
     fn into_text(self) -> Text {
         let over_long = self.length > self.data.len();
-        let fault = over_long.then_some(TextError::OverLong { length: self.length });
         Text {
             framing: self.framing,
             data: self.data.freeze(),
-            error: fault,
+            error: over_long.then_some(TextError::OverLong { length: self.length }),
         }
     }
 }
@@ -229,10 +226,9 @@ impl TextDecoder {
     /// Appends received bytes; how they were split into segments does not matter (FRM-05). Bytes that do not
     /// fit the buffer are dropped, and [`TextDecoder::next`] reports them in stream order.
     pub fn push(&mut self, bytes: &[u8]) {
-        let room = if self.lost > 0 {
-            0
-        } else {
-            MAX_BUFFERED.saturating_sub(self.input.len())
+        let room = match self.lost {
+            0 => MAX_BUFFERED.saturating_sub(self.input.len()),
+            _ => 0,
         };
         let (kept, dropped) = bytes.split_at_checked(room).unwrap_or((bytes, &[]));
         self.input.extend_from_slice(kept);
@@ -257,12 +253,9 @@ impl TextDecoder {
         }
         if self.lost > 0 {
             // The text under way has a hole: its rest must not be taken for its continuation.
-            self.noise = self
-                .noise
-                .saturating_add(self.lost)
-                .saturating_add(self.partial_len());
+            let lost = core::mem::take(&mut self.lost).saturating_add(self.partial_len());
+            self.noise = self.noise.saturating_add(lost);
             self.state = DecoderState::Outside;
-            self.lost = 0;
         }
         self.take_skipped()
     }
@@ -281,9 +274,8 @@ impl TextDecoder {
     /// Discards everything that `next` has not returned; returns the number of bytes discarded.
     pub fn reset(&mut self) -> usize {
         let seen = self.noise.saturating_add(self.lost);
-        let dropped = seen
-            .saturating_add(self.input.len())
-            .saturating_add(self.partial_len());
+        let unread = self.input.len().saturating_add(self.partial_len());
+        let dropped = seen.saturating_add(unread);
         *self = TextDecoder::new(self.options);
         dropped
     }
@@ -346,12 +338,9 @@ impl TextDecoder {
         if self.noise > 0 {
             return self.take_skipped();
         }
-        if byte == STX {
-            self.input.advance(1);
-            self.state = DecoderState::Inside(Partial::new(Framing::Stx));
-        } else {
-            self.state = DecoderState::Inside(Partial::new(Framing::Bare));
-        }
+        let framing = if byte == STX { Framing::Stx } else { Framing::Bare };
+        self.input.advance(usize::from(byte == STX));
+        self.state = DecoderState::Inside(Partial::new(framing));
         None
     }
 
@@ -366,11 +355,9 @@ impl TextDecoder {
             }
             Some(_) if byte != ETX => {
                 self.binary = None;
-                let fault = Some(TextError::NoEtx { found: byte });
-                Some(Decoded::Text(Text {
-                    error: fault,
-                    ..partial.into_text()
-                }))
+                let mut text = partial.into_text();
+                text.error = Some(TextError::NoEtx { found: byte });
+                Some(Decoded::Text(text))
             }
             _ if byte == ETX => {
                 self.input.advance(1);

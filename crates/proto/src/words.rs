@@ -101,10 +101,8 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
     let mut near: Vec<(usize, &str)> = known.into_iter().filter_map(rate).collect();
     near.sort_unstable();
     near.dedup();
-    near.into_iter()
-        .map(|(_, word)| word)
-        .take(MAX_SUGGESTIONS)
-        .collect()
+    near.truncate(MAX_SUGGESTIONS);
+    near.into_iter().map(|(_, word)| word).collect()
 }
 
 /// Fewest letters to insert, remove, replace or swap with their neighbour (optimal string alignment).

@@ -28,19 +28,15 @@ impl Number {
     #[must_use]
     pub fn parse(text: &str) -> Option<Number> {
         // The standard library reads words such as "inf" too.
-        if !text
-            .bytes()
-            .all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte))
-        {
+        let known = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
+        if !text.bytes().all(known) {
             return None;
         }
         if let Ok(value) = text.parse() {
             return Some(Number::Integer(value));
         }
-        text.parse()
-            .ok()
-            .filter(|value: &f64| value.is_finite())
-            .map(Number::Real)
+        let real = text.parse().ok().filter(|value: &f64| value.is_finite());
+        real.map(Number::Real)
     }
 
     /// The value as a double.

@@ -107,12 +107,8 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
 
 /// The operands of MW in canonical form.
 pub(super) fn encode_write(write: &VariableWrite) -> String {
-    let mut text = format!(
-        "{} {} {}",
-        u8::from(write.restore),
-        write.variable,
-        write.kind.code()
-    );
+    let (restore, kind) = (u8::from(write.restore), write.kind.code());
+    let mut text = format!("{restore} {} {kind}", write.variable);
     for value in &write.values {
         // Writing to a string cannot fail.
         let _ = write!(text, " {value}");

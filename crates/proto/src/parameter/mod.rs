@@ -168,10 +168,8 @@ impl<'a> SectionValues<'a> {
         expected: &str,
         parse: impl Fn(&str) -> Option<T>,
     ) {
-        let mut assignments = self
-            .assignments()
-            .iter()
-            .filter(|assignment| key.is_none_or(|key| assignment.key == key));
+        let named = |assignment: &&Assignment| key.is_none_or(|key| assignment.key == key);
+        let mut assignments = self.assignments().iter().filter(named);
         let first = assignments.next();
         let key = key.unwrap_or_default();
         for surplus in assignments {
@@ -203,10 +201,8 @@ impl<'a> SectionValues<'a> {
 
 /// A decimal number without sign.
 fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
-    word.bytes()
-        .all(|byte| byte.is_ascii_digit())
-        .then(|| word.parse().ok())
-        .flatten()
+    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
+    word.parse().ok().filter(|_| digits)
 }
 
 /// Blank-separated words, if there are exactly `N`.

@@ -194,10 +194,8 @@ impl<'a> Reader<'a> {
 
 /// Without blanks and line ends, in upper case.
 fn normalize(text: &str) -> String {
-    text.chars()
-        .filter(|char| !char.is_whitespace())
-        .map(|char| char.to_ascii_uppercase())
-        .collect()
+    let letters = text.chars().filter(|char| !char.is_whitespace());
+    letters.map(|char| char.to_ascii_uppercase()).collect()
 }
 
 #[cfg(test)]

@@ -35,10 +35,8 @@ impl<'a> Field<'a> {
     /// The bytes as ASCII 20-7E.
     pub(super) fn text(self, expected: &'static str) -> Result<&'a str, BodyError> {
         let printable = self.bytes.iter().all(|byte| (0x20..0x7F).contains(byte));
-        core::str::from_utf8(self.bytes)
-            .ok()
-            .filter(|_| printable)
-            .ok_or_else(|| self.error(expected))
+        let text = core::str::from_utf8(self.bytes).ok().filter(|_| printable);
+        text.ok_or_else(|| self.error(expected))
     }
 
     /// An error that quotes this part.

@@ -73,10 +73,8 @@ impl StatusBody {
         let mut items = whole.split(separator);
         let mut item = || items.next().ok_or_else(|| whole.error("six items"));
         let (master_mode, run_mode) = decode_mode(item()?.after("MODE:", "MODE:")?)?;
-        let file = item()?
-            .after("FILE:", "FILE:")?
-            .text("a file name in ASCII")?
-            .to_string();
+        let file = item()?.after("FILE:", "FILE:")?;
+        let file = file.text("a file name in ASCII")?.to_string();
         let override_percent = decode_percent(item()?.after("OVRD:", "OVRD:")?)?;
         let limit = item()?;
         let speed_limit_percent = match limit.after("LSPEED:", "LSPEED:") {

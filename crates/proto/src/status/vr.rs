@@ -92,10 +92,9 @@ fn decode_record(record: Field<'_>) -> Result<VersionRecord, BodyError> {
     let checksum = part()?;
     let hexadecimal = "a checksum of four hexadecimal digits";
     let digits = checksum.text(hexadecimal)?;
-    let checksum = Some(digits)
-        .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
-        .and_then(|digits| u16::from_str_radix(digits, 16).ok())
-        .ok_or_else(|| checksum.error(hexadecimal))?;
+    let plain = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u16::from_str_radix(digits, 16).ok().filter(|_| plain);
+    let checksum = number.ok_or_else(|| checksum.error(hexadecimal))?;
     if date.is_valid() {
         Ok(VersionRecord { name, date, checksum })
     } else {

@@ -118,11 +118,9 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
     }
     for group in ["joint", "world", "work"] {
         for axis in 1..=layout.axes() {
-            let letter = LETTERS.get(axis - 1).copied().unwrap_or_default();
-            let name = if group == "joint" {
-                format!("joint coordinate {axis}")
-            } else {
-                format!("{group} coordinate {letter}")
+            let name = match LETTERS.get(axis - 1).filter(|_| group != "joint") {
+                Some(letter) => format!("{group} coordinate {letter}"),
+                None => format!("{group} coordinate {axis}"),
             };
             table.add(format!("{group}.{axis}"), name, 4, Float);
         }
@@ -179,14 +177,11 @@ impl SfFieldKind {
                 None => format!("{word} (none)"),
             },
             Lines(prefix, first) => {
-                let lines: Vec<String> = (0..16)
-                    .filter(|bit| word & (1 << bit) != 0)
-                    .map(|bit| format!("{prefix}{}", first + bit))
-                    .collect();
-                if lines.is_empty() {
-                    format!("{word:04X} (all off)")
-                } else {
-                    format!("{word:04X} ({})", lines.join(" "))
+                let bits = (0..16).filter(|bit| word & (1 << bit) != 0);
+                let lines: Vec<String> = bits.map(|bit| format!("{prefix}{}", first + bit)).collect();
+                match lines.is_empty() {
+                    true => format!("{word:04X} (all off)"),
+                    false => format!("{word:04X} ({})", lines.join(" ")),
                 }
             }
             Minutes => format!("{number} min"),
