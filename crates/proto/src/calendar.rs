@@ -3,17 +3,13 @@
 //! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
 //! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct CalendarTime {
     /// Year, 0 to 65535.
     pub year: u16,
@@ -36,12 +32,8 @@ pub struct CalendarError(String);
 
 impl fmt::Display for CalendarTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (date, time) = (
-            (self.year, self.month, self.day),
-            (self.hour, self.minute, self.second),
-        );
-        write!(f, "{:04}-{:02}-{:02} ", date.0, date.1, date.2)?;
-        write!(f, "{:02}:{:02}:{:02}", time.0, time.1, time.2)
+        write!(f, "{:04}-{:02}-{:02} ", self.year, self.month, self.day)?;
+        write!(f, "{:02}:{:02}:{:02}", self.hour, self.minute, self.second)
     }
 }
 

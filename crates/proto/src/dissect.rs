@@ -5,22 +5,22 @@
 //! Programs that need values use the decoders in [`crate::status`]. The layout of SF is in
 //! [`crate::status::sf::table`].
 
+use crate::prelude::*;
 use crate::reply::Reply;
 use crate::status::io;
 use crate::status::sf::SfLayout;
 use crate::status::sf::table::{SfFieldKind, sf_fields};
 use crate::text::{CR, EOF, ETX, LF, STX};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::ops::Range;
 
 /// Bytes of a field that `value` quotes; the rest is cut.
 const MAX_SHOWN: usize = 256;
 /// Fields of one content; one further field covers the rest.
 const MAX_FIELDS: usize = 4_096;
+/// Letters in front of an item of SM.
+const LABEL: usize = 2;
 /// The first bytes of the first text of a file.
-const FL: &[u8] = b"FL,";
+pub(crate) const FL: &[u8] = b"FL,";
 
 /// A field of an answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,26 +39,31 @@ pub struct DissectedField {
 /// unknown.
 #[must_use]
 pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
+    framed(wire, |fields, data, start| fields.reply(letters, data, start)).0
+}
+
+/// Where the data section of a text lies: up to its ETX, which a checksum may follow, or up to the end.
+pub(crate) fn data_section(wire: &[u8]) -> Range<usize> {
     let start = usize::from(wire.first() == Some(&STX));
-    let end = match wire.iter().rposition(|byte| *byte == ETX) {
-        Some(end) if end >= start && end + 2 >= wire.len() => end,
-        _ => wire.len(),
-    };
-    let mut found = Dissector(Vec::new());
-    if start > 0 {
-        found.add("text.stx", "STX", 0..start, "there".to_string());
+    match wire.iter().rposition(|byte| *byte == ETX) {
+        Some(end) if end >= start && end + 2 >= wire.len() => start..end,
+        _ => start..wire.len(),
     }
-    let data = wire.get(start..end).unwrap_or_default();
-    match Reply::parse(data) {
-        Ok(Reply::Fl(_)) => found.file(letters, data, start),
-        Ok(_) => found.add("reply", "reply", start..end, quoted(data)),
-        Err(_) => found.add("text.data", "data", start..end, quoted(data)),
+}
+
+/// The framing of a text, and what `content` finds in its data section, whose first byte it gets too.
+pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, &[u8], usize)) -> Fields {
+    let data = data_section(wire);
+    let mut fields = Fields(Vec::new());
+    if data.start > 0 {
+        fields.add("text.stx", "STX", 0..data.start, "there".to_string());
     }
-    if end < wire.len() {
-        let etx = wire.get(end..).unwrap_or_default();
-        found.add("text.etx", "ETX", end..wire.len(), quoted(etx));
+    let bytes = wire.get(data.clone()).unwrap_or_default();
+    content(&mut fields, bytes, data.start);
+    if let Some(etx @ [_, ..]) = wire.get(data.end..) {
+        fields.add("text.etx", "ETX", data.end..wire.len(), quoted(etx));
     }
-    found.0
+    fields
 }
 
 /// Length in bytes, from STX through ETX, of the text at the start of `wire`, which answers the command `letters`;
@@ -83,11 +88,10 @@ pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
         let end = from + ending.len();
         (wire.get(from..end) == Some(ending)).then_some(end)
     });
-    let longest = forms
-        .iter()
-        .map(|(content, ending)| FL.len() + content + ending.len());
+    let lengths = forms.iter().map(|(content, ending)| content + ending.len());
+    let longest = lengths.max().map(|length| FL.len() + length);
     match ends {
-        None if wire.len() < stx + longest.max().unwrap_or_default() => None,
+        None if wire.len() < stx + longest.unwrap_or_default() => None,
         None => first,
         ends => ends,
     }
@@ -109,16 +113,33 @@ const IO_FORMS: &[(usize, &[u8])] = &[
     (io::LENGTH, &[EOF, CR, ETX]),
 ];
 
-struct Dissector(Vec<DissectedField>);
+/// The fields found so far.
+pub(crate) struct Fields(pub(crate) Vec<DissectedField>);
 
-impl Dissector {
-    fn add(&mut self, key: impl Into<String>, name: impl Into<String>, range: Range<usize>, value: String) {
+impl Fields {
+    pub(crate) fn add(
+        &mut self,
+        key: impl Into<String>,
+        name: impl Into<String>,
+        range: Range<usize>,
+        value: String,
+    ) {
         self.0.push(DissectedField {
             key: key.into(),
             name: name.into(),
             range,
             value,
         });
+    }
+
+    /// The data section of a text of the controller, at offset `start` of the wire.
+    pub(crate) fn reply(&mut self, letters: &str, data: &[u8], start: usize) {
+        let range = start..start + data.len();
+        match Reply::parse(data) {
+            Ok(Reply::Fl(_)) => self.file(letters, data, start),
+            Ok(_) => self.add("reply", "reply", range, quoted(data)),
+            Err(_) => self.add("text.data", "data", range, quoted(data)),
+        }
     }
 
     /// A text that begins with `FL,` at offset `start` of the wire.
@@ -142,19 +163,15 @@ impl Dissector {
         }
         let end = from + content.len();
         let tail = rest.get(content.len()..).unwrap_or_default();
-        self.add(
-            "text.end",
-            "end of the file",
-            end..start + data.len(),
-            quoted(tail),
-        );
+        let range = end..start + data.len();
+        self.add("text.end", "end of the file", range, quoted(tail));
     }
 
     fn system_status(&mut self, content: &[u8], from: usize) {
-        let layout = [SfLayout::Six, SfLayout::Eight]
-            .into_iter()
-            .find(|layout| layout.len() >= content.len())
-            .unwrap_or(SfLayout::Eight);
+        let layout = match content.len() <= SfLayout::Six.len() {
+            true => SfLayout::Six,
+            false => SfLayout::Eight,
+        };
         let mut end = 0;
         for field in sf_fields(layout) {
             let range = field.offset..field.offset + field.size;
@@ -173,11 +190,8 @@ impl Dissector {
         let half = io::WORDS;
         let mut end = 0;
         for (index, pair) in content.chunks_exact(2).enumerate().take(2 * half) {
-            let (direction, number) = if index < half {
-                ("input", index + 1)
-            } else {
-                ("output", index + 1 - half)
-            };
+            let direction = if index < half { "input" } else { "output" };
+            let number = index % half + 1;
             let range = from + end..from + end + 2;
             let key = format!("io.{direction}.{number}");
             let value = SfFieldKind::Lines("bit ", 0).describe(pair);
@@ -194,15 +208,10 @@ impl Dissector {
         for (index, item) in content.split(|byte| *byte == separator).enumerate() {
             let end = at + item.len();
             let colon = item.iter().position(|byte| *byte == b':');
-            let label: &[u8] = match colon {
-                Some(colon) => item.get(..colon).unwrap_or_default(),
-                None if key == "sm" => item.get(..2).unwrap_or_default(),
-                None => &[],
-            };
-            let label = if label.is_empty() {
-                (index + 1).to_string()
-            } else {
-                String::from_utf8_lossy(label).into_owned()
+            let length = colon.or((key == "sm").then_some(LABEL));
+            let label = match length.and_then(|length| item.get(..length)) {
+                None | Some([]) => (index + 1).to_string(),
+                Some(label) => String::from_utf8_lossy(label).into_owned(),
             };
             if !(item.is_empty() && end == from + content.len()) {
                 let name = format!("{} {label}", key.to_ascii_uppercase());
@@ -222,9 +231,9 @@ impl Dissector {
             let rest = content.get(at..).unwrap_or_default();
             let end = rest.iter().position(|byte| matches!(*byte, CR | LF));
             let line = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
+            let file = line.split(|byte| *byte == b' ').next().unwrap_or_default();
             let name = match key {
-                "ca" => String::from_utf8_lossy(line.split(|byte| *byte == b' ').next().unwrap_or_default())
-                    .into_owned(),
+                "ca" => String::from_utf8_lossy(file).into_owned(),
                 _ => number.to_string(),
             };
             let length = (line.len() + 1).min(rest.len());
@@ -246,17 +255,11 @@ impl Dissector {
 
     /// A record of AC or AH: number, message and date of an alarm; the first record begins with the count.
     fn alarm(&mut self, key: &str, number: usize, record: &[u8], range: Range<usize>) {
-        let names: &[&str] = if number == 1 {
-            &["count", "alarm", "message", "date"]
-        } else {
-            &["alarm", "message", "date"]
-        };
+        let names = ["count", "alarm", "message", "date"].into_iter();
+        let mut names = names.skip(usize::from(number > 1));
         let mut at = range.start;
-        let commas = record.iter().filter(|byte| **byte == b',').count();
-        for (index, item) in record.split_inclusive(|byte| *byte == b',').enumerate() {
-            let name = names.get(index).copied().unwrap_or("surplus");
-            // Without alarms there is a count and nothing else.
-            let name = if commas == 0 && number == 1 { "count" } else { name };
+        for item in record.split_inclusive(|byte| *byte == b',') {
+            let name = names.next().unwrap_or("surplus");
             let part = match name {
                 "count" => format!("{key}.count"),
                 _ => format!("{key}.{number}.{name}"),
@@ -291,7 +294,7 @@ impl Dissector {
     }
 }
 
-fn quoted(bytes: &[u8]) -> String {
+pub(crate) fn quoted(bytes: &[u8]) -> String {
     let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
     let more = if cut.len() < bytes.len() { "..." } else { "" };
     format!("`{}`{more}", cut.escape_ascii())

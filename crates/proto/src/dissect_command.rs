@@ -5,20 +5,16 @@
 //! that the controller uses; a program that needs values uses [`Command::parse`]. Texts of the controller are
 //! [`crate::dissect`]'s.
 
-use crate::command::{COMMANDS, Command, CommandError, CommandRow};
-use crate::dissect::{DissectedField, dissect};
-use crate::text::{CR, ETX, MAX_DATA, STX};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::command::{Command, CommandError, CommandRow};
+use crate::dissect::{DissectedField, FL, Fields, data_section, framed, quoted};
+use crate::prelude::*;
+use crate::text::{CR, MAX_DATA};
 use core::ops::Range;
 
 /// Letters of a command.
 const LETTERS: usize = 2;
 /// Operands that become fields of their own; one further field has the rest.
 const MAX_OPERANDS: usize = 128;
-/// Bytes of an operand that `value` quotes; the rest is cut.
-const MAX_SHOWN: usize = 256;
 /// The key of what is wrong.
 const ERROR: &str = "error";
 
@@ -26,37 +22,23 @@ const ERROR: &str = "error";
 /// of a file: it has no command.
 #[must_use]
 pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
-    let start = usize::from(wire.first() == Some(&STX));
-    let end = match wire.iter().rposition(|byte| *byte == ETX) {
-        // A checksum may follow.
-        Some(end) if end >= start && end + 2 >= wire.len() => end,
-        _ => wire.len(),
-    };
-    let data = wire.get(start..end).unwrap_or_default();
-    let is_file = data
-        .get(..3)
-        .is_some_and(|begin| begin.eq_ignore_ascii_case(b"FL,"));
-    let mut fields = Fields(Vec::new());
-    if is_file || is_content {
-        fields.0 = dissect("", wire);
-        if let Some(row) = command_row(b"FL").filter(|_| is_file) {
+    let mut fields = framed(wire, |fields, data, start| {
+        let begin = data.get(..FL.len()).unwrap_or_default();
+        let is_file = begin.eq_ignore_ascii_case(FL);
+        match is_file || is_content {
+            true => fields.reply("", data, start),
+            false => fields.message(data, start),
+        }
+        if let Some(row) = CommandRow::of_letters(b"FL").filter(|_| is_file) {
             fields.letters(row, start);
         }
-    } else {
-        if start > 0 {
-            fields.add("text.stx", "STX", 0..start, "there".to_string());
-        }
-        fields.message(data, start);
-        if end < wire.len() {
-            let etx = wire.get(end..).unwrap_or_default();
-            fields.add("text.etx", "ETX", end..wire.len(), quoted(etx));
-        }
-    }
+    });
+    let Range { start, end } = data_section(wire);
     if end == wire.len() {
         fields.error(end..end, "the text has no ETX".to_string());
     }
-    if data.len() > MAX_DATA {
-        let length = data.len();
+    let length = end - start;
+    if length > MAX_DATA {
         let words = format!("the text has {length} bytes of data; at most {MAX_DATA} are allowed");
         fields.error(start + MAX_DATA..end, words);
     }
@@ -64,18 +46,7 @@ pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
     fields.0
 }
 
-struct Fields(Vec<DissectedField>);
-
 impl Fields {
-    fn add(&mut self, key: impl Into<String>, name: impl Into<String>, range: Range<usize>, value: String) {
-        self.0.push(DissectedField {
-            key: key.into(),
-            name: name.into(),
-            range,
-            value,
-        });
-    }
-
     fn error(&mut self, range: Range<usize>, words: String) {
         self.add(ERROR, "what is wrong", range, words);
     }
@@ -87,15 +58,11 @@ impl Fields {
         let parsed = Command::parse(message);
         let letters = message.get(..LETTERS).unwrap_or(message);
         let row = parsed.as_ref().ok().map(Command::row);
-        if let Some(row) = row.or_else(|| command_row(letters)) {
+        if let Some(row) = row.or_else(|| CommandRow::of_letters(letters)) {
             self.known(row, message, start);
         } else {
-            self.add(
-                "command",
-                "command",
-                start..start + letters.len(),
-                quoted(letters),
-            );
+            let range = start..start + letters.len();
+            self.add("command", "command", range, quoted(letters));
             if let Some(rest @ [_, ..]) = message.get(LETTERS..) {
                 self.add("rest", "the rest", start + LETTERS..end, quoted(rest));
             }
@@ -103,13 +70,8 @@ impl Fields {
         if message.len() < data.len() {
             self.add("text.cr", "CR", end..end + 1, "there".to_string());
         } else if data.len() == MAX_DATA {
-            self.add(
-                "text.part",
-                "a part of a longer message",
-                end..end,
-                "no CR".to_string(),
-            );
-            return;
+            let name = "a part of a longer message";
+            return self.add("text.part", name, end..end, "no CR".to_string());
         } else {
             self.error(end..end, "no CR before ETX".to_string());
         }
@@ -168,11 +130,6 @@ impl Fields {
     }
 }
 
-fn command_row(letters: &[u8]) -> Option<&'static CommandRow> {
-    let mut rows = COMMANDS.iter();
-    rows.find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters))
-}
-
 fn operand_key(command: &str, name: &str) -> String {
     format!("{command}.{}", name.replace(' ', "-"))
 }
@@ -205,15 +162,11 @@ fn split(operands: &[u8]) -> Vec<Range<usize>> {
     found
 }
 
-fn quoted(bytes: &[u8]) -> String {
-    let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
-    let more = if cut.len() < bytes.len() { "..." } else { "" };
-    format!("`{}`{more}", cut.escape_ascii())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::COMMANDS;
+    use crate::text::ETX;
     use alloc::vec;
 
     fn shown(wire: &[u8]) -> Vec<(String, String)> {

@@ -5,9 +5,8 @@
 //! differ only in the characters that they must escape besides, and in how lenient they read. The encoding of bytes in
 //! snapshots is another, see `serde_latin1`.
 
+use crate::prelude::*;
 use crate::text::{CR, EOF, ETX, LF, STX};
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::fmt::{self, Write as _};
 
 /// Names of the control codes.
@@ -37,10 +36,8 @@ impl<'a> Escaped<'a> {
     /// For use within double quotes: as [`Escaped::new`], without quotes in it.
     #[must_use]
     pub const fn within_quotes(bytes: &'a [u8]) -> Escaped<'a> {
-        Escaped {
-            bytes,
-            special: b"<\"",
-        }
+        let special = b"<\"";
+        Escaped { bytes, special }
     }
 }
 
@@ -124,18 +121,14 @@ pub enum EscapeError {
 pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
     let byte = |unit| match unit {
         Err(UnclosedCode { rest }) => Err(EscapeError::Unclosed(rest.to_string())),
-        Ok(Unit::Char(char)) => u8::try_from(char)
-            .ok()
-            .filter(|byte| (b' '..=b'~').contains(byte))
-            .ok_or(EscapeError::NotPrintable(char)),
+        Ok(Unit::Char(char @ ' '..='~')) => Ok(char as u8),
+        Ok(Unit::Char(char)) => Err(EscapeError::NotPrintable(char)),
         Ok(Unit::Code(code)) if code.starts_with('*') => Err(EscapeError::Count(text.to_string())),
-        Ok(Unit::Code(code)) => control_code(code).map_or_else(
-            || match code.len() {
-                2 => hex_byte(code).ok_or_else(|| EscapeError::NotByte(code.to_string())),
-                _ => Err(EscapeError::UnknownCode(code.to_string())),
-            },
-            Ok,
-        ),
+        Ok(Unit::Code(code)) => match (control_code(code), code.len()) {
+            (Some(byte), _) => Ok(byte),
+            (None, 2) => hex_byte(code).ok_or_else(|| EscapeError::NotByte(code.to_string())),
+            (None, _) => Err(EscapeError::UnknownCode(code.to_string())),
+        },
     };
     units(text).map(byte).collect()
 }
@@ -143,7 +136,7 @@ pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
 /// Bytes as pairs of hexadecimal digits with blanks between them.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
-    let pairs: Vec<String> = bytes.iter().map(|byte| alloc::format!("{byte:02X}")).collect();
+    let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     pairs.join(" ")
 }
 

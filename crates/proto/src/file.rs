@@ -5,9 +5,9 @@
 //! drive itself and its capacity are the controller's. For framing see [`crate::text`], for the content of
 //! parameter files [`crate::parameter`].
 
+use crate::prelude::*;
 use crate::text::{CR, EOF, LF, MAX_DATA};
 use alloc::collections::VecDeque;
-use alloc::vec::Vec;
 use thiserror::Error;
 
 /// Characters a line of a user file may have, without its line end (RAM-01).
@@ -17,7 +17,7 @@ const PREFIX: &[u8] = b"FL,";
 
 /// Which rules the content of a file must follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum FileRule {
     /// A user file: printable ASCII, CR and LF; lines of at most [`MAX_LINE`] characters.
     User,
@@ -68,11 +68,7 @@ pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileError> {
 
 /// The check of a file that arrives in blocks: the position so far.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct LineCheck {
     rule: FileRule,
     line: u32,
@@ -102,12 +98,8 @@ impl LineCheck {
                     return Err(FileError::LongLine { line });
                 }
             } else if !matches!(byte, CR | LF) {
-                let column = self.column + 1;
-                return Err(FileError::Character {
-                    line,
-                    column,
-                    found: byte,
-                });
+                let (column, found) = (self.column + 1, byte);
+                return Err(FileError::Character { line, column, found });
             } else if byte == CR || !self.after_cr {
                 self.line = line.saturating_add(1);
                 self.column = 0;
@@ -129,11 +121,7 @@ impl LineCheck {
 
 /// Splits a file into the data sections of its texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct FlSender {
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     bytes: Vec<u8>,
@@ -219,11 +207,7 @@ pub enum Received {
 
 /// Joins the data sections of texts to a file and checks it as it arrives.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct FlReceiver {
     limit: usize,
     check: LineCheck,

@@ -15,6 +15,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod calendar;
+mod codes;
 pub mod command;
 pub mod dissect;
 pub mod dissect_command;
@@ -24,6 +25,7 @@ pub mod message;
 pub mod name;
 pub mod parameter;
 pub mod permission;
+mod prelude;
 pub mod reply;
 #[cfg(feature = "serde")]
 pub mod serde_latin1;

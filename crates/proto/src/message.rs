@@ -3,8 +3,8 @@
 //!
 //! FL files are split in another way, see [`crate::file`]. A complete message is read by [`crate::command`].
 
+use crate::prelude::*;
 use crate::text::{CR, MAX_DATA};
-use alloc::vec::Vec;
 
 /// Bytes a joined message may have, without its CR. The manual gives no limit; ours keeps memory bounded.
 pub const MAX_MESSAGE: usize = 1024;
@@ -24,11 +24,7 @@ pub enum Joined {
 
 /// Joins the data sections of texts to messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct MessageJoiner {
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     parts: Vec<u8>,

@@ -3,8 +3,7 @@
 //!
 //! This module checks spelling only. The controller knows which files and variables exist.
 
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::fmt;
 use thiserror::Error;
 
@@ -56,7 +55,7 @@ pub enum NameError {
 
 /// Name of a file of the RAM drive, in upper case.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "String", into = "String"))]
 pub struct FileName(String);
 
@@ -144,35 +143,14 @@ impl VariableName {
     /// # Errors
     /// Anything else, with what was expected.
     pub fn parse(text: &str) -> Result<VariableName, NameError> {
-        let (name, subscripts) = match text.find('(') {
-            None => (text, Vec::new()),
-            Some(at) => {
-                let (name, rest) = text.split_at(at);
-                let bad = || NameError::Subscripts {
-                    found: String::from(rest),
-                };
-                let inner = rest
-                    .strip_prefix('(')
-                    .and_then(|rest| rest.strip_suffix(')'))
-                    .ok_or_else(bad)?;
-                if inner.split(',').count() > MAX_SUBSCRIPTS {
-                    return Err(bad());
-                }
-                let values: Result<Vec<i32>, _> = inner
-                    .split(',')
-                    .map(|one| one.trim_matches(' ').parse())
-                    .collect();
-                (name, values.map_err(|_| bad())?)
-            }
-        };
+        let (name, list) = text.split_at(text.find('(').unwrap_or(text.len()));
+        let found = list.to_string();
+        let subscripts = subscripts(list).ok_or(NameError::Subscripts { found })?;
         check_first(name, MAX_VARIABLE_NAME)?;
         for (at, found) in name.chars().enumerate() {
             if !found.is_ascii_alphanumeric() && found != '_' {
-                return Err(NameError::Character {
-                    expected: "a letter, a digit or an underscore",
-                    found,
-                    at,
-                });
+                let expected = "a letter, a digit or an underscore";
+                return Err(NameError::Character { expected, found, at });
             }
         }
         Ok(VariableName {
@@ -185,28 +163,31 @@ impl VariableName {
 impl fmt::Display for VariableName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.name)?;
-        match self.subscripts.split_first() {
-            None => Ok(()),
-            Some((first, further)) => {
-                write!(f, "({first}")?;
-                further
-                    .iter()
-                    .try_for_each(|subscript| write!(f, ",{subscript}"))?;
-                f.write_str(")")
-            }
+        if self.subscripts.is_empty() {
+            return Ok(());
         }
+        let list: Vec<String> = self.subscripts.iter().map(ToString::to_string).collect();
+        write!(f, "({})", list.join(","))
     }
+}
+
+/// The numbers of `(1,2)`, none of an empty text.
+fn subscripts(text: &str) -> Option<Vec<i32>> {
+    if text.is_empty() {
+        return Some(Vec::new());
+    }
+    let inner = text.strip_prefix('(')?.strip_suffix(')')?;
+    let numbers = inner.split(',').map(|one| one.trim_matches(' ').parse().ok());
+    let numbers: Vec<i32> = numbers.collect::<Option<_>>()?;
+    (numbers.len() <= MAX_SUBSCRIPTS).then_some(numbers)
 }
 
 /// The rules that all names share: the length, and a letter at the front.
 fn check_first(text: &str, limit: usize) -> Result<(), NameError> {
     let found = text.chars().next().ok_or(NameError::Empty)?;
     if !found.is_ascii_alphabetic() {
-        return Err(NameError::Character {
-            expected: "a letter",
-            found,
-            at: 0,
-        });
+        let (expected, at) = ("a letter", 0);
+        return Err(NameError::Character { expected, found, at });
     }
     let length = text.chars().count();
     if length > limit {

@@ -7,10 +7,9 @@
 //! [`Command::permission_row`](crate::command::Command::permission_row).
 
 use crate::command::{COMMANDS, count_permissions, permission_names};
+use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// A port that speaks the simple protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,7 +27,7 @@ impl ProtocolPort {
 
 /// One cell of the tables: a command in a mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Permission {
     /// Circle: valid.
     Valid,
@@ -56,11 +55,7 @@ type Rows<const N: usize> = [Row; N];
 
 /// The tables of either port, the manual's and that of the extensions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
@@ -163,7 +158,7 @@ impl PermissionTable {
             parse_table(&mut lines, names, rows)?;
         }
         match missing.first() {
-            Some(heading) => Err(error(lines.number.max(1), heading, "the end of the file")),
+            Some(heading) => Err(error(lines.number.max(1), heading, END)),
             None => Ok(table),
         }
     }
@@ -195,15 +190,16 @@ impl PermissionTable {
     }
 }
 
+/// What is found where a line is missing.
+const END: &str = "the end of the file";
+
 /// What stands above the tables.
 const HEADINGS: [&str; 4] = ["[HOST]", "[IP0]", "[HOST extensions]", "[IP0 extensions]"];
 
 /// Whether a table may lack this row.
 fn is_optional(row: &str) -> bool {
-    EXTENSION_ROWS
-        .iter()
-        .skip(REQUIRED_EXTENSIONS)
-        .any(|later| *later == row)
+    let mut later = EXTENSION_ROWS.iter().skip(REQUIRED_EXTENSIONS);
+    later.any(|later| *later == row)
 }
 
 /// Lines with content, blanks around them and comments removed.
@@ -222,14 +218,11 @@ impl<'a> Lines<'a> {
     }
 
     fn next(&mut self) -> Option<(usize, &'a str)> {
-        loop {
-            let (index, line) = self.rest.next()?;
+        self.rest.find_map(|(index, line)| {
             self.number = index + 1;
             let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                return Some((self.number, line));
-            }
-        }
+            (!line.is_empty()).then_some((self.number, line))
+        })
     }
 }
 
@@ -239,14 +232,10 @@ fn parse_table(
     names: &[&'static str],
     rows: &mut [Row],
 ) -> Result<(), PermissionError> {
-    let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
-    match lines.next() {
-        Some((_, line))
-            if line
-                .split_whitespace()
-                .eq(core::iter::once("COMMAND").chain(COLUMNS)) => {}
-        Some((number, line)) => return Err(error(number, &head(), line)),
-        None => return Err(error(lines.number, &head(), "the end of the file")),
+    let (number, line) = lines.next().unwrap_or((lines.number, END));
+    if !line.split_whitespace().eq(["COMMAND"].into_iter().chain(COLUMNS)) {
+        let head = format!("COMMAND {}", COLUMNS.join(" "));
+        return Err(error(number, &head, line));
     }
     rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
@@ -257,10 +246,10 @@ fn parse_table(
         }
         let expected = || {
             let missing = names.iter().copied().filter(|row| !seen.contains(row));
-            alloc::format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
+            format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
         let Some((number, line)) = lines.next() else {
-            return Err(error(lines.number, &expected(), "the end of the file"));
+            return Err(error(lines.number, &expected(), END));
         };
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
@@ -291,11 +280,10 @@ fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
 const MAX_QUOTE: usize = 40;
 
 fn error(line: usize, expected: &str, found: &str) -> PermissionError {
-    let found = found.chars().take(MAX_QUOTE).collect::<String>();
     PermissionError {
         line,
         expected: expected.to_string(),
-        found,
+        found: found.chars().take(MAX_QUOTE).collect(),
     }
 }
 

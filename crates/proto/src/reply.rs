@@ -2,9 +2,8 @@
 //!
 //! The content that FL carries is in [`crate::status`]; files that take several texts are in [`crate::file`].
 
+use crate::prelude::*;
 use crate::text::{CR, EOF};
-use alloc::string::String;
-use alloc::vec::Vec;
 use thiserror::Error;
 
 /// The data section of the unsolicited SP.

@@ -3,6 +3,7 @@
 //!
 //! Use it as `#[serde(with = "ts3100_proto::serde_latin1")]`. The wire has its own encodings, see [`crate::text`].
 
+use crate::prelude::*;
 use core::fmt;
 use core::marker::PhantomData;
 use serde::de::{Deserializer, Error, Visitor};
@@ -17,7 +18,8 @@ where
     &'a T: IntoIterator<Item = &'a u8>,
     S: Serializer,
 {
-    to.collect_str(&Text(bytes))
+    let text: String = bytes.into_iter().copied().map(char::from).collect();
+    to.serialize_str(&text)
 }
 
 /// Deserializes the string of [`serialize`].
@@ -32,20 +34,7 @@ where
     from.deserialize_str(Bytes(PhantomData))
 }
 
-/// Displays bytes as characters without collecting them in a string first.
-struct Text<'a, T>(&'a T);
-
-impl<'a, T> fmt::Display for Text<'a, T>
-where
-    &'a T: IntoIterator<Item = &'a u8>,
-{
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        use fmt::Write as _;
-        self.0
-            .into_iter()
-            .try_for_each(|&byte| f.write_char(char::from(byte)))
-    }
-}
+const EXPECTED: &str = "bytes as text, characters U+0000 to U+00FF";
 
 struct Bytes<T>(PhantomData<T>);
 
@@ -53,16 +42,14 @@ impl<T: FromIterator<u8>> Visitor<'_> for Bytes<T> {
     type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("bytes as text, characters U+0000 to U+00FF")
+        f.write_str(EXPECTED)
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<T, E> {
         let byte = |letter| {
             u8::try_from(letter).map_err(|_| {
-                let found = alloc::format!("character U+{:04X}", u32::from(letter));
-                E::custom(format_args!(
-                    "expected bytes as text, characters U+0000 to U+00FF, found {found}"
-                ))
+                let found = format!("character U+{:04X}", u32::from(letter));
+                E::custom(format_args!("expected {EXPECTED}, found {found}"))
             })
         };
         text.chars().map(byte).collect()

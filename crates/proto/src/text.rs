@@ -4,7 +4,7 @@
 //! FRM-15 to FRM-17); [`encode_text`] writes one. What the data section means is for [`crate::message`],
 //! [`crate::command`], [`crate::file`] and [`crate::reply`].
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use bytes::{Buf, Bytes, BytesMut};
 
 /// STX, the first byte of a text.
@@ -28,7 +28,7 @@ pub const MAX_BINARY: usize = 1024;
 
 /// Whether a text begins with STX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Framing {
     /// With STX, as the manual has it.
     #[default]
@@ -39,7 +39,7 @@ pub enum Framing {
 
 /// How bytes outside a text are read (option `text.stx`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum StxRule {
     /// Any byte but ETX begins a text without STX.
     #[default]
@@ -50,7 +50,7 @@ pub enum StxRule {
 
 /// Whether a checksum follows ETX (option `text.checksum`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Checksum {
     /// No checksum: a text ends with ETX.
     #[default]
@@ -61,11 +61,7 @@ pub enum Checksum {
 
 /// The framing options of a port; both sides must agree on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct TextOptions {
     /// How bytes outside a text are read.
     pub stx: StxRule,
@@ -75,11 +71,7 @@ pub struct TextOptions {
 
 /// One text as it was received.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Text {
     /// Whether it began with STX. The answer is framed the same way.
     pub framing: Framing,
@@ -93,7 +85,7 @@ pub struct Text {
 
 /// What is wrong with a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
     #[error("the message has {length} bytes of data; at most {MAX_DATA} are allowed")]
@@ -132,11 +124,7 @@ pub enum Decoded {
 
 /// A text whose ETX has not been received yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct Partial {
     framing: Framing,
     /// The first bytes of the data section, at most the limit given to `take`.
@@ -174,19 +162,16 @@ impl Partial {
 
     /// Whether its data section is OK, NG or SP and nothing else.
     fn is_reply(&self) -> bool {
-        matches!(
-            self.data.strip_suffix(&[CR]).unwrap_or(&self.data),
-            b"OK" | b"NG" | b"SP"
-        )
+        let word = self.data.strip_suffix(&[CR]).unwrap_or(&self.data);
+        matches!(word, b"OK" | b"NG" | b"SP")
     }
 
     fn into_text(self) -> Text {
         let over_long = self.length > self.data.len();
-        let fault = over_long.then_some(TextError::OverLong { length: self.length });
         Text {
             framing: self.framing,
             data: self.data.freeze(),
-            error: fault,
+            error: over_long.then_some(TextError::OverLong { length: self.length }),
         }
     }
 }
@@ -198,7 +183,7 @@ impl Partial {
 ///                                                  \--ETX, with checksum--> Sum --one byte--> Outside
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum DecoderState {
     Outside,
     Inside(Partial),
@@ -209,11 +194,7 @@ enum DecoderState {
 /// the caller can change how the next text is read ([`TextDecoder::expect_binary`]) after it has seen the last one.
 /// It holds at most [`MAX_BUFFERED`] bytes and one text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct TextDecoder {
     options: TextOptions,
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
@@ -245,10 +226,9 @@ impl TextDecoder {
     /// Appends received bytes; how they were split into segments does not matter (FRM-05). Bytes that do not
     /// fit the buffer are dropped, and [`TextDecoder::next`] reports them in stream order.
     pub fn push(&mut self, bytes: &[u8]) {
-        let room = if self.lost > 0 {
-            0
-        } else {
-            MAX_BUFFERED.saturating_sub(self.input.len())
+        let room = match self.lost {
+            0 => MAX_BUFFERED.saturating_sub(self.input.len()),
+            _ => 0,
         };
         let (kept, dropped) = bytes.split_at_checked(room).unwrap_or((bytes, &[]));
         self.input.extend_from_slice(kept);
@@ -273,12 +253,9 @@ impl TextDecoder {
         }
         if self.lost > 0 {
             // The text under way has a hole: its rest must not be taken for its continuation.
-            self.noise = self
-                .noise
-                .saturating_add(self.lost)
-                .saturating_add(self.partial_len());
+            let lost = core::mem::take(&mut self.lost).saturating_add(self.partial_len());
+            self.noise = self.noise.saturating_add(lost);
             self.state = DecoderState::Outside;
-            self.lost = 0;
         }
         self.take_skipped()
     }
@@ -297,9 +274,8 @@ impl TextDecoder {
     /// Discards everything that `next` has not returned; returns the number of bytes discarded.
     pub fn reset(&mut self) -> usize {
         let seen = self.noise.saturating_add(self.lost);
-        let dropped = seen
-            .saturating_add(self.input.len())
-            .saturating_add(self.partial_len());
+        let unread = self.input.len().saturating_add(self.partial_len());
+        let dropped = seen.saturating_add(unread);
         *self = TextDecoder::new(self.options);
         dropped
     }
@@ -362,12 +338,9 @@ impl TextDecoder {
         if self.noise > 0 {
             return self.take_skipped();
         }
-        if byte == STX {
-            self.input.advance(1);
-            self.state = DecoderState::Inside(Partial::new(Framing::Stx));
-        } else {
-            self.state = DecoderState::Inside(Partial::new(Framing::Bare));
-        }
+        let framing = if byte == STX { Framing::Stx } else { Framing::Bare };
+        self.input.advance(usize::from(byte == STX));
+        self.state = DecoderState::Inside(Partial::new(framing));
         None
     }
 
@@ -382,11 +355,9 @@ impl TextDecoder {
             }
             Some(_) if byte != ETX => {
                 self.binary = None;
-                let fault = Some(TextError::NoEtx { found: byte });
-                Some(Decoded::Text(Text {
-                    error: fault,
-                    ..partial.into_text()
-                }))
+                let mut text = partial.into_text();
+                text.error = Some(TextError::NoEtx { found: byte });
+                Some(Decoded::Text(text))
             }
             _ if byte == ETX => {
                 self.input.advance(1);

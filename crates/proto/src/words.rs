@@ -2,10 +2,8 @@
 //!
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
+use crate::prelude::*;
 use alloc::borrow::Cow;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// A value of a small set, each with a word.
 pub trait Word: Copy + 'static {
@@ -103,10 +101,8 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
     let mut near: Vec<(usize, &str)> = known.into_iter().filter_map(rate).collect();
     near.sort_unstable();
     near.dedup();
-    near.into_iter()
-        .map(|(_, word)| word)
-        .take(MAX_SUGGESTIONS)
-        .collect()
+    near.truncate(MAX_SUGGESTIONS);
+    near.into_iter().map(|(_, word)| word).collect()
 }
 
 /// Fewest letters to insert, remove, replace or swap with their neighbour (optimal string alignment).

@@ -3,75 +3,99 @@
 //! Each word has one row here, with its arguments. What functions compute is left to `machine::functions`, what system
 //! variables read to `machine::evaluate`, and where a word may stand to `parser`.
 
-use crate::conditions::Condition;
 use crate::options::Arm;
 use crate::value::ValueKind;
 
-/// A function, or a constructor of a vector value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Builtin {
-    Numeric(Numeric),
-    Max,
-    Min,
-    Point,
-    Trans,
-    Payload,
-    Din,
-    Dout,
-    Bcdin,
-    Gain,
-    Torque,
+/// Derives an enum and its words from rows, each a value and its word.
+macro_rules! words {
+    (
+        $(#[$attribute:meta])*
+        $name:ident $(, $more:ident($of:ty))? {
+            $( $value:ident = $word:literal, )*
+        }
+    ) => {
+        $(#[$attribute])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub(crate) enum $name {
+            $( $value, )*
+            $( $more($of), )?
+        }
+
+        impl $name {
+            const WORDS: &'static [(&'static str, $name)] = &[$( ($word, $name::$value) ),*];
+        }
+    };
 }
 
-/// A function of one or two numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Numeric {
-    Int,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Atan2,
-    Sqrt,
-    Abs,
-    Sgn,
-    Real,
-    Exp,
-    Ln,
-    Log10,
-    Mod,
+words! {
+    /// A function, or a constructor of a vector value.
+    Builtin, Numeric(Numeric) {
+        Max = "MAX",
+        Min = "MIN",
+        Point = "POINT",
+        Trans = "TRANS",
+        Payload = "PAYLOAD",
+        Din = "DIN",
+        Dout = "DOUT",
+        Bcdin = "BCDIN",
+        Gain = "GAIN",
+        Torque = "TORQUE",
+    }
 }
 
-const BUILTINS: &[(&str, Builtin)] = &[
-    ("INT", Builtin::Numeric(Numeric::Int)),
-    ("SIN", Builtin::Numeric(Numeric::Sin)),
-    ("COS", Builtin::Numeric(Numeric::Cos)),
-    ("TAN", Builtin::Numeric(Numeric::Tan)),
-    ("ASIN", Builtin::Numeric(Numeric::Asin)),
-    ("ACOS", Builtin::Numeric(Numeric::Acos)),
-    ("ATAN", Builtin::Numeric(Numeric::Atan)),
-    ("ATAN2", Builtin::Numeric(Numeric::Atan2)),
-    ("SQRT", Builtin::Numeric(Numeric::Sqrt)),
-    ("ABS", Builtin::Numeric(Numeric::Abs)),
-    ("SGN", Builtin::Numeric(Numeric::Sgn)),
-    ("REAL", Builtin::Numeric(Numeric::Real)),
-    ("EXP", Builtin::Numeric(Numeric::Exp)),
-    ("LN", Builtin::Numeric(Numeric::Ln)),
-    ("LOG10", Builtin::Numeric(Numeric::Log10)),
-    ("MAX", Builtin::Max),
-    ("MIN", Builtin::Min),
-    ("MOD", Builtin::Numeric(Numeric::Mod)),
-    ("POINT", Builtin::Point),
-    ("TRANS", Builtin::Trans),
-    ("PAYLOAD", Builtin::Payload),
-    ("DIN", Builtin::Din),
-    ("DOUT", Builtin::Dout),
-    ("BCDIN", Builtin::Bcdin),
-    ("GAIN", Builtin::Gain),
-    ("TORQUE", Builtin::Torque),
-];
+words! {
+    /// A function of one or two numbers.
+    Numeric {
+        Int = "INT",
+        Sin = "SIN",
+        Cos = "COS",
+        Tan = "TAN",
+        Asin = "ASIN",
+        Acos = "ACOS",
+        Atan = "ATAN",
+        Atan2 = "ATAN2",
+        Sqrt = "SQRT",
+        Abs = "ABS",
+        Sgn = "SGN",
+        Real = "REAL",
+        Exp = "EXP",
+        Ln = "LN",
+        Log10 = "LOG10",
+        Mod = "MOD",
+    }
+}
+
+words! {
+    /// A system variable that is read.
+    System, Condition(Condition) {
+        Motion = "MOTION",
+        Here = "HERE",
+        Mode = "MODE",
+        Timer = "TIMER",
+        MotionTime = "MOTIONT",
+        Remain = "REMAIN",
+        RemainTime = "REMAINT",
+        Dest = "DEST",
+        TaskId = "TID",
+        MaxTask = "MAXTASK",
+    }
+}
+
+words! {
+    /// A motion condition that can be assigned.
+    Condition {
+        Speed = "SPEED",
+        Accel = "ACCEL",
+        Decel = "DECEL",
+        Config = "CONFIG",
+        Payload = "PAYLOAD",
+        Work = "WORK",
+        Tool = "TOOL",
+        Base = "BASE",
+        Pass = "PASS",
+        Accur = "ACCUR",
+    }
+}
 
 /// Most arguments of `MAX`, `MIN`, `DIN` and `DOUT`.
 pub(crate) const MAX_ARGUMENTS: usize = 32;
@@ -82,14 +106,23 @@ fn lookup<T: Copy>(table: &[(&str, T)], word: &str) -> Option<T> {
     row.map(|(_, meaning)| *meaning)
 }
 
+/// How a table spells a value.
+pub(crate) fn spelling<T: Copy + PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
+    let row = table.iter().find(|(_, known)| *known == value);
+    row.map_or("", |(spelling, _)| spelling)
+}
+
 impl Builtin {
     pub fn from_word(word: &str) -> Option<Self> {
-        lookup(BUILTINS, word)
+        let numeric = || lookup(Numeric::WORDS, word).map(Builtin::Numeric);
+        lookup(Self::WORDS, word).or_else(numeric)
     }
 
     pub fn keyword(self) -> &'static str {
-        let row = BUILTINS.iter().find(|(_, builtin)| *builtin == self);
-        row.map_or("", |(spelling, _)| spelling)
+        if let Builtin::Numeric(numeric) = self {
+            return spelling(Numeric::WORDS, numeric);
+        }
+        spelling(Self::WORDS, self)
     }
 
     /// It makes a vector value: arguments left out are 0.
@@ -111,59 +144,17 @@ impl Builtin {
     }
 }
 
-/// A system variable that is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum System {
-    Motion,
-    Here,
-    Mode,
-    Timer,
-    MotionTime,
-    Remain,
-    RemainTime,
-    Dest,
-    TaskId,
-    MaxTask,
-    Condition(Condition),
-}
-
-const SYSTEMS: &[(&str, System)] = &[
-    ("MOTION", System::Motion),
-    ("HERE", System::Here),
-    ("MODE", System::Mode),
-    ("TIMER", System::Timer),
-    ("MOTIONT", System::MotionTime),
-    ("REMAIN", System::Remain),
-    ("REMAINT", System::RemainTime),
-    ("DEST", System::Dest),
-    ("TID", System::TaskId),
-    ("MAXTASK", System::MaxTask),
-];
-
 impl System {
     pub fn from_word(word: &str) -> Option<Self> {
         // PAYLOAD in an expression is the constructor.
         let condition = || condition(word).filter(|condition| *condition != Condition::Payload);
-        lookup(SYSTEMS, word).or_else(|| condition().map(System::Condition))
+        lookup(Self::WORDS, word).or_else(|| condition().map(System::Condition))
     }
 }
 
-const CONDITIONS: &[(&str, Condition)] = &[
-    ("SPEED", Condition::Speed),
-    ("ACCEL", Condition::Accel),
-    ("DECEL", Condition::Decel),
-    ("CONFIG", Condition::Config),
-    ("PAYLOAD", Condition::Payload),
-    ("WORK", Condition::Work),
-    ("TOOL", Condition::Tool),
-    ("BASE", Condition::Base),
-    ("PASS", Condition::Pass),
-    ("ACCUR", Condition::Accur),
-];
-
 /// The motion condition of this name.
 pub(crate) fn condition(word: &str) -> Option<Condition> {
-    lookup(CONDITIONS, word)
+    lookup(Condition::WORDS, word)
 }
 
 /// Constants that are the same for every arm.
@@ -248,11 +239,12 @@ pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
 /// The words of the language that have a spelling of their own: what may be suggested, and what programs of ours
 /// have to use.
 pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
-    let functions = BUILTINS.iter().map(|(word, _)| *word);
-    let variables = SYSTEMS.iter().map(|(word, _)| *word);
-    let conditions = CONDITIONS.iter().map(|(word, _)| *word);
-    let constants = COMMON.iter().chain(DIGITS).map(|(word, _)| *word);
-    let words = functions.chain(variables).chain(conditions).chain(constants);
+    fn of<'a, T>(table: &'a [(&'a str, T)]) -> impl Iterator<Item = &'a str> {
+        table.iter().map(|(word, _)| *word)
+    }
+    let functions = of(Builtin::WORDS).chain(of(Numeric::WORDS));
+    let variables = of(System::WORDS).chain(of(Condition::WORDS));
+    let words = functions.chain(variables).chain(of(COMMON)).chain(of(DIGITS));
     let words = words.chain(STATEMENTS.iter().copied());
     words.filter(|word| *word != "CRE")
 }

@@ -8,7 +8,7 @@
 //! `compile::lower` writes this form, `machine::vm` runs it. The trees of the steps stay beside it: they say what an
 //! instruction means when its operands turn out not to be numbers, and which fault there is.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::builtin::Numeric;
 use crate::cell::Cell;
@@ -66,33 +66,12 @@ pub(crate) enum Op {
         to: Register,
         a: Register,
     },
-    Add {
-        to: Register,
-        a: Register,
-        b: Register,
-    },
-    Subtract {
-        to: Register,
-        a: Register,
-        b: Register,
-    },
-    Multiply {
-        to: Register,
-        a: Register,
-        b: Register,
-    },
-    Divide {
-        to: Register,
-        a: Register,
-        b: Register,
-    },
+    Add(Operands),
+    Subtract(Operands),
+    Multiply(Operands),
+    Divide(Operands),
     /// The operators that have no instruction of their own.
-    Binary {
-        operator: Binary,
-        to: Register,
-        a: Register,
-        b: Register,
-    },
+    Binary(Binary, Operands),
     Unary {
         operator: Unary,
         to: Register,
@@ -111,12 +90,7 @@ pub(crate) enum Op {
         target: Target,
     },
     /// A function of one or two numbers.
-    Function {
-        function: Numeric,
-        to: Register,
-        a: Register,
-        b: Register,
-    },
+    Function(Numeric, Operands),
     /// An element of an array: its flat subscript is `index`.
     Load {
         to: Register,
@@ -129,13 +103,7 @@ pub(crate) enum Op {
         a: Register,
     },
     /// The flat subscript of an element: `a` times the elements of a row, plus `b`.
-    Flatten {
-        to: Register,
-        a: Register,
-        b: Register,
-        row: u16,
-        length: u16,
-    },
+    Flatten(Operands, Rows),
     /// Reads a parameter.
     Fetch {
         to: Register,
@@ -152,6 +120,21 @@ pub(crate) enum Op {
         first: u32,
         count: u16,
     },
+}
+
+/// Where two operands are, and where the result goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Operands {
+    pub to: Register,
+    pub a: Register,
+    pub b: Register,
+}
+
+/// An array of two subscripts: how many elements a row has, and the whole array.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rows {
+    pub row: u16,
+    pub length: u16,
 }
 
 /// A call of a program.

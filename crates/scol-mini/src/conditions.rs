@@ -2,7 +2,8 @@
 //!
 //! Setting them is in `machine::request_values`. Their effect on a motion is left to whoever moves the arm.
 
-use alloc::string::String;
+use crate::builtin::Condition;
+use crate::prelude::*;
 
 use crate::value::{Configuration, Frame, Payload};
 
@@ -10,21 +11,6 @@ use crate::value::{Configuration, Frame, Payload};
 pub const AXES: usize = 8;
 /// Overlap ratio before `PASS` sets one, in percent.
 const FIRST_PASS: f64 = 50.0;
-
-/// A motion condition that can be assigned.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Condition {
-    Speed,
-    Accel,
-    Decel,
-    Config,
-    Payload,
-    Work,
-    Tool,
-    Base,
-    Pass,
-    Accur,
-}
 
 impl Condition {
     /// Whether it is a coordinate system.
@@ -35,7 +21,7 @@ impl Condition {
 
 /// How exactly a motion ends before the program goes on (`ACCUR`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Accuracy {
     /// The next statement begins a little before the arm rests.
     Coarse,
@@ -45,7 +31,7 @@ pub enum Accuracy {
 
 /// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Conditions {
     /// Percent of the maximum speed, 1 to 100.
     pub speed: f64,

@@ -4,8 +4,7 @@
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 
-use alloc::format;
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::ops::Range;
 
 /// Most diagnostics of one compilation; the last says that more were left out.
@@ -87,19 +86,26 @@ impl Diagnostic {
     /// `source` is the text that was compiled.
     #[must_use]
     pub fn columns(&self, source: &str) -> Range<usize> {
+        let (before, after) = self.source_line(source);
+        let column = characters(before) + 1;
+        column..column + characters(self.marked(after))
+    }
+
+    /// Its line in the source: what is before its place, and what is from there on.
+    fn source_line<'a>(&self, source: &'a str) -> (&'a [u8], &'a [u8]) {
         let bytes = source.as_bytes();
-        let start = self.span.start.min(bytes.len());
-        let begin = (start + 1).saturating_sub(self.column as usize);
-        let rest = bytes.get(start..).unwrap_or_default();
         let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
-        let line = rest.iter().position(is_end).unwrap_or(rest.len());
-        let length = self.span.end.saturating_sub(start).min(line);
-        let characters = |from: usize, to: usize| {
-            let text = bytes.get(from..to).unwrap_or_default();
-            String::from_utf8_lossy(text).chars().count()
-        };
-        let column = characters(begin, start) + 1;
-        column..column + characters(start, start + length)
+        let (before, after) = bytes.split_at_checked(self.span.start).unwrap_or((bytes, &[]));
+        let begin = before.iter().rposition(is_end).map_or(0, |end| end + 1);
+        let end = after.iter().position(is_end).unwrap_or(after.len());
+        let (before, after) = (before.get(begin..), after.get(..end));
+        (before.unwrap_or_default(), after.unwrap_or_default())
+    }
+
+    /// Of the rest of its line the part that it is about.
+    fn marked<'a>(&self, after: &'a [u8]) -> &'a [u8] {
+        let length = self.span.end.saturating_sub(self.span.start);
+        after.get(..length).unwrap_or(after)
     }
 
     /// Writes the remark out: place and message, the source line, a caret line, the help.
@@ -112,33 +118,26 @@ impl Diagnostic {
             "{name}:{}:{}: {word}[{}]: {}\n",
             self.line, self.column, self.code, self.message
         );
-        let bytes = source.as_bytes();
-        let start = self.span.start.min(bytes.len());
-        let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
-        let (before, after) = bytes.split_at_checked(start).unwrap_or((bytes, &[]));
-        let begin = before.iter().rposition(is_end).map_or(0, |end| end + 1);
-        let end = start + after.iter().position(is_end).unwrap_or(after.len());
-        let shown: String = String::from_utf8_lossy(bytes.get(begin..end).unwrap_or_default())
+        let (before, after) = self.source_line(source);
+        let line = [before, after].concat();
+        let shown: String = String::from_utf8_lossy(&line)
             .chars()
             .map(|c| if c.is_control() { ' ' } else { c })
             .collect();
         let number = self.line.to_string();
         let margin = " ".repeat(number.len());
-        let lead = String::from_utf8_lossy(bytes.get(begin..start).unwrap_or_default())
-            .chars()
-            .count();
-        let marked = bytes.get(start..self.span.end.min(end)).unwrap_or_default();
-        let length = String::from_utf8_lossy(marked).chars().count().max(1);
-        text.push_str(&format!(
-            "{number} | {shown}\n{margin} | {}{}\n",
-            " ".repeat(lead),
-            "^".repeat(length)
-        ));
+        let lead = " ".repeat(characters(before));
+        let carets = "^".repeat(characters(self.marked(after)).max(1));
+        text.push_str(&format!("{number} | {shown}\n{margin} | {lead}{carets}\n"));
         if let Some(help) = &self.help {
             text.push_str(&format!("{margin} = help: {help}\n"));
         }
         text
     }
+}
+
+fn characters(text: &[u8]) -> usize {
+    String::from_utf8_lossy(text).chars().count()
 }
 
 /// An error or warning whose line is not looked up yet.

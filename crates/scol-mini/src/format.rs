@@ -4,7 +4,7 @@
 //! A line is left as it is when its tokens would differ afterwards, when it cannot be cut into tokens, or when it would become
 //! too long. So formatting never changes the meaning of a program. Start with [`format`].
 
-use alloc::string::String;
+use crate::prelude::*;
 
 use crate::diagnostic::Span;
 use crate::lexer::{self, Lexeme, Sign, Token};

@@ -3,10 +3,9 @@
 //! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. `lines` cuts
 //! the file into lines before.
 
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
+use crate::builtin::spelling;
 use crate::diagnostic::{Problem, Span};
 use crate::lines::Line;
 use crate::tree::Relation;
@@ -82,10 +81,7 @@ pub(crate) struct Lexeme {
 impl Sign {
     /// How it is written.
     pub fn spelling(self) -> &'static str {
-        SIGNS
-            .iter()
-            .find(|(_, sign)| *sign == self)
-            .map_or("", |(spelling, _)| spelling)
+        spelling(SIGNS, self)
     }
 }
 
@@ -133,10 +129,8 @@ pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lex
 fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
     let text = line.span.text(source);
     if text.len() > longest {
-        let message = format!(
-            "the line has {} characters, at most {longest} are possible",
-            text.len()
-        );
+        let found = text.len();
+        let message = format!("the line has {found} characters, at most {longest} are possible");
         return Problem::fail("E0005", line.span, message);
     }
     for (at, c) in text.char_indices() {
@@ -146,11 +140,8 @@ fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Prob
             return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
         }
         if !c.is_ascii() {
-            return Problem::fail(
-                "E0004",
-                span,
-                format!("expected an ASCII character, found \"{c}\""),
-            );
+            let message = format!("expected an ASCII character, found \"{c}\"");
+            return Problem::fail("E0004", span, message);
         }
         if c.is_ascii_control() {
             let message = format!("expected a printable character, found code {:02X}", u32::from(c));

@@ -54,6 +54,7 @@ mod options;
 mod outline;
 mod parser;
 mod points;
+mod prelude;
 mod program;
 mod request;
 mod rewrite;

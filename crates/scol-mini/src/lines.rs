@@ -2,7 +2,7 @@
 //!
 //! A line ends with CR, LF or CR LF (RAM-05). What is in the lines is left to `lexer`.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::diagnostic::Span;
 

@@ -7,10 +7,9 @@ mod locals;
 #[cfg(feature = "serde")]
 mod snapshot;
 
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
@@ -67,11 +66,7 @@ pub enum AccessError {
 ///
 /// With the feature `serde` what is read back is to be given to `relink` before it is used.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Memory {
     version: StateVersion,
     /// Fingerprint of the program.
@@ -96,7 +91,7 @@ pub struct Memory {
 #[derive(Debug, Clone)]
 #[cfg_attr(
     feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
+    derive(Serialize, Deserialize),
     serde(from = "Vec<Cell>", into = "Vec<Cell>")
 )]
 struct Cells {

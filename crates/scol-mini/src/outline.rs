@@ -2,9 +2,9 @@
 //!
 //! It is made of tokens alone, so it also covers lines that do not parse. What a row means is not checked here.
 
+use crate::parser::Place;
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use crate::MAX_LINE;
 use crate::builtin;
@@ -40,14 +40,6 @@ pub(crate) struct Outline {
     pub globals: Vec<Row>,
     pub parts: Vec<Part>,
     pub data: Vec<Row>,
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Place {
-    Outside,
-    Global,
-    Program,
-    Data,
 }
 
 impl Outline {
@@ -217,10 +209,8 @@ pub fn print_channels(source: &str) -> Vec<&'static str> {
     let segments = rows.flat_map(Row::segments);
     for segment in segments.filter(|segment| word(segment.first()) == "PRINT") {
         let named = word(segment.get(1));
-        let channel = CHANNELS
-            .iter()
-            .find(|channel| **channel == named)
-            .unwrap_or(&"TP");
+        let mut channels = CHANNELS.iter();
+        let channel = channels.find(|channel| **channel == named).unwrap_or(&"TP");
         if !found.contains(channel) {
             found.push(channel);
         }

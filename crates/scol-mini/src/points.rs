@@ -3,10 +3,8 @@
 //!
 //! Where the table comes from is left to the caller; a compilation takes the points as a list.
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 use crate::builtin;
 use crate::options::Arm;
@@ -15,7 +13,7 @@ use crate::{MAX_DATA_NAME, MAX_POINTS};
 
 /// A position that every program of a file finds under its name, unless the file has data of that name.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct TaughtPoint {
     /// In upper case, at most [`MAX_DATA_NAME`] characters.
     pub name: String,

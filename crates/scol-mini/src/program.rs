@@ -2,14 +2,13 @@
 //!
 //! A program is immutable and shared; what changes while it runs is in `Memory` and `Machine`. `compile` makes it.
 
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::code::Code;
 use crate::options::LanguageOptions;
-use crate::tree::{Expression, Reference, Simple, Variable};
+use crate::tree::{Counting, Expression, Reference, Simple};
 use crate::value::{Value, ValueKind};
 
 /// Version of the states of machines and memories this version of the language writes and reads.
@@ -80,10 +79,7 @@ pub(crate) enum Operation {
     },
     /// `exit` is the step after the NEXT.
     For {
-        variable: Variable,
-        from: Expression,
-        to: Expression,
-        step: Option<Expression>,
+        counting: Counting,
         exit: usize,
     },
     Next {
@@ -183,6 +179,15 @@ impl Slot {
             initial: Vec::new(),
             is_work: false,
             base: 0,
+        }
+    }
+
+    /// A plain variable that begins with a value.
+    pub fn with_value(name: &str, owner: Owner, value: Value) -> Self {
+        Slot {
+            kind: Some(value.kind()),
+            initial: Vec::from([(0, value)]),
+            ..Slot::plain(name, owner)
         }
     }
 
@@ -313,11 +318,8 @@ impl Program {
     pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {
         self.symbols.shared.iter().filter_map(|(name, at)| {
             let slot = self.symbols.slots.get(*at)?;
-            Some((
-                name.as_str(),
-                slot.info(),
-                slot.bounds.as_deref().unwrap_or_default(),
-            ))
+            let bounds = slot.bounds.as_deref().unwrap_or_default();
+            Some((name.as_str(), slot.info(), bounds))
         })
     }
 
@@ -335,10 +337,8 @@ impl Program {
     #[must_use]
     pub fn program_lines(&self) -> Vec<(&str, u32)> {
         let line = |entry: &Entry| self.steps.get(entry.step).map_or(1, |step| step.line);
-        self.blocks
-            .iter()
-            .map(|block| (block.name.as_str(), line(block)))
-            .collect()
+        let blocks = self.blocks.iter();
+        blocks.map(|block| (block.name.as_str(), line(block))).collect()
     }
 
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).

@@ -3,9 +3,7 @@
 //!
 //! Nothing here does anything: serving a request is left to the caller. `machine::request_values` makes the requests.
 
-use alloc::boxed::Box;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::conditions::Conditions;
 use crate::value::{Number, Position};
@@ -65,7 +63,7 @@ pub enum Pause {
 
 /// What a statement wants from the world.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Request {
     /// Move the arm; answer when the next statement may run.
     Move(Box<Motion>),
@@ -160,7 +158,7 @@ pub enum Answer {
 
 /// A motion with everything that shapes it.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Motion {
     /// Where to and how.
     pub path: Path,
@@ -172,7 +170,7 @@ pub struct Motion {
 
 /// Where to and how. Positions are still relative to their own coordinate system.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Path {
     /// `MOVE`: all axes at once.
     Ptp(Position),
@@ -216,7 +214,7 @@ pub enum Path {
 
 /// A channel of `PRINT` and `INPUT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Channel {
     /// Teach pendant, the default (PRT-02, INP-02).
     Tp,

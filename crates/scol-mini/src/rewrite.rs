@@ -3,9 +3,7 @@
 //! Only the value changes; the layout of the line stays. Storing the file is left to the caller. Start with
 //! [`rewrite_value`].
 
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::diagnostic::Span;
 use crate::memory::{AccessError, Memory, shared};

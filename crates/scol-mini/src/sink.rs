@@ -2,8 +2,7 @@
 //!
 //! It keeps at most [`MAX_DIAGNOSTICS`]. Suggestions are added afterwards (`suggest`).
 
-use alloc::string::ToString;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Problem, Severity};
 

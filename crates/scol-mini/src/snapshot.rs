@@ -4,8 +4,7 @@
 //! against a program of the same source: `machine::snapshot` and `memory::snapshot` do the two halves. The names in the
 //! written form are fixed by `fixtures/snapshots`.
 
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::conditions::Conditions;
@@ -108,16 +107,13 @@ pub(crate) fn conditions(conditions: &Conditions) -> Result<(), RestoreError> {
         torque,
     } = conditions;
     let within = |least: f64, number: &f64| (least..=100.0).contains(number);
-    let mut speeds = [speed, accel, decel].into_iter();
+    let speeds = [speed, accel, decel]
+        .into_iter()
+        .all(|number| within(1.0, number));
+    expect(speeds, "SPEED, ACCEL and DECEL of 1 to 100")?;
     let mut others = gain.iter().chain(torque).chain([pass]);
-    expect(
-        speeds.all(|number| within(1.0, number)),
-        "SPEED, ACCEL and DECEL of 1 to 100",
-    )?;
-    expect(
-        others.all(|number| within(0.0, number)),
-        "PASS, GAIN and TORQUE of 0 to 100",
-    )?;
+    let others = others.all(|number| within(0.0, number));
+    expect(others, "PASS, GAIN and TORQUE of 0 to 100")?;
     expect(config.is_valid(), "a CONFIG of digits 0 to 2")?;
     for frame in [base, tool, work] {
         numbers(&frame.trans.coords)?;

@@ -2,9 +2,7 @@
 //!
 //! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
@@ -141,12 +139,11 @@ impl Suggester<'_> {
             .into_iter()
             .flatten()
             .map(Lexeme::word);
-        words
-            .filter(|text| !text.is_empty() && !is_reserved(text) && !shared.contains_key(text))
-            .find_map(|text| {
-                let awaited = expected.split([' ', ',', '"']).filter(is_reserved);
-                did_you_mean(text, awaited).or_else(|| did_you_mean(text, builtin::words()))
-            })
+        let unknown = |word: &&str| !word.is_empty() && !is_reserved(word) && !shared.contains_key(word);
+        words.filter(unknown).find_map(|text| {
+            let awaited = expected.split([' ', ',', '"']).filter(is_reserved);
+            did_you_mean(text, awaited).or_else(|| did_you_mean(text, builtin::words()))
+        })
     }
 
     fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
@@ -173,11 +170,11 @@ impl Suggester<'_> {
         let own = part.rows.iter().filter_map(|row| row.label.as_ref());
         did_you_mean(found, own.map(|name| name.text.as_str())).or_else(|| {
             let mut parts = self.outline.parts.iter();
-            let name = parts
-                .find(|other| other.labelled(found).is_some())?
-                .name
-                .as_ref()?;
-            Some(format!("{found} is a label of PROGRAM {}", name.text))
+            let other = parts.find(|other| other.labelled(found).is_some())?;
+            Some(format!(
+                "{found} is a label of PROGRAM {}",
+                other.name.as_ref()?.text
+            ))
         })
     }
 
@@ -201,11 +198,8 @@ impl Suggester<'_> {
     fn heading(&self, call: &str) -> Option<String> {
         let words = call.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
-        let part = self
-            .outline
-            .parts
-            .iter()
-            .find(|part| words.contains(&part.name()))?;
+        let mut parts = self.outline.parts.iter();
+        let part = parts.find(|part| words.contains(&part.name()))?;
         let (line, name, parameters) = (part.first, part.name(), part.parameters.join(", "));
         Some(format!("line {line} declares it as {name}({parameters})"))
     }
@@ -278,16 +272,13 @@ fn did_you_mean<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> O
     };
     // Of words equally near the one that begins with more of the same letters.
     let alike = |word: &str| {
-        word.bytes()
-            .zip(found.bytes())
-            .take_while(|(x, y)| x == y)
-            .count()
+        let letters = word.bytes().zip(found.bytes());
+        letters.take_while(|(x, y)| x == y).count()
     };
-    let (letters, _, word) = candidates
-        .take(MAX_CANDIDATES)
-        .filter(|word| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found)
-        .map(|word| (distance(found, word), usize::MAX - alike(word), word))
-        .min()?;
+    let near = |word: &&str| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found;
+    let near = candidates.take(MAX_CANDIDATES).filter(near);
+    let rated = near.map(|word| (distance(found, word), usize::MAX - alike(word), word));
+    let (letters, _, word) = rated.min()?;
     // Two letters that differ in one are no misspelling of each other unless they are swapped.
     let swapped = found.bytes().rev().eq(word.bytes());
     let short = found.len() == 2 && word.len() == 2 && !swapped;

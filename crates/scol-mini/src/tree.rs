@@ -3,12 +3,9 @@
 //! The parser fills in names, the compiler what they refer to. The machine evaluates the same expressions, so there is no
 //! second tree.
 
-use alloc::boxed::Box;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
-use crate::builtin::{Builtin, System};
-use crate::conditions::Condition;
+use crate::builtin::{Builtin, Condition, System};
 use crate::diagnostic::Span;
 use crate::request::{Channel, Request};
 use crate::value::{Value, ValueKind};
@@ -187,16 +184,20 @@ pub(crate) enum Item {
 /// A statement that does one thing and goes on to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Simple {
-    Assign {
-        target: Variable,
-        component: Option<u8>,
-        value: Expression,
-    },
+    Assign(Assignment),
     Change(Change),
     Ask(Ask),
     /// `ENABLE` or `DISABLE` alone: whether the monitors of the task are looked at.
     Monitors(bool),
     Ignore,
+}
+
+/// A variable, or one coordinate of it, and what it becomes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Assignment {
+    pub target: Variable,
+    pub component: Option<u8>,
+    pub value: Expression,
 }
 
 /// A statement that changes the motion conditions.
@@ -255,12 +256,7 @@ pub(crate) enum Statement {
         then: Box<Statement>,
         otherwise: Option<Box<Statement>>,
     },
-    For {
-        variable: Variable,
-        from: Expression,
-        to: Expression,
-        step: Option<Expression>,
-    },
+    For(Counting),
     Next(Option<Name>),
     Goto(Name),
     Select(Expression, Vec<Name>),
@@ -270,6 +266,15 @@ pub(crate) enum Statement {
         condition: Expression,
         action: Box<Statement>,
     },
+}
+
+/// What a FOR counts.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Counting {
+    pub variable: Variable,
+    pub from: Expression,
+    pub to: Expression,
+    pub step: Option<Expression>,
 }
 
 impl Statement {
@@ -292,7 +297,10 @@ impl Statement {
             | Statement::Select(e, _)
             | Statement::If { condition: e, .. }
             | Statement::On { condition: e, .. } => visit(e, Takes::Number),
-            Statement::For { from, to, step, .. } => numbers([from, to].into_iter().chain(step), visit),
+            Statement::For(counting) => {
+                numbers([&mut counting.from, &mut counting.to], visit);
+                numbers(&mut counting.step, visit);
+            }
             Statement::Call(_, arguments) => arguments.iter_mut().for_each(|e| visit(e, Takes::Any)),
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
         });
@@ -301,26 +309,29 @@ impl Statement {
     /// Calls `visit` with every variable the statement gives a value to.
     pub fn targets(&mut self, visit: &mut dyn FnMut(&mut Variable)) {
         self.each(&mut |statement| {
-            if let Statement::Simple(
-                Simple::Assign { target, .. }
-                | Simple::Ask(Ask::Task {
-                    target: Some(target), ..
-                }),
-            )
-            | Statement::For { variable: target, .. } = statement
-            {
-                visit(target);
-            } else if let Statement::Simple(Simple::Ask(Ask::Input(_, targets))) = statement {
-                targets.iter_mut().for_each(&mut *visit);
+            if let Statement::For(counting) = statement {
+                visit(&mut counting.variable);
+            } else if let Statement::Simple(simple) = statement {
+                simple.targets().iter_mut().for_each(&mut *visit);
             }
         });
     }
 }
 
 impl Simple {
+    /// The variables the statement gives a value to.
+    fn targets(&mut self) -> &mut [Variable] {
+        match self {
+            Simple::Assign(assignment) => core::slice::from_mut(&mut assignment.target),
+            Simple::Ask(Ask::Task { target, .. }) => target.as_mut_slice(),
+            Simple::Ask(Ask::Input(_, targets)) => targets,
+            Simple::Ask(_) | Simple::Change(_) | Simple::Monitors(_) | Simple::Ignore => &mut [],
+        }
+    }
+
     fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
         match self {
-            Simple::Assign { value, .. } => visit(value, Takes::Assigned),
+            Simple::Assign(assignment) => visit(&mut assignment.value, Takes::Assigned),
             Simple::Change(Change::Set(condition, value)) => visit(value, condition.takes()),
             Simple::Change(Change::PerAxis(_, list)) => numbers(list, visit),
             Simple::Change(Change::SetGain(list)) => numbers(list, visit),

@@ -2,16 +2,14 @@
 //!
 //! How values travel over the protocol is left to the protocol crate; computing with them is in `machine::evaluate`.
 
-use alloc::boxed::Box;
-use alloc::string::String;
+use crate::prelude::*;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::options::Arm;
 
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum ValueKind {
     /// 32-bit signed integer.
     Integer,
@@ -70,7 +68,7 @@ impl ValueKind {
 
 /// A number of the language; one that was received tells by its decimal point which it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Number {
     /// Written without a decimal point.
     Integer(i32),
@@ -80,7 +78,7 @@ pub enum Number {
 
 /// A value of the language: a number, or a box, because machines pass mostly numbers around.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum Value {
     /// An integer.
     Integer(i32),
@@ -148,7 +146,7 @@ impl From<Position> for Value {
 /// The posture of an arm: shoulder, elbow, wrist, axis 4, axis 6, each 0 (undefined), 1 or 2 (DATA-04).
 /// A SCARA uses the first only: 1 `LEFTY`, 2 `RIGHTY`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Configuration {
     /// Shoulder, elbow, wrist, axis 4, axis 6, each 0 to 2.
     pub digits: [u8; 5],
@@ -203,7 +201,7 @@ impl Configuration {
 
 /// A position in mm and degrees.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Position {
     /// In the order of `POINT()`: six-axis `X Y Z A B C U V`; SCARA `X Y Z C T`, the rest 0.
     pub coords: [f64; 8],
@@ -222,15 +220,9 @@ impl Position {
     /// The numbers of MR, MW and DATA with the configuration last: nine on a six-axis arm, six on a SCARA.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
-        let mut numbers: Vec<f64> = self
-            .coords
-            .iter()
-            .copied()
-            .take(arm.coordinates().len())
-            .collect();
+        let coords = self.coords.into_iter().take(arm.coordinates().len());
         // A configuration has at most five digits, exact in a double.
-        numbers.push(self.config.number_on(arm) as f64);
-        numbers
+        coords.chain([self.config.number_on(arm) as f64]).collect()
     }
 
     /// The opposite of [`Position::listed`]; `None` for a wrong count or an impossible configuration.
@@ -258,7 +250,7 @@ impl Position {
 
 /// A coordinate system: shifted along the axes of the old one, then rotated. mm and degrees.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Trans {
     /// `X Y Z A B C`; on a SCARA only `X Y Z` and `C` (the last) are used.
     pub coords: [f64; 6],
@@ -300,7 +292,7 @@ impl Trans {
 
 /// A coordinate system in use, with the name of the variable it came from (SF reports names).
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Frame {
     /// Upper-case name of the coordinate data; `None` when it was written in place.
     pub name: Option<String>,
@@ -310,7 +302,7 @@ pub struct Frame {
 
 /// Load data: mass in kg, centre of gravity and size in mm. A SCARA knows mass and `gravity[0]` only.
 #[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub struct Payload {
     /// Mass in kg.
     pub mass: f64,

@@ -5,6 +5,7 @@
 use crate::command::CommandError;
 use crate::command::operand::Operands;
 use crate::name::FileName;
+use crate::prelude::*;
 
 const NAME: &str =
     "a file name (a letter, then letters and digits, perhaps a dot and an extension, at most 12 in all)";
@@ -13,7 +14,7 @@ pub(super) fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
     let text = operands.text(NAME)?;
     let start = operands.len() - text.len();
     FileName::parse(text.trim_end_matches(' '))
-        .map_err(|error| operands.malformed(&alloc::format!("{NAME}: {error};"), start))
+        .map_err(|error| operands.malformed(&format!("{NAME}: {error};"), start))
 }
 
 #[cfg(test)]

@@ -2,13 +2,13 @@
 //!
 //! The controller knows whether the variable exists and which form of values its arm takes.
 
+use crate::codes::codes;
 use crate::command::number::number;
 use crate::command::operand::{Operands, list, separator, whole};
 use crate::command::variable::variable;
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use core::fmt::Write;
 use nom::Parser;
 use nom::combinator::map_opt;
@@ -19,30 +19,19 @@ const SCARA_VALUES: usize = 4;
 /// Values for a six-axis arm: X Y Z A B C.
 const SIX_AXIS_VALUES: usize = 6;
 
-/// Which coordinate system ZS sets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum ZsFrame {
-    /// 1: the work coordinate system.
-    Work = 1,
-    /// 2: the tool coordinate system.
-    Tool,
-}
-
-impl ZsFrame {
-    /// Both, in the order of their numbers.
-    pub const ALL: [ZsFrame; 2] = [ZsFrame::Work, ZsFrame::Tool];
-
+codes! {
+    /// Which coordinate system ZS sets.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum ZsFrame {
+        /// 1: the work coordinate system.
+        Work = 1,
+        /// 2: the tool coordinate system.
+        Tool = 2,
+    }
     /// The number on the wire, 1 or 2.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
+    fn code -> u8;
     /// The coordinate system of this number.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<ZsFrame> {
-        ZsFrame::ALL.into_iter().find(|frame| frame.code() == code)
-    }
+    fn from_code;
 }
 
 /// `frame name values`.

@@ -3,10 +3,10 @@
 //! The page of the manual is lost; the forms are those of public clients (CMD-EC-01 to CMD-EC-04, hosts 2). The
 //! controller gives them their effect.
 
+use crate::codes::codes;
 use crate::command::operand::{GrammarError, Operands, ParseResult, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use nom::Parser;
 use nom::character::complete::{alpha1, space1};
 use nom::combinator::map_opt;
@@ -29,53 +29,36 @@ pub enum InternalCommand {
     Break,
 }
 
-/// Operation mode (CMD-RN-06).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum RunMode {
-    /// Starts again after the last statement.
-    Continuous,
-    /// Runs once to the end.
-    Cycle,
-    /// Runs one statement for each start.
-    Step,
-    /// Runs through the next motion for each start.
-    Segment,
+codes! {
+    /// Operation mode (CMD-RN-06), in the order of the `RM` codes of SM.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum RunMode {
+        /// Starts again after the last statement.
+        Continuous = "continuous",
+        /// Runs once to the end.
+        Cycle = "cycle",
+        /// Runs one statement for each start.
+        Step = "step",
+        /// Runs through the next motion for each start.
+        Segment = "segment",
+    }
+    /// The word in lower case, as the status file has it (SU-04).
+    fn as_str -> &'static str;
 }
 
 impl RunMode {
-    /// All modes, in the order of the `RM` codes of SM.
-    pub const ALL: [RunMode; 4] = [
-        RunMode::Continuous,
-        RunMode::Cycle,
-        RunMode::Step,
-        RunMode::Segment,
-    ];
-
-    /// The word in lower case, as the status file has it (SU-04).
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            RunMode::Continuous => "continuous",
-            RunMode::Cycle => "cycle",
-            RunMode::Step => "step",
-            RunMode::Segment => "segment",
-        }
-    }
-
     /// The mode with this word, which may be cut short as long as it is unambiguous (CMD-EC-03); case does
     /// not matter.
     #[must_use]
     pub fn from_word(word: &str) -> Option<RunMode> {
-        let fits = |mode: &RunMode| {
-            word.len() >= SHORTEST
-                && mode
-                    .as_str()
-                    .get(..word.len())
-                    .is_some_and(|start| start.eq_ignore_ascii_case(word))
-        };
-        let mut modes = RunMode::ALL.into_iter().filter(fits);
-        modes.next().filter(|_| modes.next().is_none())
+        let word = word.to_ascii_lowercase();
+        let mut modes = RunMode::ALL
+            .into_iter()
+            .filter(|mode| mode.as_str().starts_with(&word));
+        modes
+            .next()
+            .filter(|_| word.len() >= SHORTEST && modes.next().is_none())
     }
 }
 

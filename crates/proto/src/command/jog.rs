@@ -2,6 +2,7 @@
 //!
 //! How far, how fast and in which coordinates is set by MD, RT and SC before, see `request.rs`.
 
+use crate::codes::codes;
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
 use core::ops::RangeInclusive;
@@ -12,36 +13,21 @@ use nom::error::context;
 /// The axes that SF has room for (SF-42).
 const AXES: RangeInclusive<u8> = 1..=8;
 
-/// The direction of JG.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum JogDirection {
-    /// `+`: towards larger values.
-    Plus,
-    /// `-`: towards smaller values.
-    Minus,
-    /// `!`: stops the motion.
-    Stop,
-}
-
-impl JogDirection {
-    /// All directions.
-    pub const ALL: [JogDirection; 3] = [JogDirection::Plus, JogDirection::Minus, JogDirection::Stop];
-
+codes! {
+    /// The direction of JG.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum JogDirection {
+        /// `+`: towards larger values.
+        Plus = '+',
+        /// `-`: towards smaller values.
+        Minus = '-',
+        /// `!`: stops the motion.
+        Stop = '!',
+    }
     /// The character on the wire.
-    #[must_use]
-    pub const fn sign(self) -> char {
-        match self {
-            JogDirection::Plus => '+',
-            JogDirection::Minus => '-',
-            JogDirection::Stop => '!',
-        }
-    }
-
+    fn sign -> char;
     /// The direction of this character.
-    #[must_use]
-    pub fn from_sign(sign: char) -> Option<JogDirection> {
-        JogDirection::ALL.into_iter().find(|motion| motion.sign() == sign)
-    }
+    fn from_sign;
 }
 
 /// The grammar `axis sign`.

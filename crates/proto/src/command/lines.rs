@@ -4,9 +4,7 @@
 
 use crate::command::operand::{Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use nom::Parser;
 use nom::character::complete::one_of;
 use nom::error::context;
@@ -27,19 +25,15 @@ pub struct LineWrite {
 pub(super) fn iw(operands: Operands<'_>) -> Result<Command, CommandError> {
     let lines = operands.parse("a line number", list(pair))?;
     if lines.len() > MAX_LINES {
-        let error = operands.malformed(&format!("at most {MAX_LINES} lines"), 0);
-        return Err(error);
+        return Err(operands.malformed(&format!("at most {MAX_LINES} lines"), 0));
     }
     Ok(Command::Iw(lines))
 }
 
 /// The operands in canonical form.
 pub(super) fn encode(lines: &[LineWrite]) -> String {
-    let pairs: Vec<String> = lines
-        .iter()
-        .map(|one| format!("{} {}", one.line, u8::from(one.on)))
-        .collect();
-    pairs.join(" ")
+    let pair = |one: &LineWrite| format!("{} {}", one.line, u8::from(one.on));
+    lines.iter().map(pair).collect::<Vec<String>>().join(" ")
 }
 
 fn pair(input: &str) -> ParseResult<'_, LineWrite> {

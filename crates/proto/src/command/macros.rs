@@ -16,21 +16,23 @@
 ///     parse: function, encode: expression with the operands,
 /// }
 /// ```
+///
+/// A command without operands has no form, example, parser and encoder of its own.
 macro_rules! commands {
-    (@name $letters:literal) => { $letters };
-    (@name $letters:literal $name:literal) => { $name };
+    (@last $default:expr) => { $default };
+    (@last $default:expr, $given:expr) => { $given };
     ($(
         $(#[$doc:meta])*
         $variant:ident
         $( ( $( $item:ident : $item_type:ty ),* ) )?
         $( { $( $(#[$field_doc:meta])* $field:ident : $field_type:ty ),* $(,)? } )?
         => {
-            letters: $letters:literal, $( name: $name:literal, )?
-            form: $form:literal, example: $example:literal,
+            letters: $letters:literal,
+            $( $( name: $name:literal, )? form: $form:literal, example: $example:literal, )?
             $( operands: [ $( $operand:literal ),* ], )?
             help: $help:literal,
             source: $source:ident, sender: $sender:ident, answer: $answer:ident, permission: $permission:expr,
-            parse: $parse:expr, encode: $encode:expr,
+            $( parse: $parse:expr, encode: $encode:expr, )?
         }
     )*) => {
         /// A command of the host.
@@ -46,16 +48,16 @@ macro_rules! commands {
         pub const COMMANDS: &[CommandRow] = &[$(
             CommandRow {
                 letters: $letters,
-                name: commands!(@name $letters $( $name )?),
-                form: $form,
-                example: $example,
+                name: commands!(@last $letters $( $( , $name )? )?),
+                form: commands!(@last $letters $( , $form )?),
+                example: commands!(@last $letters $( , $example )?),
                 operands: &[$( $( $operand ),* )?],
                 help: $help,
                 source: Source::$source,
                 sender: Sender::$sender,
                 answer: Answer::$answer,
                 permission: $permission,
-                parse: $parse,
+                parse: commands!(@last |operands| operands.none(Command::$variant) $( , $parse )?),
             },
         )*];
 
@@ -77,7 +79,9 @@ macro_rules! commands {
             pub(super) fn operands(&self) -> Encoding<'_> {
                 match self {
                     $(
-                        Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => $encode,
+                        Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => {
+                            commands!(@last Encoding::None $( , $encode )?)
+                        }
                     )*
                 }
             }

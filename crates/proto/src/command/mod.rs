@@ -35,9 +35,8 @@ pub use watchdog::MAX_WATCHDOG_MS;
 
 pub(crate) use row::{count_permissions, permission_names};
 
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use operand::Operands;
 use thiserror::Error;
 
@@ -71,9 +70,7 @@ impl Command {
     /// Unknown letters, or operands that do not fit them.
     pub fn parse(message: &[u8]) -> Result<Command, CommandError> {
         let letters = message.get(..2).unwrap_or(message);
-        let row = COMMANDS
-            .iter()
-            .find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters));
+        let row = CommandRow::of_letters(letters);
         let row = row.ok_or_else(|| CommandError::Unknown {
             letters: excerpt(letters),
         })?;
@@ -136,11 +133,8 @@ pub(crate) fn excerpt(bytes: &[u8]) -> String {
     /// Bytes worth showing.
     const SHOWN: usize = 24;
     let shown = bytes.get(..SHOWN).unwrap_or(bytes);
-    alloc::format!(
-        "{}{}",
-        shown.escape_ascii(),
-        if shown.len() < bytes.len() { "..." } else { "" }
-    )
+    let more = if shown.len() < bytes.len() { "..." } else { "" };
+    format!("{}{more}", shown.escape_ascii())
 }
 
 #[cfg(test)]

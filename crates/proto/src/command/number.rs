@@ -3,7 +3,7 @@
 //! Operands use the grammar below, [`crate::status::mr`] the type.
 
 use crate::command::operand::{ParseResult, number_token};
-use alloc::format;
+use crate::prelude::*;
 use core::fmt;
 use nom::Parser;
 use nom::combinator::map_opt;
@@ -14,11 +14,7 @@ const DECIMALS: usize = 3;
 
 /// A number of a command or of variable data; in JSON too one is whole without a decimal point, real with one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(untagged)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(untagged))]
 pub enum Number {
     /// Written without a decimal point or exponent, and within 32 bits.
     Integer(i32),
@@ -32,19 +28,15 @@ impl Number {
     #[must_use]
     pub fn parse(text: &str) -> Option<Number> {
         // The standard library reads words such as "inf" too.
-        if !text
-            .bytes()
-            .all(|byte| byte.is_ascii_digit() || b"+-.eE".contains(&byte))
-        {
+        let known = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
+        if !text.bytes().all(known) {
             return None;
         }
         if let Ok(value) = text.parse() {
             return Some(Number::Integer(value));
         }
-        text.parse()
-            .ok()
-            .filter(|value: &f64| value.is_finite())
-            .map(Number::Real)
+        let real = text.parse().ok().filter(|value: &f64| value.is_finite());
+        real.map(Number::Real)
     }
 
     /// The value as a double.

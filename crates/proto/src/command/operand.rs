@@ -4,8 +4,7 @@
 //! Each group of commands builds its own grammar from these; [`super::Command::parse`] picks the group.
 
 use crate::command::{Command, CommandError, excerpt};
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::RangeInclusive;
 use core::str::FromStr;
 use nom::branch::alt;
@@ -163,7 +162,7 @@ impl<'a> Operands<'a> {
     pub(super) fn malformed(self, expected: &str, at: usize) -> CommandError {
         let found = match self.message.get(at..) {
             None | Some([]) => String::from(END),
-            Some(rest) => alloc::format!("\"{}\"", excerpt(rest)),
+            Some(rest) => format!("\"{}\"", excerpt(rest)),
         };
         CommandError::Malformed {
             letters: self.letters,

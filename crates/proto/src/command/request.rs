@@ -2,49 +2,32 @@
 //!
 //! The answers are in [`crate::status`]; the controller keeps what MD, RT and SC set.
 
+use crate::codes::codes;
 use crate::command::operand::{Operands, whole};
 use crate::command::{Command, CommandError};
 use nom::combinator::map_opt;
 
-/// Which position PR asks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum PositionQuery {
-    /// 0: the joints as commanded.
-    CommandJoint = 0,
-    /// 1: world coordinates as commanded.
-    CommandWorld,
-    /// 2: work coordinates as commanded.
-    CommandWork,
-    /// 3: the joints as measured.
-    FeedbackJoint,
-    /// 4: world coordinates as measured.
-    FeedbackWorld,
-    /// 5: work coordinates as measured.
-    FeedbackWork,
-}
-
-impl PositionQuery {
-    /// All, in the order of their numbers.
-    pub const ALL: [PositionQuery; 6] = [
-        PositionQuery::CommandJoint,
-        PositionQuery::CommandWorld,
-        PositionQuery::CommandWork,
-        PositionQuery::FeedbackJoint,
-        PositionQuery::FeedbackWorld,
-        PositionQuery::FeedbackWork,
-    ];
-
+codes! {
+    /// Which position PR asks for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum PositionQuery {
+        /// 0: the joints as commanded.
+        CommandJoint = 0,
+        /// 1: world coordinates as commanded.
+        CommandWorld = 1,
+        /// 2: work coordinates as commanded.
+        CommandWork = 2,
+        /// 3: the joints as measured.
+        FeedbackJoint = 3,
+        /// 4: world coordinates as measured.
+        FeedbackWorld = 4,
+        /// 5: work coordinates as measured.
+        FeedbackWork = 5,
+    }
     /// The number on the wire, 0 to 5.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
+    fn code -> u8;
     /// The query with this number.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<PositionQuery> {
-        PositionQuery::ALL.into_iter().find(|query| query.code() == code)
-    }
+    fn from_code;
 }
 
 pub(super) fn pr(operands: Operands<'_>) -> Result<Command, CommandError> {

@@ -2,48 +2,30 @@
 //!
 //! The controller gives them their effect. `RS,ERR` has its own permission row, see [`crate::permission`].
 
+use crate::codes::codes;
 use crate::command::operand::{Operands, ParseResult};
 use crate::command::{Command, CommandError};
 use nom::Parser;
 use nom::character::complete::alpha1;
 use nom::combinator::map_opt;
 
-/// What RS resets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reset {
-    /// `PRG`: back to step 1, program data initialised (CMD-RS-03).
-    Program,
-    /// `STP`: back to step 1, program data kept (CMD-RS-04).
-    Step,
-    /// `CYC`: to the label RCYCLE (CMD-RS-05).
-    Cycle,
-    /// `SIG`: output signals (CMD-RS-07).
-    Signal,
-    /// `SEL`: the selection of the execution file (CMD-RS-09).
-    Select,
-}
-
-impl Reset {
-    /// All resets, in the order of Table 5.1.
-    pub const ALL: [Reset; 5] = [
-        Reset::Program,
-        Reset::Step,
-        Reset::Cycle,
-        Reset::Signal,
-        Reset::Select,
-    ];
-
-    /// The operand on the wire, for example `PRG`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Reset::Program => "PRG",
-            Reset::Step => "STP",
-            Reset::Cycle => "CYC",
-            Reset::Signal => "SIG",
-            Reset::Select => "SEL",
-        }
+codes! {
+    /// What RS resets, in the order of Table 5.1.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Reset {
+        /// `PRG`: back to step 1, program data initialised (CMD-RS-03).
+        Program = "PRG",
+        /// `STP`: back to step 1, program data kept (CMD-RS-04).
+        Step = "STP",
+        /// `CYC`: to the label RCYCLE (CMD-RS-05).
+        Cycle = "CYC",
+        /// `SIG`: output signals (CMD-RS-07).
+        Signal = "SIG",
+        /// `SEL`: the selection of the execution file (CMD-RS-09).
+        Select = "SEL",
     }
+    /// The operand on the wire, for example `PRG`.
+    fn as_str -> &'static str;
 }
 
 /// The operand of the reset of alarms, which is a command of its own: it has its own row in the permission tables.

@@ -80,6 +80,12 @@ pub struct CommandRow {
 }
 
 impl CommandRow {
+    /// The first row of these two letters, in upper or lower case.
+    pub(crate) fn of_letters(letters: &[u8]) -> Option<&'static CommandRow> {
+        let mut rows = super::COMMANDS.iter();
+        rows.find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters))
+    }
+
     /// Whether the manual of the six-axis robots does not have it (decision D0).
     #[must_use]
     pub const fn is_extension(&self) -> bool {

@@ -13,42 +13,32 @@ use super::{
     request, reset, text, variable, watchdog,
 };
 use crate::name::{FileName, VariableName};
+use crate::prelude::*;
 use crate::status::AlarmLevel;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 commands! {
     /// Start automatic operation (CMD-RN-01).
     Rn => {
-        letters: "RN", form: "RN", example: "RN",
-        help: "Run the selected file",
+        letters: "RN", help: "Run the selected file",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(0, "XXXSO", "XXXXS"),
-        parse: |operands| operands.none(Command::Rn), encode: Encoding::None,
     }
 
     /// Stop automatic operation (CMD-SP-01).
     Sp => {
-        letters: "SP", form: "SP", example: "SP",
-        help: "Stop the program",
+        letters: "SP", help: "Stop the program",
         source: Manual, sender: Both, answer: Acknowledge, permission: valid(1, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Sp), encode: Encoding::None,
     }
 
     /// Servo power off (CMD-BR-01).
     Br => {
-        letters: "BR", form: "BR", example: "BR",
-        help: "Servo off",
+        letters: "BR", help: "Servo off",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(2, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Br), encode: Encoding::None,
     }
 
     /// Servo power on (CMD-SO-01).
     So => {
-        letters: "SO", form: "SO", example: "SO",
-        help: "Servo on",
+        letters: "SO", help: "Servo on",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(3, "XXXOX", "XXXXO"),
-        parse: |operands| operands.none(Command::So), encode: Encoding::None,
     }
 
     /// Reset (CMD-RS-01).
@@ -89,26 +79,20 @@ commands! {
 
     /// Directory of the RAM drive (CMD-CA-01).
     Ca => {
-        letters: "CA", form: "CA", example: "CA",
-        help: "Directory of the RAM drive",
+        letters: "CA", help: "Directory of the RAM drive",
         source: Manual, sender: Host, answer: Status, permission: valid(8, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Ca), encode: Encoding::None,
     }
 
     /// Status (CMD-SU-01).
     Su => {
-        letters: "SU", form: "SU", example: "SU",
-        help: "Status: modes, file, override, execution",
+        letters: "SU", help: "Status: modes, file, override, execution",
         source: Manual, sender: Host, answer: Status, permission: valid(9, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Su), encode: Encoding::None,
     }
 
     /// Error history (CMD-EU-01).
     Eu => {
-        letters: "EU", form: "EU", example: "EU",
-        help: "Error history",
+        letters: "EU", help: "Error history",
         source: Manual, sender: Host, answer: Status, permission: valid(11, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Eu), encode: Encoding::None,
     }
 
     /// Erase a file (CMD-ER-01).
@@ -131,18 +115,14 @@ commands! {
 
     /// Affirmative answer (CMD-OK-01).
     Ok => {
-        letters: "OK", form: "OK", example: "OK",
-        help: "Affirmative answer",
+        letters: "OK", help: "Affirmative answer",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
-        parse: |operands| operands.none(Command::Ok), encode: Encoding::None,
     }
 
     /// Negative answer (CMD-NG-01).
     Ng => {
-        letters: "NG", form: "NG", example: "NG",
-        help: "Negative answer",
+        letters: "NG", help: "Negative answer",
         source: Manual, sender: Both, answer: Acknowledge, permission: None,
-        parse: |operands| operands.none(Command::Ng), encode: Encoding::None,
     }
 
     /// Internal command (CMD-EC-01).
@@ -165,18 +145,14 @@ commands! {
 
     /// Feed hold (CMD-FD-01).
     Fd => {
-        letters: "FD", form: "FD", example: "FD",
-        help: "Feed hold: once holds, again releases",
+        letters: "FD", help: "Feed hold: once holds, again releases",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(14, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Fd), encode: Encoding::None,
     }
 
     /// System total status (CMD-SU-01).
     Sf => {
-        letters: "SF", form: "SF", example: "SF",
-        help: "System total status: alarms, lines, signals, positions",
+        letters: "SF", help: "System total status: alarms, lines, signals, positions",
         source: Manual, sender: Host, answer: Status, permission: valid(15, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Sf), encode: Encoding::None,
     }
 
     /// Read a global variable (CMD-MR-01).
@@ -199,10 +175,8 @@ commands! {
 
     /// Version (CMD-VR-01).
     Vr => {
-        letters: "VR", form: "VR", example: "VR",
-        help: "Version",
+        letters: "VR", help: "Version",
         source: Manual, sender: Host, answer: Status, permission: valid(18, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Vr), encode: Encoding::None,
     }
 
     /// Execute a statement (CMD-DO-01), kept as it came.
@@ -239,18 +213,14 @@ commands! {
 
     /// Extension: current alarms (hosts 7.2).
     Ac => {
-        letters: "AC", form: "AC", example: "AC",
-        help: "present alarms",
+        letters: "AC", help: "present alarms",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(1, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Ac), encode: Encoding::None,
     }
 
     /// Extension: alarm history (hosts 7.2).
     Ah => {
-        letters: "AH", form: "AH", example: "AH",
-        help: "alarm history",
+        letters: "AH", help: "alarm history",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(2, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Ah), encode: Encoding::None,
     }
 
     /// Extension: input and output words; 1 is the only number known and read (hosts 2).
@@ -369,10 +339,8 @@ commands! {
 
     /// Extension: maintenance information (S29).
     Mn => {
-        letters: "MN", form: "MN", example: "MN",
-        help: "maintenance information, by the numbers of its items",
+        letters: "MN", help: "maintenance information, by the numbers of its items",
         source: ScaraManual, sender: Host, answer: File, permission: valid(15, "OOOOO", "OOOOO"),
-        parse: |operands| operands.none(Command::Mn), encode: Encoding::None,
     }
 
     /// Extension: reset of alarms (hosts 2, decision D6).

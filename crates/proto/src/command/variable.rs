@@ -3,13 +3,12 @@
 //! The controller knows which variables exist and how many values one takes. The answer of MR is in
 //! [`crate::status::mr`].
 
+use crate::codes::codes;
 use crate::command::number::number;
 use crate::command::operand::{Operands, ParseResult, list, number_token, separator};
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::fmt::Write;
 use nom::Parser;
 use nom::bytes::complete::take_while1;
@@ -42,72 +41,44 @@ pub struct VariableWrite {
     pub values: Vec<Number>,
 }
 
-/// Type code of a variable (CMD-MR-04).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum VariableKind {
-    /// -1: the controller finds the type itself (CMD-MR-05).
-    Unclarified = -1,
-    /// 0: a 32-bit integer.
-    Integer,
-    /// 1: a real number.
-    Real,
-    /// 2: mass, centre of gravity, size.
-    Load,
-    /// 3: a coordinate system.
-    Coordinate,
-    /// 4: a position.
-    Position,
-    /// 5: an element of an array of integers.
-    IntegerArray,
-    /// 6: an element of an array of reals.
-    RealArray,
-    /// 7: an element of an array of loads.
-    LoadArray,
-    /// 8: an element of an array of coordinate systems.
-    CoordinateArray,
-    /// 9: an element of an array of positions.
-    PositionArray,
+codes! {
+    /// Type code of a variable (CMD-MR-04).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum VariableKind {
+        /// -1: the controller finds the type itself (CMD-MR-05).
+        Unclarified = -1,
+        /// 0: a 32-bit integer.
+        Integer = 0,
+        /// 1: a real number.
+        Real = 1,
+        /// 2: mass, centre of gravity, size.
+        Load = 2,
+        /// 3: a coordinate system.
+        Coordinate = 3,
+        /// 4: a position.
+        Position = 4,
+        /// 5: an element of an array of integers.
+        IntegerArray = 5,
+        /// 6: an element of an array of reals.
+        RealArray = 6,
+        /// 7: an element of an array of loads.
+        LoadArray = 7,
+        /// 8: an element of an array of coordinate systems.
+        CoordinateArray = 8,
+        /// 9: an element of an array of positions.
+        PositionArray = 9,
+    }
+    /// The code on the wire, -1 to 9.
+    fn code -> i32;
+    /// The type with this code.
+    fn from_code;
 }
 
 impl VariableKind {
-    /// All types, in the order of their codes.
-    pub const ALL: [VariableKind; 11] = [
-        VariableKind::Unclarified,
-        VariableKind::Integer,
-        VariableKind::Real,
-        VariableKind::Load,
-        VariableKind::Coordinate,
-        VariableKind::Position,
-        VariableKind::IntegerArray,
-        VariableKind::RealArray,
-        VariableKind::LoadArray,
-        VariableKind::CoordinateArray,
-        VariableKind::PositionArray,
-    ];
-
-    /// The code on the wire, -1 to 9.
-    #[must_use]
-    pub fn code(self) -> i32 {
-        self as i32
-    }
-
-    /// The type with this code.
-    #[must_use]
-    pub fn from_code(code: i32) -> Option<VariableKind> {
-        VariableKind::ALL.into_iter().find(|kind| kind.code() == code)
-    }
-
     /// Whether it is an array type.
     #[must_use]
     pub fn is_array(self) -> bool {
-        matches!(
-            self,
-            VariableKind::IntegerArray
-                | VariableKind::RealArray
-                | VariableKind::LoadArray
-                | VariableKind::CoordinateArray
-                | VariableKind::PositionArray
-        )
+        self.code() >= VariableKind::IntegerArray.code()
     }
 }
 
@@ -136,12 +107,8 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
 
 /// The operands of MW in canonical form.
 pub(super) fn encode_write(write: &VariableWrite) -> String {
-    let mut text = format!(
-        "{} {} {}",
-        u8::from(write.restore),
-        write.variable,
-        write.kind.code()
-    );
+    let (restore, kind) = (u8::from(write.restore), write.kind.code());
+    let mut text = format!("{restore} {} {kind}", write.variable);
     for value in &write.values {
         // Writing to a string cannot fail.
         let _ = write!(text, " {value}");

@@ -6,38 +6,31 @@
 use super::{
     FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, number, split_words, with_line_end,
 };
+use crate::codes::codes;
+use crate::prelude::*;
 use crate::status::AlarmLevel;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
-/// How a channel is opened (\[E00\]).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum OpenMode {
-    /// 0: the channel is closed.
-    NotUsed = 0,
-    /// 1: the controller is the TCP server.
-    Server,
-    /// 2: the controller is the TCP client.
-    Client,
-}
-
-impl OpenMode {
-    /// The number in the file.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
+codes! {
+    /// How a channel is opened (\[E00\]).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum OpenMode {
+        /// 0: the channel is closed.
+        NotUsed = 0,
+        /// 1: the controller is the TCP server.
+        Server = 1,
+        /// 2: the controller is the TCP client.
+        Client = 2,
     }
+    /// The number in the file.
+    fn number -> u8;
+    /// The mode of this number.
+    fn from_number;
 }
 
 /// The values of ETHERNET.PAR. Arrays are in the order IP0, IP1, IP2, IP3.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct EthernetParameters {
     /// \[E00\] open mode; IP0 is never a client (PAR-E00-02).
     pub open_mode: [OpenMode; 4],
@@ -107,11 +100,10 @@ impl EthernetParameters {
     pub fn encode(&self, line_end: LineEnd) -> Vec<u8> {
         let quad = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
         let four = |[a, b, c, d]: [u8; 4]| format!("{a} {b} {c} {d}");
-        let each = |values: [String; 4]| -> String {
+        let each = |values: [String; 4]| {
             let lines = CHANNELS.iter().zip(values);
-            lines
-                .map(|(key, value)| format!("{{{key}}} = {value}\n"))
-                .collect()
+            let lines = lines.map(|(key, value)| format!("{{{key}}} = {value}\n"));
+            lines.collect::<String>()
         };
         let ports = |ports: [u16; 4]| each(ports.map(|port| port.to_string()));
         let text = format!(
@@ -156,38 +148,24 @@ impl EthernetParameters {
         let mut values = FileValues::new(&file);
         let mut next = previous.clone();
         check_sections(&mut values);
-        let mode = |word: &str| {
-            let mut modes = [OpenMode::NotUsed, OpenMode::Server, OpenMode::Client].into_iter();
-            modes.find(|mode| is(mode.number(), word))
-        };
+        let mode = |word: &str| number(word).and_then(OpenMode::from_number);
         four(values.section("E00"), &mut next.open_mode, "0, 1 or 2", mode);
-        values
-            .section("E01")
-            .read(None, &mut next.address, ADDRESS, address);
-        values.section("E02").read(None, &mut next.name, NAME, name);
-        values.section("E03").read(None, &mut next.mask, ADDRESS, address);
-        values
-            .section("E04")
-            .read(None, &mut next.gateway, ADDRESS, address);
+        values.read("E01", &mut next.address, ADDRESS, address);
+        values.read("E02", &mut next.name, NAME, name);
+        values.read("E03", &mut next.mask, ADDRESS, address);
+        values.read("E04", &mut next.gateway, ADDRESS, address);
         each(values.section("E05"), &mut next.own_port, PORT, port);
         each(values.section("E06"), &mut next.peer_port, PORT, port);
         each(values.section("E07"), &mut next.peer_address, ADDRESS, address);
-        values.section("E08").read(None, &mut next.community, NAME, name);
+        values.read("E08", &mut next.community, NAME, name);
         let dhcp = |value: &str| number(value).filter(|dhcp| *dhcp <= 1);
-        values.section("E09").read(None, &mut next.dhcp, "0 or 1", dhcp);
+        values.read("E09", &mut next.dhcp, "0 or 1", dhcp);
         let level = |word: &str| match word {
             "0" => Some(None),
-            word => {
-                let mut levels = AlarmLevel::ALL.into_iter();
-                levels.find(|level| is(level.number(), word)).map(Some)
-            }
+            word => number(word).and_then(AlarmLevel::from_number).map(Some),
         };
-        four(
-            values.section("E10"),
-            &mut next.alarm_level,
-            "0, 1, 2, 4 or 8",
-            level,
-        );
+        let section = values.section("E10");
+        four(section, &mut next.alarm_level, "0, 1, 2, 4 or 8", level);
         next.resolve_conflicts(&mut values);
         (next, values.problems.0)
     }
@@ -198,19 +176,13 @@ impl EthernetParameters {
         let line = |tag: &str, key: &str| {
             let section = file.sections.iter().find(|section| section.tag == tag);
             let mut assignments = section.into_iter().flat_map(|section| &section.assignments);
-            assignments
-                .find(|assignment| key.is_empty() || assignment.key == key)
-                .map_or(0, |found| found.line)
+            let named = assignments.find(|assignment| key.is_empty() || assignment.key == key);
+            named.map_or(0, |named| named.line)
         };
         if self.open_mode[0] == OpenMode::Client {
             self.open_mode[0] = OpenMode::Server;
-            problems.add(
-                "E00",
-                CHANNELS[0],
-                "0 or 1, IP0 is no client",
-                "2",
-                line("E00", ""),
-            );
+            let expected = "0 or 1, IP0 is no client";
+            problems.add("E00", CHANNELS[0], expected, "2", line("E00", ""));
         }
         for (later, key) in CHANNELS.into_iter().enumerate() {
             let port = self.own_port[later];
@@ -220,10 +192,8 @@ impl EthernetParameters {
             let Some(first) = same_port.first() else { continue };
             let expected = format!("another port than that of {}", CHANNELS[*first]);
             problems.add("E05", key, &expected, &port.to_string(), line("E05", key));
-            if same_port
-                .iter()
-                .any(|earlier| self.open_mode[*earlier] != OpenMode::NotUsed)
-            {
+            let mut modes = same_port.iter().map(|earlier| self.open_mode[*earlier]);
+            if modes.any(|mode| mode != OpenMode::NotUsed) {
                 self.open_mode[later] = OpenMode::NotUsed;
             }
         }
@@ -289,10 +259,6 @@ fn each<T>(
         section.read(Some(key), target, expected, &parse);
     }
     section.refuse_other_keys(&CHANNELS);
-}
-
-fn is(known: u8, word: &str) -> bool {
-    number(word) == Some(known)
 }
 
 fn port(value: &str) -> Option<u16> {

@@ -14,9 +14,8 @@ pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Secti
 pub use rewrite::{RewriteError, rewrite};
 pub use user::{Edition, Parity, SerialSettings, UserParameters};
 
+use crate::prelude::*;
 use crate::text::{CR, LF};
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::fmt;
 
 /// Most problems reported of one file; further ones are dropped.
@@ -27,7 +26,7 @@ const MAX_QUOTE: usize = 40;
 
 /// What ends a line of a parameter file that the controller writes (option `parameter.line_end`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum LineEnd {
     /// LF, as real hosts write it (hosts 1.7).
     Lf,
@@ -101,7 +100,7 @@ impl Problems {
 fn quote(found: &str) -> String {
     match found {
         "" => String::from("nothing"),
-        found => alloc::format!("`{}`", found.chars().take(MAX_QUOTE).collect::<String>()),
+        found => format!("`{}`", found.chars().take(MAX_QUOTE).collect::<String>()),
     }
 }
 
@@ -116,10 +115,21 @@ impl<'a> FileValues<'a> {
     fn new(file: &'a ParameterFile) -> FileValues<'a> {
         let mut problems = Problems::default();
         if file.truncated {
-            let expected = alloc::format!("{MAX_SECTIONS} sections of {MAX_ASSIGNMENTS} values at most");
+            let expected = format!("{MAX_SECTIONS} sections of {MAX_ASSIGNMENTS} values at most");
             problems.add("", "", &expected, "more", 0);
         }
         FileValues { file, problems }
+    }
+
+    /// The only value of a section.
+    fn read<T>(
+        &mut self,
+        section: &'static str,
+        target: &mut T,
+        expected: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) {
+        self.section(section).read(None, target, expected, parse);
     }
 
     /// The first section of a name; further ones are problems.
@@ -158,10 +168,8 @@ impl<'a> SectionValues<'a> {
         expected: &str,
         parse: impl Fn(&str) -> Option<T>,
     ) {
-        let mut assignments = self
-            .assignments()
-            .iter()
-            .filter(|assignment| key.is_none_or(|key| assignment.key == key));
+        let named = |assignment: &&Assignment| key.is_none_or(|key| assignment.key == key);
+        let mut assignments = self.assignments().iter().filter(named);
         let first = assignments.next();
         let key = key.unwrap_or_default();
         for surplus in assignments {
@@ -183,8 +191,8 @@ impl<'a> SectionValues<'a> {
     fn refuse_other_keys(&mut self, keys: &[&str]) {
         let assignments = self.assignments().iter();
         for assignment in assignments.filter(|assignment| !keys.contains(&assignment.key.as_str())) {
-            let expected = alloc::format!("a value for {}", keys.join(", "));
-            let found = alloc::format!("{{{}}}", assignment.key);
+            let expected = format!("a value for {}", keys.join(", "));
+            let found = format!("{{{}}}", assignment.key);
             self.problems
                 .add(self.name, "", &expected, &found, assignment.line);
         }
@@ -193,10 +201,8 @@ impl<'a> SectionValues<'a> {
 
 /// A decimal number without sign.
 fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
-    word.bytes()
-        .all(|byte| byte.is_ascii_digit())
-        .then(|| word.parse().ok())
-        .flatten()
+    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
+    word.parse().ok().filter(|_| digits)
 }
 
 /// Blank-separated words, if there are exactly `N`.

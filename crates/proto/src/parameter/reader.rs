@@ -3,8 +3,7 @@
 //! The reader is tolerant and never fails. The modules `ethernet` and `user` know which sections and values a file must
 //! have.
 
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::Range;
 
 /// Sections that are read of a file; further ones are dropped.
@@ -32,6 +31,17 @@ pub struct Section {
     pub line: u32,
     /// Values in the order of the file.
     pub assignments: Vec<Assignment>,
+}
+
+impl Section {
+    fn new(tag: String, line: u32) -> Section {
+        let assignments = Vec::new();
+        Section {
+            tag,
+            line,
+            assignments,
+        }
+    }
 }
 
 /// One assignment, `{KEY} = value`.
@@ -69,11 +79,7 @@ impl ParameterFile {
                     keep = file.sections.len() < MAX_SECTIONS;
                     file.truncated |= !keep;
                     if keep {
-                        file.sections.push(Section {
-                            tag,
-                            line,
-                            assignments: Vec::new(),
-                        });
+                        file.sections.push(Section::new(tag, line));
                     }
                     key = String::new();
                 }
@@ -86,14 +92,14 @@ impl ParameterFile {
                     let through = text.len() - reader.rest.len();
                     let written = text.get(start..through).unwrap_or_default().trim_end();
                     let span = start..start + written.len();
-                    let assignment = Assignment {
-                        key: core::mem::take(&mut key),
-                        line,
-                        value,
-                        span,
-                    };
+                    let key = core::mem::take(&mut key);
                     if keep {
-                        file.assign(assignment);
+                        file.assign(Assignment {
+                            key,
+                            line,
+                            value,
+                            span,
+                        });
                     }
                 }
                 _ => {}
@@ -104,19 +110,11 @@ impl ParameterFile {
 
     fn assign(&mut self, assignment: Assignment) {
         if self.sections.is_empty() {
-            self.sections.push(Section {
-                tag: String::new(),
-                line: 1,
-                assignments: Vec::new(),
-            });
+            self.sections.push(Section::new(String::new(), 1));
         }
-        let Some(section) = self.sections.last_mut() else {
-            return;
-        };
-        if section.assignments.len() < MAX_ASSIGNMENTS {
-            section.assignments.push(assignment);
-        } else {
-            self.truncated = true;
+        match self.sections.last_mut().map(|section| &mut section.assignments) {
+            Some(assignments) if assignments.len() < MAX_ASSIGNMENTS => assignments.push(assignment),
+            _ => self.truncated = true,
         }
     }
 }
@@ -136,18 +134,12 @@ impl<'a> Reader<'a> {
         let mut chars = self.rest.chars();
         let char = chars.next()?;
         self.rest = chars.as_str();
-        match char {
-            '\r' => {
-                self.rest = self.rest.strip_prefix('\n').unwrap_or(self.rest);
-                self.line = self.line.saturating_add(1);
-                Some('\n')
-            }
-            '\n' => {
-                self.line = self.line.saturating_add(1);
-                Some('\n')
-            }
-            char => Some(char),
+        if char == '\r' {
+            self.rest = self.rest.strip_prefix('\n').unwrap_or(self.rest);
         }
+        let ends = matches!(char, '\r' | '\n');
+        self.line = self.line.saturating_add(u32::from(ends));
+        Some(if ends { '\n' } else { char })
     }
 
     /// Takes everything before the first of `ends`.
@@ -183,32 +175,27 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The value after `=` and any blanks and line ends.
+    /// The value after `=` and any blanks and line ends. Within quotes no character is special.
     fn value(&mut self) -> String {
-        if let Some(quoted) = self.quoted() {
-            return quoted;
-        }
-        self.until(&['{', '[', '=', '\r', '\n']).trim().to_string()
-    }
-
-    /// A value in quotes, with the rest of its line: within quotes no character is special.
-    fn quoted(&mut self) -> Option<String> {
-        let inner = self.rest.strip_prefix('"')?;
-        let (quoted, rest) = inner
-            .split_once('"')
-            .filter(|(quoted, _)| !quoted.contains(['\r', '\n']))?;
-        self.rest = rest;
-        let after = self.until(&['{', '[', '=', '\r', '\n']).trim();
-        Some(alloc::format!("\"{quoted}\"{after}"))
+        let inner = self
+            .rest
+            .strip_prefix('"')
+            .and_then(|inner| inner.split_once('"'));
+        let quoted = match inner.filter(|(quoted, _)| !quoted.contains(['\r', '\n'])) {
+            Some((quoted, rest)) => {
+                self.rest = rest;
+                format!("\"{quoted}\"")
+            }
+            None => String::new(),
+        };
+        quoted + self.until(&['{', '[', '=', '\r', '\n']).trim()
     }
 }
 
 /// Without blanks and line ends, in upper case.
 fn normalize(text: &str) -> String {
-    text.chars()
-        .filter(|char| !char.is_whitespace())
-        .map(|char| char.to_ascii_uppercase())
-        .collect()
+    let letters = text.chars().filter(|char| !char.is_whitespace());
+    letters.map(|char| char.to_ascii_uppercase()).collect()
 }
 
 #[cfg(test)]

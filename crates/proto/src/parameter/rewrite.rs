@@ -4,8 +4,7 @@
 //! file is read, see `ethernet.rs` and `user.rs`.
 
 use super::reader::{Assignment, ParameterFile};
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use thiserror::Error;
 
 /// Why a value was not replaced.
@@ -51,19 +50,15 @@ pub fn rewrite(content: &[u8], section: &str, key: &str, value: &str) -> Result<
         return Err(RewriteError::Value(value.into()));
     }
     let file = ParameterFile::parse(content);
-    let found = file
-        .sections
-        .iter()
-        .find(|found| found.tag.eq_ignore_ascii_case(section));
+    let mut sections = file.sections.iter();
+    let found = sections.find(|found| found.tag.eq_ignore_ascii_case(section));
     let found = found.ok_or_else(|| RewriteError::NoSection(section.into()))?;
     let named = |assignment: &&Assignment| key.is_empty() || assignment.key.eq_ignore_ascii_case(key);
     let assignment = found.assignments.iter().find(named);
-    let span = assignment
-        .map(|assignment| assignment.span.clone())
-        .ok_or_else(|| RewriteError::NoValue {
-            section: section.into(),
-            key: key.into(),
-        })?;
+    let Assignment { span, .. } = assignment.ok_or_else(|| RewriteError::NoValue {
+        section: section.into(),
+        key: key.into(),
+    })?;
     let before = content.get(..span.start).unwrap_or_default();
     let after = content.get(span.end..).unwrap_or_default();
     Ok([before, value.as_bytes(), after].concat())

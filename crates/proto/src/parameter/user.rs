@@ -4,21 +4,26 @@
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
 use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use crate::codes::codes;
+use crate::prelude::*;
 use crate::words::Word;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
-/// Parity of a serial line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Parity {
-    /// 0: no parity bit.
-    None = 0,
-    /// 1: odd parity.
-    Odd,
-    /// 2: even parity.
-    Even,
+codes! {
+    /// Parity of a serial line.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum Parity {
+        /// 0: no parity bit.
+        None = 0,
+        /// 1: odd parity.
+        Odd = 1,
+        /// 2: even parity.
+        Even = 2,
+    }
+    /// The number in the file.
+    fn number -> u8;
+    /// The parity of this number.
+    fn from_number;
 }
 
 /// Which edition of the communication manual describes the controller: HOST has other speeds in the two.
@@ -43,19 +48,22 @@ impl Edition {
 
 /// The settings of one serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::speed"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "within::<1, { u32::MAX }, _, _>")
+    )]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::length"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<5, 8, _, _>"))]
     pub length: u8,
     /// Parity bit, if any.
     pub parity: Parity,
     /// Number of stop bits, 1 or 2.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::stop"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<1, 2, _, _>"))]
     pub stop: u8,
 }
 
@@ -69,49 +77,24 @@ impl SerialSettings {
     }
 }
 
-/// Bounds of deserialized settings. They may be the far end's, so they are those of any serial port, not of
-/// USER.PAR.
+/// A deserialized setting within its bounds. It may be the far end's, so they are those of any serial port, not of USER.PAR.
 #[cfg(feature = "serde")]
-mod bounded {
-    use core::fmt::Display;
-    use core::ops::RangeInclusive;
-    use serde::{Deserialize, Deserializer, de::Error};
-
-    fn within<'de, T, D>(from: D, range: &RangeInclusive<T>) -> Result<T, D::Error>
-    where
-        T: Deserialize<'de> + PartialOrd + Display,
-        D: Deserializer<'de>,
-    {
-        let found = T::deserialize(from)?;
-        if range.contains(&found) {
-            return Ok(found);
-        }
-        let (low, high) = (range.start(), range.end());
-        Err(D::Error::custom(format_args!(
-            "expected {low} to {high}, found {found}"
-        )))
+fn within<'de, const LOW: u32, const HIGH: u32, T, D>(from: D) -> Result<T, D::Error>
+where
+    T: Deserialize<'de> + Copy + Into<u32> + core::fmt::Display,
+    D: serde::Deserializer<'de>,
+{
+    let found = T::deserialize(from)?;
+    if (LOW..=HIGH).contains(&found.into()) {
+        return Ok(found);
     }
-
-    pub(super) fn speed<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
-        within(from, &(1..=u32::MAX))
-    }
-
-    pub(super) fn length<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
-        within(from, &(5..=8))
-    }
-
-    pub(super) fn stop<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
-        within(from, &(1..=2))
-    }
+    let message = format!("expected {LOW} to {HIGH}, found {found}");
+    Err(serde::de::Error::custom(message))
 }
 
 /// The values that the controller reads from USER.PAR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct UserParameters {
     /// `{COM1}`, the port for programs.
     pub com1: SerialSettings,
@@ -183,10 +166,8 @@ impl UserParameters {
             (COM1, &mut next.com1, SPEEDS.as_slice()),
             (HOST, &mut next.host, host.as_slice()),
         ] {
-            let expected = format!(
-                "speed {}, length 7 or 8, parity 0 to 2, stop bits 1 or 2",
-                one_of(speeds)
-            );
+            let one_of = one_of(speeds);
+            let expected = format!("speed {one_of}, length 7 or 8, parity 0 to 2, stop bits 1 or 2");
             section.read(Some(key), line, &expected, |value| serial_line(value, speeds));
         }
         section.refuse_other_keys(&[COM1, HOST]);
@@ -195,7 +176,7 @@ impl UserParameters {
 }
 
 impl Word for Parity {
-    const ALL: &'static [Parity] = &[Parity::None, Parity::Odd, Parity::Even];
+    const ALL: &'static [Parity] = &Parity::ALL;
 
     fn word(self) -> &'static str {
         match self {
@@ -203,14 +184,6 @@ impl Word for Parity {
             Parity::Odd => "odd",
             Parity::Even => "even",
         }
-    }
-}
-
-impl Parity {
-    /// The number in the file.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
     }
 }
 
@@ -234,14 +207,10 @@ fn one_of(speeds: &[u32]) -> String {
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {
     let [speed, length, parity, stop] = split_words(value)?;
-    let parity = number(parity)?;
     Some(SerialSettings {
         speed: number(speed).filter(|speed| speeds.contains(speed))?,
         length: number(length).filter(|length| matches!(length, 7 | 8))?,
-        parity: Parity::ALL
-            .iter()
-            .copied()
-            .find(|known| known.number() == parity)?,
+        parity: Parity::from_number(number(parity)?)?,
         stop: number(stop).filter(|stop| matches!(stop, 1 | 2))?,
     })
 }

@@ -6,9 +6,7 @@ use super::BodyError;
 use super::eu::{MAX_ENTRIES, decode_stamp, stamp};
 use super::fields::Field;
 use crate::calendar::CalendarTime;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Characters of a message that are sent; the rest is cut. The limit is ours.
 pub const MAX_MESSAGE: usize = 80;

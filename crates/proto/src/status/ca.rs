@@ -5,9 +5,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// One file of the RAM drive.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,16 +23,12 @@ pub struct DirectoryEntry {
 #[must_use]
 pub fn encode_directory(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
     let mut out = String::new();
-    for DirectoryEntry {
-        name,
-        size,
-        attribute,
-    } in entries
-    {
-        out += &match attribute {
-            Some(attribute) => format!("{name}{blanks}{size}{blanks}{attribute}\r"),
-            None => format!("{name}{blanks}{size}\r"),
-        };
+    for entry in entries {
+        out += &format!("{}{blanks}{}", entry.name, entry.size);
+        if let Some(attribute) = &entry.attribute {
+            out += &format!("{blanks}{attribute}");
+        }
+        out.push('\r');
     }
     out.into_bytes()
 }
@@ -49,32 +43,24 @@ pub fn decode_directory(content: &[u8]) -> Result<Vec<DirectoryEntry>, BodyError
 }
 
 fn decode_entry(record: Field<'_>) -> Result<DirectoryEntry, BodyError> {
-    let mut words = record.split(b' ');
-    let last = record.split(b' ').last();
-    if let Some(end) = last.filter(|last| last.bytes().is_empty()) {
+    let fields: Vec<Field<'_>> = record.split(b' ').collect();
+    if let Some(end) = fields.last().filter(|last| last.bytes().is_empty()) {
         return Err(end.error("the end of the record, or a field behind the blank"));
     }
-    let mut words = words
-        .next()
-        .into_iter()
-        .chain(words.filter(|word| !word.bytes().is_empty()));
-    let (Some(name), Some(size)) = (words.next().filter(|name| !name.bytes().is_empty()), words.next())
-    else {
+    let (name, further) = fields.split_first().unwrap_or((&record, &[]));
+    let mut further = further.iter().filter(|field| !field.bytes().is_empty());
+    let (false, Some(size)) = (name.bytes().is_empty(), further.next()) else {
         return Err(record.error("a file name, a blank and a size"));
     };
-    let name = name.text("a file name in ASCII")?.to_string();
-    let size = size.number("a size in bytes")?;
-    let attribute = match words.next() {
-        Some(word) => Some(word.text("an attribute in ASCII")?.to_string()),
-        None => None,
+    let attribute = |word: &Field<'_>| word.text("an attribute in ASCII").map(ToString::to_string);
+    let entry = DirectoryEntry {
+        name: name.text("a file name in ASCII")?.to_string(),
+        size: size.number("a size in bytes")?,
+        attribute: further.next().map(attribute).transpose()?,
     };
-    match words.next() {
+    match further.next() {
         Some(surplus) => Err(surplus.error("the end of the record")),
-        None => Ok(DirectoryEntry {
-            name,
-            size,
-            attribute,
-        }),
+        None => Ok(entry),
     }
 }
 

@@ -5,9 +5,7 @@
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
 use crate::calendar::CalendarTime;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Most entries of a file: the count has two digits (EU-01).
 pub const MAX_ENTRIES: usize = 99;
@@ -63,10 +61,10 @@ const CENTURY: u16 = 2_000;
 
 fn decode_entry(record: Field<'_>) -> Result<ErrorEntry, BodyError> {
     let expected = "an entry LLL-CCC YY-MM-DD HH:MM:SS";
-    let (level, rest) = take(record, 3, "-", expected)?;
-    let (code, rest) = take(rest, 3, " ", expected)?;
+    let mut part = record.parts("LLL-CCC ", expected);
+    let (level, code, at) = (part()?, part()?, part()?);
     let code = code.number(expected)?;
-    let at = decode_stamp(rest)?;
+    let at = decode_stamp(at)?;
     let number = level.number(expected)?;
     let level = AlarmLevel::from_number(number).ok_or_else(|| level.error("level 008, 004, 002 or 001"))?;
     Ok(ErrorEntry { level, code, at })
@@ -82,12 +80,9 @@ pub(super) fn stamp(at: CalendarTime) -> String {
 /// Reads a time as [`stamp`] writes it, of the years 2000 to 2099.
 pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> {
     let expected = "a time YY-MM-DD HH:MM:SS";
-    let (year, rest) = take(field, 2, "-", expected)?;
-    let (month, rest) = take(rest, 2, "-", expected)?;
-    let (day, rest) = take(rest, 2, " ", expected)?;
-    let (hour, rest) = take(rest, 2, ":", expected)?;
-    let (minute, rest) = take(rest, 2, ":", expected)?;
-    let (second, rest) = take(rest, 2, "", expected)?;
+    let mut part = field.parts("YY-MM-DD hh:mm:ss", expected);
+    let [year, month, day, hour, minute, second, rest] =
+        [part()?, part()?, part()?, part()?, part()?, part()?, part()?];
     if !rest.bytes().is_empty() {
         return Err(rest.error("the end of the time"));
     }
@@ -104,17 +99,6 @@ pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> 
     } else {
         Err(field.error("a date and time that exist"))
     }
-}
-
-/// The first `length` bytes, and everything after the separator that follows them.
-fn take<'a>(
-    field: Field<'a>,
-    length: usize,
-    separator: &str,
-    expected: &'static str,
-) -> Result<(Field<'a>, Field<'a>), BodyError> {
-    let (head, tail) = field.cut(length).ok_or_else(|| field.error(expected))?;
-    Ok((head, tail.after(separator, expected)?))
 }
 
 #[cfg(test)]

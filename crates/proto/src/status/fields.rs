@@ -3,8 +3,8 @@
 //! Only mechanics: the modules next to it know what a field means.
 
 use super::BodyError;
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::string::String;
 
 /// Longest piece of a foreign content that an error quotes, in bytes.
 const MAX_QUOTE: usize = 32;
@@ -35,10 +35,8 @@ impl<'a> Field<'a> {
     /// The bytes as ASCII 20-7E.
     pub(super) fn text(self, expected: &'static str) -> Result<&'a str, BodyError> {
         let printable = self.bytes.iter().all(|byte| (0x20..0x7F).contains(byte));
-        core::str::from_utf8(self.bytes)
-            .ok()
-            .filter(|_| printable)
-            .ok_or_else(|| self.error(expected))
+        let text = core::str::from_utf8(self.bytes).ok().filter(|_| printable);
+        text.ok_or_else(|| self.error(expected))
     }
 
     /// An error that quotes this part.
@@ -46,7 +44,7 @@ impl<'a> Field<'a> {
         let quoted = self.bytes.get(..MAX_QUOTE).unwrap_or(self.bytes);
         let found = match quoted {
             [] => String::from("nothing"),
-            some => alloc::format!("`{}`", some.escape_ascii()),
+            some => format!("`{}`", some.escape_ascii()),
         };
         BodyError {
             file: self.file,
@@ -88,6 +86,28 @@ impl<'a> Field<'a> {
             ..self
         };
         Some((Field { bytes: head, ..self }, rest))
+    }
+
+    /// The parts of a record of fixed widths, one with each call, then the rest. In the pattern a run of one letter is a
+    /// part, everything else stands between parts: `YY-MM-DD hh:mm`.
+    pub(super) fn parts(
+        self,
+        mut pattern: &'static str,
+        expected: &'static str,
+    ) -> impl FnMut() -> Result<Field<'a>, BodyError> {
+        let mut rest = self;
+        move || {
+            let Some(letter) = pattern.chars().next() else {
+                return Ok(rest);
+            };
+            let after = pattern.trim_start_matches(letter);
+            let width = pattern.len() - after.len();
+            pattern = after.trim_start_matches(|char: char| !char.is_ascii_alphabetic());
+            let separator = after.strip_suffix(pattern).unwrap_or_default();
+            let (part, tail) = rest.cut(width).ok_or_else(|| rest.error(expected))?;
+            rest = tail.after(separator, expected)?;
+            Ok(part)
+        }
     }
 
     /// The rest after a prefix, letters of either case.

@@ -5,7 +5,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Words of either direction.
 pub const WORDS: usize = 20;

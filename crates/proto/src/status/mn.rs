@@ -4,10 +4,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use crate::text::CR;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Axes of an item.
 pub const MN_AXES: usize = 6;
@@ -32,23 +29,18 @@ impl Maintenance {
     /// decimal, commas between them (S29), CR at the end of each (assumed).
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
-        let mut records: Vec<(u8, &[f64])> = AXIS_ITEMS
+        let axes = self.axes.iter().map(<[f64; MN_AXES]>::as_slice);
+        let items = INFORMATION_ITEMS
             .into_iter()
-            .zip(self.axes.iter().map(<[f64; MN_AXES]>::as_slice))
-            .collect();
-        records.extend(
-            INFORMATION_ITEMS
-                .into_iter()
-                .zip(self.information.chunks_exact(1)),
-        );
+            .zip(self.information.chunks_exact(1));
+        let mut records: Vec<(u8, &[f64])> = AXIS_ITEMS.into_iter().zip(axes).chain(items).collect();
         records.sort_unstable_by_key(|(number, _)| *number);
-        let mut content = Vec::new();
+        let mut content = String::new();
         for (number, values) in records {
             let values: String = values.iter().map(|value| format!(",{value:.1}")).collect();
-            content.extend_from_slice(format!("{number}{values}").as_bytes());
-            content.push(CR);
+            content += &format!("{number}{values}\r");
         }
-        content
+        content.into_bytes()
     }
 
     /// Reads a content; the items may come in any order.

@@ -18,47 +18,31 @@ pub mod sm;
 pub mod su;
 pub mod vr;
 
+use crate::codes::codes;
+use crate::prelude::*;
 use crate::words::Word;
-use alloc::string::String;
 
-/// The five columns of tables 5.3 and 5.4: key switch, and in EXT who has the control right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum MasterMode {
-    /// TEACHING.
-    Teaching,
-    /// INTERNAL.
-    Internal,
-    /// EXT, control right SIG.
-    ExtSig,
-    /// EXT, control right RS-232C.
-    ExtRs232c,
-    /// EXT, control right ETHER.
-    ExtEther,
+codes! {
+    /// The five columns of tables 5.3 and 5.4, in their order: key switch, and in EXT who has the control right.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum MasterMode {
+        /// TEACHING.
+        Teaching = "TEACHING",
+        /// INTERNAL.
+        Internal = "INTERNAL",
+        /// EXT, control right SIG.
+        ExtSig = "EXT (SIG)",
+        /// EXT, control right RS-232C.
+        ExtRs232c = "EXT (RS-232C)",
+        /// EXT, control right ETHER.
+        ExtEther = "EXT (ETHER)",
+    }
+    /// The name of the tables' column, for example `EXT (SIG)`.
+    fn as_str -> &'static str;
 }
 
 impl MasterMode {
-    /// All, in the order of the columns of tables 5.3 and 5.4.
-    pub const ALL: [MasterMode; 5] = [
-        MasterMode::Teaching,
-        MasterMode::Internal,
-        MasterMode::ExtSig,
-        MasterMode::ExtRs232c,
-        MasterMode::ExtEther,
-    ];
-
-    /// The name of the tables' column, for example `EXT (SIG)`.
-    #[must_use]
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            MasterMode::Teaching => "TEACHING",
-            MasterMode::Internal => "INTERNAL",
-            MasterMode::ExtSig => "EXT (SIG)",
-            MasterMode::ExtRs232c => "EXT (RS-232C)",
-            MasterMode::ExtEther => "EXT (ETHER)",
-        }
-    }
-
     /// The value in SF (SF-17): 0 TEACHING, 1 INTERNAL, 2 EXT (SIG), 3 EXT (RS-232C or ETHER).
     #[must_use]
     pub const fn sf_code(self) -> u16 {
@@ -71,36 +55,28 @@ impl MasterMode {
     }
 }
 
-/// What the program does: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum ExecutionStatus {
-    /// Stop (reset): the next start begins at the first step.
-    #[default]
-    Reset = 0,
-    /// Running.
-    Running,
-    /// Stop (retry): the next start resumes the interrupted movement.
-    Retry,
-    /// Stop (continue): the next start goes on with the present step.
-    Continue,
+codes! {
+    /// What the program does: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum ExecutionStatus {
+        /// Stop (reset): the next start begins at the first step.
+        #[default]
+        Reset = 0,
+        /// Running.
+        Running = 1,
+        /// Stop (retry): the next start resumes the interrupted movement.
+        Retry = 2,
+        /// Stop (continue): the next start goes on with the present step.
+        Continue = 3,
+    }
+    /// The value in SF, 0 to 3.
+    fn code -> u8;
+    /// The status of a value in SF.
+    fn from_code;
 }
 
 impl ExecutionStatus {
-    /// All, in the order of their codes.
-    pub const ALL: [ExecutionStatus; 4] = [
-        ExecutionStatus::Reset,
-        ExecutionStatus::Running,
-        ExecutionStatus::Retry,
-        ExecutionStatus::Continue,
-    ];
-
-    /// The value in SF, 0 to 3.
-    #[must_use]
-    pub const fn code(self) -> u8 {
-        self as u8
-    }
-
     /// The words of the manual, as the six records of SU have them: `stop (retry)`.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
@@ -110,25 +86,6 @@ impl ExecutionStatus {
             ExecutionStatus::Retry => "stop (retry)",
             ExecutionStatus::Continue => "stop (continue)",
         }
-    }
-
-    /// The same words without blanks, as the one record of SU has them: `stop(retry)`.
-    #[must_use]
-    pub const fn compact_str(self) -> &'static str {
-        match self {
-            ExecutionStatus::Reset => "stop(reset)",
-            ExecutionStatus::Running => "running",
-            ExecutionStatus::Retry => "stop(retry)",
-            ExecutionStatus::Continue => "stop(continue)",
-        }
-    }
-
-    /// The status of a value in SF.
-    #[must_use]
-    pub fn from_code(code: u8) -> Option<ExecutionStatus> {
-        ExecutionStatus::ALL
-            .into_iter()
-            .find(|status| status.code() == code)
     }
 }
 
@@ -147,35 +104,24 @@ impl core::fmt::Display for ExecutionStatus {
     }
 }
 
-/// Level of an alarm (decision D6): 8 is the worst, 1 a warning.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum AlarmLevel {
-    /// Motion stops at once, servo power goes off.
-    L8 = 8,
-    /// Motion stops at once.
-    L4 = 4,
-    /// The current step ends, then the program stops.
-    L2 = 2,
-    /// A warning.
-    L1 = 1,
-}
-
-impl AlarmLevel {
-    /// All, the worst first.
-    pub const ALL: [AlarmLevel; 4] = [AlarmLevel::L8, AlarmLevel::L4, AlarmLevel::L2, AlarmLevel::L1];
-
+codes! {
+    /// Level of an alarm (decision D6), the worst first: 8 is the worst, 1 a warning.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum AlarmLevel {
+        /// Motion stops at once, servo power goes off.
+        L8 = 8,
+        /// Motion stops at once.
+        L4 = 4,
+        /// The current step ends, then the program stops.
+        L2 = 2,
+        /// A warning.
+        L1 = 1,
+    }
     /// 8, 4, 2 or 1.
-    #[must_use]
-    pub const fn number(self) -> u8 {
-        self as u8
-    }
-
+    fn number -> u8;
     /// The level of 8, 4, 2 or 1.
-    #[must_use]
-    pub fn from_number(number: u8) -> Option<AlarmLevel> {
-        AlarmLevel::ALL.into_iter().find(|level| level.number() == number)
-    }
+    fn from_number;
 }
 
 /// Why a status file could not be read.

@@ -5,9 +5,7 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::command::Number;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// The content of the file: integers as they are, reals with three decimals (a half away from zero),
 /// separated by one blank, CR at the end. Reals are finite.
@@ -28,10 +26,8 @@ pub fn encode_values(values: &[Number]) -> Vec<u8> {
 /// # Errors
 /// No value at all, a value that is no number, an integer beyond 32 bits.
 pub fn decode_values(content: &[u8]) -> Result<Vec<Number>, BodyError> {
-    Field::record("MR", content)
-        .split(b' ')
-        .map(decode_value)
-        .collect()
+    let fields = Field::record("MR", content).split(b' ');
+    fields.map(decode_value).collect()
 }
 
 /// Three decimals as `%.3f`, but a half goes away from zero. Formatting rounds the exact binary value, so
@@ -55,14 +51,11 @@ fn decode_value(field: Field<'_>) -> Result<Number, BodyError> {
     let known = digits.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
     let number = match (known, digits.contains('.')) {
         (false, _) => None,
-        (true, true) => text
-            .parse()
-            .ok()
-            .filter(|value: &f64| value.is_finite())
-            .map(Number::Real),
+        (true, true) => text.parse().ok().map(Number::Real),
         (true, false) => text.parse().ok().map(Number::Integer),
     };
-    number.ok_or_else(|| field.error(expected))
+    let finite = number.filter(|number| number.as_f64().is_finite());
+    finite.ok_or_else(|| field.error(expected))
 }
 
 #[cfg(test)]

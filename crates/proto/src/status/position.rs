@@ -5,9 +5,7 @@
 
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus};
-use crate::text::CR;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Axes in each of its groups.
 pub const POSITION_AXES: usize = 6;
@@ -39,9 +37,7 @@ impl CurrentPosition {
         let groups = [self.joints, self.measured, self.torques];
         let items = head.into_iter().chain(groups.into_iter().flatten());
         let items: Vec<String> = items.map(|item| item.to_string()).collect();
-        let mut content = items.join(",").into_bytes();
-        content.push(CR);
-        content
+        (items.join(",") + "\r").into_bytes()
     }
 
     /// Reads a content; the CR may be missing.

@@ -4,9 +4,7 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Most values: eight axes. A configuration comes on top.
 pub const MAX_VALUES: usize = 8;
@@ -47,31 +45,25 @@ pub fn three_decimals(value: f64) -> String {
 /// No value, more than [`MAX_VALUES`], a value without decimal point or that is no number, a configuration of
 /// more than five digits.
 pub fn decode_position(content: &[u8]) -> Result<Position, BodyError> {
+    const NUMBER: &str = "a value with a decimal point, or a configuration of at most five digits";
     let whole = Field::record("PR", content);
     let mut items: Vec<Field<'_>> = whole.split(b',').collect();
     let configuration = match items.last() {
-        Some(last) if items.len() > 1 && !last.bytes().contains(&b'.') => Some(decode_configuration(*last)?),
+        Some(last) if items.len() > 1 && !last.bytes().contains(&b'.') => {
+            Some(last.at_most(MAX_CONFIGURATION, NUMBER)?)
+        }
         _ => None,
     };
     items.truncate(items.len() - usize::from(configuration.is_some()));
     if let Some(surplus) = items.get(MAX_VALUES) {
         return Err(surplus.error("at most eight values and a configuration"));
     }
-    let values = items.into_iter().map(decode_value).collect::<Result<_, _>>()?;
+    // Sign, digits, one decimal point; no exponent, no words.
+    let value = |item: Field<'_>| item.decimal(b"+-", "a value with a decimal point");
     Ok(Position {
-        values,
+        values: items.into_iter().map(value).collect::<Result<_, _>>()?,
         configuration,
     })
-}
-
-fn decode_configuration(field: Field<'_>) -> Result<i64, BodyError> {
-    const EXPECTED: &str = "a value with a decimal point, or a configuration of at most five digits";
-    field.at_most(MAX_CONFIGURATION, EXPECTED)
-}
-
-/// Sign, digits, one decimal point; no exponent, no words.
-fn decode_value(field: Field<'_>) -> Result<f64, BodyError> {
-    field.decimal(b"+-", "a value with a decimal point")
 }
 
 #[cfg(test)]

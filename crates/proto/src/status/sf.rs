@@ -8,8 +8,8 @@ pub mod table;
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError, ExecutionStatus};
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::codes::codes;
+use crate::prelude::*;
 use core::ops::RangeInclusive;
 
 /// Slots for current alarms.
@@ -72,13 +72,18 @@ pub struct SystemStatus {
     pub base_name: String,
 }
 
-/// Floats in a group of coordinates, and with them the length (hosts SF).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum SfLayout {
-    /// Eight axes and four reserved bytes: 276 bytes, as the manual prints it.
-    Eight,
-    /// Six floats a group and two reserved bytes: 250 bytes, which fill a text without EOF (ste80722 S23).
-    Six,
+codes! {
+    /// Floats in a group of coordinates, and with them the length (hosts SF).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+    pub enum SfLayout {
+        /// Eight axes and four reserved bytes: 276 bytes, as the manual prints it.
+        Eight = 276,
+        /// Six floats a group and two reserved bytes: 250 bytes, which fill a text without EOF (ste80722 S23).
+        Six = 250,
+    }
+    /// Length of the file in bytes.
+    #[expect(clippy::len_without_is_empty, reason = "the length of a layout is never 0")]
+    fn len -> usize;
 }
 
 impl SfLayout {
@@ -88,16 +93,6 @@ impl SfLayout {
         match self {
             SfLayout::Eight => 8,
             SfLayout::Six => 6,
-        }
-    }
-
-    /// Length of the file in bytes.
-    #[expect(clippy::len_without_is_empty, reason = "the length of a layout is never 0")]
-    #[must_use]
-    pub const fn len(self) -> usize {
-        match self {
-            SfLayout::Eight => 276,
-            SfLayout::Six => 250,
         }
     }
 
@@ -122,17 +117,10 @@ impl SystemStatus {
     /// The content of the file, [`SfLayout::len`] bytes.
     #[must_use]
     pub fn encode(&self, layout: SfLayout) -> Vec<u8> {
-        let mut out = Vec::with_capacity(layout.len());
-        out.extend([
-            u8::from(self.servo),
-            u8::from(self.emergency_stop),
-            self.execution.code(),
-        ]);
-        out.push(u8::from(self.su_request));
-        let mut alarms = self.alarms.iter().copied();
-        for _ in 0..ALARM_SLOTS {
-            put_word(&mut out, alarms.next().unwrap_or(NO_ALARM));
-        }
+        let execution = self.execution.code();
+        let [servo, stop, request] = [self.servo, self.emergency_stop, self.su_request].map(u8::from);
+        let mut out = Vec::from([servo, stop, execution, request]);
+        let alarms = self.alarms.iter().copied().chain(core::iter::repeat(NO_ALARM));
         let words = [
             self.execution_line,
             self.analysis_line,
@@ -145,18 +133,17 @@ impl SystemStatus {
             self.master_mode,
             DUMMY,
         ];
-        words.into_iter().for_each(|word| put_word(&mut out, word));
-        out.extend(self.power_on_minutes.to_be_bytes());
-        out.extend(self.run_minutes.to_be_bytes());
-        self.inputs
-            .iter()
-            .chain(&self.outputs)
-            .for_each(|word| put_word(&mut out, *word));
-        for group in [&self.joint, &self.world, &self.work] {
-            group
-                .iter()
-                .take(layout.axes())
-                .for_each(|value| out.extend(value.to_be_bytes()));
+        out.extend(alarms.take(ALARM_SLOTS).chain(words).flat_map(u16::to_be_bytes));
+        out.extend(
+            [self.power_on_minutes, self.run_minutes]
+                .into_iter()
+                .flat_map(u32::to_be_bytes),
+        );
+        let lines = self.inputs.into_iter().chain(self.outputs);
+        out.extend(lines.flat_map(u16::to_be_bytes));
+        for group in [self.joint, self.world, self.work] {
+            let values = group.into_iter().take(layout.axes());
+            out.extend(values.flat_map(f32::to_be_bytes));
         }
         for name in [&self.work_name, &self.tool_name, &self.base_name] {
             put_name(&mut out, name);
@@ -186,11 +173,7 @@ impl SystemStatus {
             emergency_stop: rest.flag(1)?,
             execution: rest.execution()?,
             su_request: rest.flag(1)?,
-            alarms: rest
-                .words::<ALARM_SLOTS>()?
-                .into_iter()
-                .filter(|word| *word != NO_ALARM)
-                .collect(),
+            alarms: rest.alarms()?,
             execution_line: rest.word()?,
             analysis_line: rest.word()?,
             execution_task: rest.word()?,
@@ -200,11 +183,8 @@ impl SystemStatus {
             guide_rate: rest.word()?,
             guide_mode: rest.word()?,
             master_mode: rest.word()?,
-            power_on_minutes: {
-                let _dummy = rest.word()?;
-                u32::from_be_bytes(rest.array()?)
-            },
-            run_minutes: u32::from_be_bytes(rest.array()?),
+            power_on_minutes: rest.word().and_then(|_dummy| rest.minutes())?,
+            run_minutes: rest.minutes()?,
             inputs: rest.words()?,
             outputs: rest.words()?,
             joint: rest.floats(axes)?,
@@ -220,16 +200,14 @@ impl SystemStatus {
 /// Offset 42, reserved (SF-18).
 const DUMMY: u16 = 0;
 
-fn put_word(out: &mut Vec<u8>, word: u16) {
-    out.extend(word.to_be_bytes());
-}
-
 /// What is not ASCII 20-7E goes as `?`, so that the fixed width counts characters.
 fn put_name(out: &mut Vec<u8>, name: &str) {
-    let ascii = name
-        .chars()
-        .map(|char| if matches!(char, ' '..='~') { char } else { '?' });
-    let bytes = ascii.filter_map(|char| u8::try_from(char).ok());
+    let printable = |char| {
+        u8::try_from(char)
+            .ok()
+            .filter(|byte| (b' '..=b'~').contains(byte))
+    };
+    let bytes = name.chars().map(|char| printable(char).unwrap_or(b'?'));
     out.extend(bytes.chain(core::iter::repeat(0)).take(NAME_LENGTH));
 }
 
@@ -250,6 +228,15 @@ impl<'a> Cursor<'a> {
 
     fn word(&mut self) -> Result<u16, BodyError> {
         self.array().map(u16::from_be_bytes)
+    }
+
+    fn minutes(&mut self) -> Result<u32, BodyError> {
+        self.array().map(u32::from_be_bytes)
+    }
+
+    fn alarms(&mut self) -> Result<Vec<u16>, BodyError> {
+        let words = self.words::<ALARM_SLOTS>()?.into_iter();
+        Ok(words.filter(|word| *word != NO_ALARM).collect())
     }
 
     fn words<const N: usize>(&mut self) -> Result<[u16; N], BodyError> {
@@ -282,18 +269,15 @@ impl<'a> Cursor<'a> {
     fn execution(&mut self) -> Result<ExecutionStatus, BodyError> {
         let field = self.take(1)?;
         let code = field.bytes().first().copied();
-        code.and_then(ExecutionStatus::from_code)
-            .ok_or_else(|| field.error("motion status 0 to 3"))
+        let known = code.and_then(ExecutionStatus::from_code);
+        known.ok_or_else(|| field.error("motion status 0 to 3"))
     }
 
     fn name(&mut self) -> Result<String, BodyError> {
         let field = self.take(NAME_LENGTH)?;
-        field
-            .split(0)
-            .next()
-            .unwrap_or(field)
-            .text("a name in ASCII, filled with NUL")
-            .map(|name| name.trim_end().to_string())
+        let name = field.split(0).next().unwrap_or(field);
+        let name = name.text("a name in ASCII, filled with NUL")?;
+        Ok(name.trim_end().to_string())
     }
 }
 

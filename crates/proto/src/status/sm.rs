@@ -5,8 +5,7 @@
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// The content of SM. Hosts read the items by position; the labels are those they were seen to accept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -6,18 +6,12 @@
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus, MasterMode};
 use crate::command::RunMode;
+use crate::prelude::*;
 use crate::text::CR;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// The content of SU.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct StatusBody {
     /// Controller mode.
     pub master_mode: MasterMode,
@@ -37,7 +31,7 @@ pub struct StatusBody {
 
 /// How the six items are written (option `su.layout`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum SuLayout {
     /// One record, items separated by one blank, no blank within, no CR at the end (hosts 7.1).
     OneRecord,
@@ -52,15 +46,15 @@ impl StatusBody {
     /// The content of the file.
     #[must_use]
     pub fn encode(&self, layout: SuLayout) -> Vec<u8> {
-        let mode = mode_word(self.master_mode, layout);
-        let run_mode = self.run_mode.as_str();
+        let (mode, run_mode) = (mode_word(self.master_mode, layout), self.run_mode.as_str());
         let (file, speed) = (&self.file, self.override_percent);
         let limit = self.speed_limit_percent;
-        let machine = if self.machine_lock { "lock" } else { "free" };
-        let status = execution_word(self.execution, layout);
+        let (machine, status) = (machine_word(self.machine_lock), self.execution.as_str());
         match layout {
             SuLayout::OneRecord => format!(
-                "MODE:{mode}/{run_mode} FILE:{file} OVRD:{speed}% LSPEED:{limit}% MACHINE:{machine} STATUS:{status}"
+                "MODE:{}/{run_mode} FILE:{file} OVRD:{speed}% LSPEED:{limit}% MACHINE:{machine} STATUS:{}",
+                without_blanks(mode),
+                without_blanks(status),
             ),
             SuLayout::SixRecords => format!(
                 "MODE:{mode}/{run_mode}\rFILE:{file}\rOVRD:{speed}%\r\rMACHINE:{machine}\rSTATUS:{status}\r"
@@ -79,10 +73,8 @@ impl StatusBody {
         let mut items = whole.split(separator);
         let mut item = || items.next().ok_or_else(|| whole.error("six items"));
         let (master_mode, run_mode) = decode_mode(item()?.after("MODE:", "MODE:")?)?;
-        let file = item()?
-            .after("FILE:", "FILE:")?
-            .text("a file name in ASCII")?
-            .to_string();
+        let file = item()?.after("FILE:", "FILE:")?;
+        let file = file.text("a file name in ASCII")?.to_string();
         let override_percent = decode_percent(item()?.after("OVRD:", "OVRD:")?)?;
         let limit = item()?;
         let speed_limit_percent = match limit.after("LSPEED:", "LSPEED:") {
@@ -92,16 +84,10 @@ impl StatusBody {
             Err(error) => return Err(error),
         };
         let machine = item()?.after("MACHINE:", "MACHINE:")?;
-        let machine_lock = find(machine, "free or lock", [false, true], |lock| {
-            if lock { "lock" } else { "free" }
-        })?;
+        let machine_lock = find(machine, "free or lock", [false, true], machine_word)?;
         let status = item()?.after("STATUS:", "STATUS:")?;
-        let execution = find(
-            status,
-            "running, stop(reset), stop(retry) or stop(continue)",
-            ExecutionStatus::ALL,
-            |status| execution_word(status, SuLayout::OneRecord),
-        )?;
+        let expected = "running, stop(reset), stop(retry) or stop(continue)";
+        let execution = find(status, expected, ExecutionStatus::ALL, ExecutionStatus::as_str)?;
         if let Some(surplus) = items.next() {
             return Err(surplus.error("the end after six items"));
         }
@@ -122,20 +108,19 @@ fn mode_word(mode: MasterMode, layout: SuLayout) -> &'static str {
     match (mode, layout) {
         (MasterMode::Teaching, _) => "teaching",
         (MasterMode::Internal, _) => "internal",
-        (MasterMode::ExtSig, SuLayout::OneRecord) => "external(sig)",
-        (MasterMode::ExtSig, SuLayout::SixRecords) => "external (sig)",
-        (MasterMode::ExtRs232c, SuLayout::OneRecord) => "external(host)",
+        (MasterMode::ExtSig, _) => "external (sig)",
+        (MasterMode::ExtRs232c, SuLayout::OneRecord) => "external (host)",
         (MasterMode::ExtRs232c, SuLayout::SixRecords) => "external (rs232c)",
-        (MasterMode::ExtEther, SuLayout::OneRecord) => "external(ethernet)",
-        (MasterMode::ExtEther, SuLayout::SixRecords) => "external (ethernet)",
+        (MasterMode::ExtEther, _) => "external (ethernet)",
     }
 }
 
-fn execution_word(status: ExecutionStatus, layout: SuLayout) -> &'static str {
-    match layout {
-        SuLayout::OneRecord => status.compact_str(),
-        SuLayout::SixRecords => status.as_str(),
-    }
+fn machine_word(lock: bool) -> &'static str {
+    if lock { "lock" } else { "free" }
+}
+
+fn without_blanks(word: &str) -> String {
+    word.replace(' ', "")
 }
 
 fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
@@ -145,19 +130,10 @@ fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
     };
     let expected =
         "teaching, internal, external(sig), external(host), external(rs232c) or external(ethernet)";
-    let master_mode = find(mode, expected, MasterMode::ALL, |mode| {
-        mode_word(mode, SuLayout::OneRecord)
-    })
-    .or_else(|error| {
-        // Both words mean RS-232C; the manual's differs by more than its blank.
-        find(mode, expected, [MasterMode::ExtRs232c], |_| "external(rs232c)").map_err(|_| error)
-    })?;
-    let run_mode = find(
-        run_mode,
-        "continuous, cycle, step or segment",
-        RunMode::ALL,
-        RunMode::as_str,
-    )?;
+    let as_in = |layout| find(mode, expected, MasterMode::ALL, |mode| mode_word(mode, layout));
+    let master_mode = as_in(SuLayout::OneRecord).or_else(|_| as_in(SuLayout::SixRecords))?;
+    let expected = "continuous, cycle, step or segment";
+    let run_mode = find(run_mode, expected, RunMode::ALL, RunMode::as_str)?;
     Ok((master_mode, run_mode))
 }
 
@@ -175,15 +151,10 @@ fn find<T: Copy, const N: usize>(
     values: [T; N],
     word: impl Fn(T) -> &'static str,
 ) -> Result<T, BodyError> {
-    let found: String = field
-        .text(expected)?
-        .chars()
-        .filter(|char| *char != ' ')
-        .collect();
+    let found = without_blanks(field.text(expected)?);
     let mut values = values.into_iter();
-    values
-        .find(|value| word(*value).eq_ignore_ascii_case(&found))
-        .ok_or_else(|| field.error(expected))
+    let known = values.find(|value| without_blanks(word(*value)).eq_ignore_ascii_case(&found));
+    known.ok_or_else(|| field.error(expected))
 }
 
 #[cfg(test)]
@@ -252,7 +223,7 @@ mod tests {
                 "external (ethernet)"
             ]
         );
-        let modes = MasterMode::ALL.map(|mode| mode_word(mode, SuLayout::OneRecord));
+        let modes = MasterMode::ALL.map(|mode| without_blanks(mode_word(mode, SuLayout::OneRecord)));
         assert_eq!(
             modes,
             [
@@ -263,7 +234,7 @@ mod tests {
                 "external(ethernet)"
             ]
         );
-        let status = ExecutionStatus::ALL.map(|status| execution_word(status, SuLayout::SixRecords));
+        let status = ExecutionStatus::ALL.map(ExecutionStatus::as_str);
         assert_eq!(
             status,
             ["stop (reset)", "running", "stop (retry)", "stop (continue)"]

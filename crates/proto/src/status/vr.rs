@@ -5,9 +5,7 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::calendar::CalendarTime;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Characters of a system name; further ones are cut.
 pub const NAME_LENGTH: usize = 10;
@@ -25,7 +23,7 @@ pub struct VersionRecord {
 
 /// How a record is written (option `vr.layout`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum VrLayout {
     /// One record: name filled to 11 columns, `YYYY-MM-DD HH:MM`, a blank, the checksum, CR.
     Blanks,
@@ -70,48 +68,33 @@ pub fn decode_versions(content: &[u8]) -> Result<Vec<VersionRecord>, BodyError> 
 
 /// Last year of four digits.
 const LAST_YEAR: u16 = 9_999;
-/// Length of a record of [`VrLayout::Blanks`] without CR.
-const BLANKS_LENGTH: usize = 32;
-/// Length of a record of [`VrLayout::Packed`] without CR.
-const PACKED_LENGTH: usize = 29;
+/// Records without CR: that of [`VrLayout::Blanks`] and that of [`VrLayout::Packed`].
+const RECORDS: [&str; 2] = [
+    "NNNNNNNNNNNYYYY-MM-DD hh:mm CCCC",
+    "NNNNNNNNNNYYYY/MM/DDhh:mmCCCC",
+];
 
 fn decode_record(record: Field<'_>) -> Result<VersionRecord, BodyError> {
-    let (name, dash, gap) = match record.bytes().len() {
-        BLANKS_LENGTH => (NAME_LENGTH + 1, "-", " "),
-        PACKED_LENGTH => (NAME_LENGTH, "/", ""),
-        _ => return Err(record.error("a record of 29 or 32 characters")),
-    };
-    let expected = "name, date, time and checksum";
-    let mut rest = record;
-    let mut take = |length: usize, after: &str| {
-        let (field, tail) = rest.cut(length).ok_or_else(|| record.error(expected))?;
-        rest = tail.after(after, expected)?;
-        Ok::<_, BodyError>(field)
-    };
-    let name = take(name, "")?
-        .text("a system name in ASCII")?
-        .trim_end()
-        .to_string();
-    let year = take(4, dash)?.number("a year")?;
-    let month = take(2, dash)?.number("a month")?;
-    let day = take(2, gap)?.number("a day")?;
-    let hour = take(2, ":")?.number("an hour")?;
-    let minute = take(2, gap)?.number("a minute")?;
-    let checksum = take(4, "")?;
-    let hexadecimal = "a checksum of four hexadecimal digits";
-    let digits = checksum.text(hexadecimal)?;
-    let checksum = Some(digits)
-        .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
-        .and_then(|digits| u16::from_str_radix(digits, 16).ok())
-        .ok_or_else(|| checksum.error(hexadecimal))?;
+    let pattern = RECORDS
+        .into_iter()
+        .find(|known| known.len() == record.bytes().len());
+    let pattern = pattern.ok_or_else(|| record.error("a record of 29 or 32 characters"))?;
+    let mut part = record.parts(pattern, "name, date, time and checksum");
+    let name = part()?.text("a system name in ASCII")?.trim_end().to_string();
     let date = CalendarTime {
-        year,
-        month,
-        day,
-        hour,
-        minute,
+        year: part()?.number("a year")?,
+        month: part()?.number("a month")?,
+        day: part()?.number("a day")?,
+        hour: part()?.number("an hour")?,
+        minute: part()?.number("a minute")?,
         second: 0,
     };
+    let checksum = part()?;
+    let hexadecimal = "a checksum of four hexadecimal digits";
+    let digits = checksum.text(hexadecimal)?;
+    let plain = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u16::from_str_radix(digits, 16).ok().filter(|_| plain);
+    let checksum = number.ok_or_else(|| checksum.error(hexadecimal))?;
     if date.is_valid() {
         Ok(VersionRecord { name, date, checksum })
     } else {

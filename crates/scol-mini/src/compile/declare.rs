@@ -3,10 +3,9 @@
 //! Implicit variables, which an assignment makes, are left to `names`. The values that variables have while a program runs
 //! are in `memory`.
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::diagnostic::Problem;
 use crate::machine::{constant_value, convert};
@@ -15,7 +14,7 @@ use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
 use crate::sink::Sink;
-use crate::tree::Name;
+use crate::tree::{Expression, Name};
 use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
@@ -44,25 +43,18 @@ fn global(
         let slot = dim_slot(declaration, Owner::Global, symbols)?;
         return add(symbols, name, slot);
     }
-    let value = match &declaration.value {
-        None => None,
-        Some(expression) if !expression.is_constant() => {
+    let constant = |expression: &Expression| match expression.is_constant() {
+        true => constant_value(expression, options)
+            .map_err(|error| Problem::new("E0207", expression.span, error.message)),
+        false => {
             let message = "an initial value is made of constants only";
-            return Problem::fail("E0210", expression.span, message);
+            Problem::fail("E0210", expression.span, message)
         }
-        Some(expression) => Some(
-            constant_value(expression, options)
-                .map_err(|error| Problem::new("E0207", expression.span, error.message))?,
-        ),
     };
+    let value = declaration.value.as_ref().map(constant).transpose()?;
     if declaration.subscripts.is_empty() {
-        let kind = value.as_ref().map(Value::kind);
-        let initial = value.into_iter().map(|value| (0, value)).collect();
-        let slot = Slot {
-            kind,
-            initial,
-            ..Slot::plain(&name.text, Owner::Global)
-        };
+        let plain = || Slot::plain(&name.text, Owner::Global);
+        let slot = value.map_or_else(plain, |value| Slot::with_value(&name.text, Owner::Global, value));
         return add(symbols, name, slot);
     }
     let Some(value) = value else { return Ok(()) };
@@ -133,28 +125,20 @@ pub(super) fn data(
     symbols: &mut Symbols,
     sink: &mut Sink,
 ) {
-    let (frames, others): (Vec<&Datum>, Vec<&Datum>) = file
-        .data
-        .iter()
-        .partition(|datum| datum.kind == ValueKind::Coordinate);
+    let data = file.data.iter();
+    let (frames, others): (Vec<&Datum>, Vec<&Datum>) =
+        data.partition(|datum| datum.kind == ValueKind::Coordinate);
     let taught: BTreeSet<&str> = points.iter().map(|point| point.name.as_str()).collect();
-    let (first, last): (Vec<&Datum>, Vec<&Datum>) = others
-        .into_iter()
-        .partition(|datum| taught.contains(datum.name.text.as_str()));
+    let is_taught = |datum: &&Datum| taught.contains(datum.name.text.as_str());
+    let (first, last): (Vec<&Datum>, Vec<&Datum>) = others.into_iter().partition(is_taught);
     for datum in frames {
         add_datum(datum, options, symbols, sink);
     }
     for point in points {
-        let mut own = first
-            .iter()
-            .filter(|datum| datum.name.text == point.name)
-            .peekable();
-        if own.peek().is_none() && !symbols.shared.contains_key(&point.name) {
-            symbols.share(Slot {
-                kind: Some(ValueKind::Position),
-                initial: Vec::from([(0, point.position.clone().into())]),
-                ..Slot::plain(&point.name, Owner::Data)
-            });
+        let own = first.iter().filter(|datum| datum.name.text == point.name);
+        if own.clone().next().is_none() && !symbols.shared.contains_key(&point.name) {
+            let position = point.position.clone().into();
+            symbols.share(Slot::with_value(&point.name, Owner::Data, position));
         }
         own.for_each(|datum| add_datum(datum, options, symbols, sink));
     }
@@ -169,11 +153,8 @@ fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, si
         sink.error(problem);
         None
     });
-    let slot = Slot {
-        kind: Some(datum.kind),
-        initial: Vec::from([(0, datum_value(datum, work, options))]),
-        ..Slot::plain(&datum.name.text, Owner::Data)
-    };
+    let value = datum_value(datum, work, options);
+    let slot = Slot::with_value(&datum.name.text, Owner::Data, value);
     if let Err(problem) = add(symbols, &datum.name, slot) {
         sink.error(problem);
     }

@@ -3,9 +3,8 @@
 //! The result is a [`Program`] of that one statement, which shares the memory of the selected file. Sending the reply is left
 //! to the controller. Start with [`compile_direct`].
 
-use alloc::format;
+use crate::prelude::*;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use super::{kinds, lower, names};
 use crate::diagnostic::{Diagnostic, Problem, Span};
@@ -40,15 +39,13 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     step(Operation::Simple(simple), true),
                     step(Operation::Return, false),
                 ]);
+                let fingerprint = fingerprint(base.fingerprint, statement, &base.options);
                 return Ok(Arc::new(Program {
                     symbols: Arc::clone(&base.symbols),
                     code: lower::plain(&steps),
                     steps,
                     created,
-                    ..Program::without_steps(
-                        fingerprint(base.fingerprint, statement, &base.options),
-                        &base.options,
-                    )
+                    ..Program::without_steps(fingerprint, &base.options)
                 }));
             }
         }
@@ -75,7 +72,7 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
             | Statement::On { .. }
             | Statement::Wait(_)
             | Statement::If { .. }
-            | Statement::For { .. }
+            | Statement::For(_)
             | Statement::Next(_)
             | Statement::Goto(_)
             | Statement::Select(..)

@@ -3,11 +3,8 @@
 //!
 //! Names of variables are resolved before (`names`).
 
-use alloc::boxed::Box;
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use super::Signature;
 use crate::MAX_FOR_NESTING;
@@ -140,29 +137,18 @@ impl Emitter<'_> {
                 condition,
                 then,
                 otherwise,
-            } => self.branch(condition, *then, otherwise, span),
+            } => self.branch(condition, *then, otherwise.map(|otherwise| *otherwise), span),
             Statement::Call(name, arguments) => self.call(&name, arguments, span),
-            Statement::For {
-                variable,
-                from,
-                to,
-                step,
-            } => {
+            Statement::For(counting) => {
                 // It replaces a line with an error: its name is not known, and a missing end is not reported.
-                let known = Some(&variable.name).filter(|name| name.span != span);
+                let known = Some(&counting.variable.name).filter(|name| name.span != span);
                 let name = known.map(|name| name.text.clone()).unwrap_or_default();
                 if self.loops.len() >= MAX_FOR_NESTING {
                     let message = format!("FOR loops nested more than {MAX_FOR_NESTING} deep");
                     self.error("E0104", span, message);
                 }
                 self.loops.push((self.steps.len(), name, span));
-                self.push(Operation::For {
-                    variable,
-                    from,
-                    to,
-                    step,
-                    exit: 0,
-                });
+                self.push(Operation::For { counting, exit: 0 });
             }
             Statement::Next(name) => self.next(name.as_ref(), span),
         }
@@ -174,13 +160,7 @@ impl Emitter<'_> {
         self.push(Operation::Jump(target));
     }
 
-    fn branch(
-        &mut self,
-        condition: Expression,
-        then: Statement,
-        otherwise: Option<Box<Statement>>,
-        span: Span,
-    ) {
+    fn branch(&mut self, condition: Expression, then: Statement, otherwise: Option<Statement>, span: Span) {
         let branch = self.steps.len();
         self.push(Operation::Branch {
             condition,
@@ -193,7 +173,7 @@ impl Emitter<'_> {
         }
         self.lead_here(branch);
         if let Some(otherwise) = otherwise {
-            self.statement(*otherwise, span);
+            self.statement(otherwise, span);
             self.lead_here(jump);
         }
     }
@@ -201,8 +181,8 @@ impl Emitter<'_> {
     /// The program of this name: its number, and how many arguments it takes.
     fn program(&self, name: &Name) -> Option<(usize, usize)> {
         let mut known = self.signatures.iter().enumerate();
-        let (at, found) = known.find(|(_, signature)| signature.name == name.text)?;
-        Some((at, found.parameters))
+        let (at, (_, parameters)) = known.find(|(_, (known, _))| *known == name.text)?;
+        Some((at, *parameters))
     }
 
     fn call(&mut self, name: &Name, arguments: Vec<Expression>, span: Span) {
@@ -250,11 +230,9 @@ impl Emitter<'_> {
         action.expressions(&mut |e, _| e.variables(&mut look));
         action.targets(&mut look);
         if let Some(name) = parameter {
-            let message = format!(
-                "ON outlasts the call: the parameter {} cannot stand in it",
-                name.text
-            );
-            let problem = Problem::new("E0218", name.span, message);
+            let Name { text, span } = name;
+            let message = format!("ON outlasts the call: the parameter {text} cannot stand in it");
+            let problem = Problem::new("E0218", span, message);
             self.sink.error(problem.help("copy it to a variable first"));
         }
         let jump = matches!(action, Statement::Goto(_) | Statement::Select(..));

@@ -3,15 +3,15 @@
 //! A variable without a declaration gets its kind from its first assignment, so most kinds are checked by the machine
 //! (`machine::evaluate`, `machine::place`). Start with [`check_statement`].
 
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 
-use crate::builtin::{Builtin, Numeric, System};
-use crate::conditions::Condition;
+use crate::builtin::{Builtin, Condition, Numeric, System};
 use crate::diagnostic::{Problem, Span};
 use crate::program::Symbols;
 use crate::sink::Sink;
-use crate::tree::{Ask, Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable};
+use crate::tree::{
+    Ask, Assignment, Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable,
+};
 use crate::value::ValueKind;
 
 /// Checks one statement.
@@ -42,11 +42,7 @@ impl Checker<'_> {
     /// Checks the variables that the statement gives a value to.
     fn targets(&mut self, simple: &Simple) {
         match simple {
-            Simple::Assign {
-                target,
-                component,
-                value,
-            } => self.assigned(target, component.is_some(), value),
+            Simple::Assign(assignment) => self.assigned(assignment),
             Simple::Ask(Ask::Input(_, targets)) => {
                 for target in targets {
                     if self.is_no_number(target) {
@@ -65,7 +61,9 @@ impl Checker<'_> {
         }
     }
 
-    fn assigned(&mut self, target: &Variable, component: bool, value: &Expression) {
+    fn assigned(&mut self, assignment: &Assignment) {
+        let (target, value) = (&assignment.target, &assignment.value);
+        let component = assignment.component.is_some();
         let found = self.known(value);
         let kind = self.kind(target);
         let number = component || kind.is_some_and(ValueKind::is_number);

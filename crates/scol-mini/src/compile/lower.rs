@@ -6,7 +6,9 @@
 use alloc::collections::BTreeMap;
 
 use crate::builtin::Builtin;
-use crate::code::{Array, Call, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
+use crate::code::{
+    Array, Call, Code, Instruction, Op, Operands, Passed, Register, Rows, TEMPORARIES, Target,
+};
 use crate::machine::constant_number;
 use crate::options::LanguageOptions;
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
@@ -114,11 +116,9 @@ impl Lowering<'_> {
     /// Writes the instructions of a step; `None` when numbers alone cannot do it.
     fn operation(&mut self, operation: &Operation) -> Option<()> {
         match operation {
-            Operation::Simple(Simple::Assign {
-                target,
-                component: None,
-                value,
-            }) => self.assign(target, value)?,
+            Operation::Simple(Simple::Assign(assignment)) if assignment.component.is_none() => {
+                self.assign(&assignment.target, &assignment.value)?;
+            }
             Operation::Branch { condition, otherwise } => self.branch(condition, wide(*otherwise))?,
             Operation::Jump(target) => self.push(Op::Jump(wide(*target))),
             Operation::Select { selector, targets } => {
@@ -179,10 +179,10 @@ impl Lowering<'_> {
     }
 
     fn next(&mut self, opener: usize) -> Option<()> {
-        let Operation::For { variable, .. } = &self.steps.get(opener)?.operation else {
+        let Operation::For { counting, .. } = &self.steps.get(opener)?.operation else {
             return None;
         };
-        let variable = self.plain(variable)?;
+        let variable = self.plain(&counting.variable)?;
         self.push(Op::Next {
             variable,
             opener: wide(opener),
@@ -246,23 +246,25 @@ impl Lowering<'_> {
             }
             Node::Binary(operator, left, right) => {
                 let (a, b) = (self.register(left)?, self.register(right)?);
-                self.result(to, |to| match *operator {
-                    Binary::Add => Op::Add { to, a, b },
-                    Binary::Subtract => Op::Subtract { to, a, b },
-                    Binary::Multiply => Op::Multiply { to, a, b },
-                    Binary::Divide => Op::Divide { to, a, b },
+                let op = match *operator {
+                    Binary::Add => Op::Add,
+                    Binary::Subtract => Op::Subtract,
+                    Binary::Multiply => Op::Multiply,
+                    Binary::Divide => Op::Divide,
                     operator @ (Binary::Or
                     | Binary::And
                     | Binary::Relation(_)
                     | Binary::Modulo
-                    | Binary::Power) => Op::Binary { operator, to, a, b },
-                })
+                    | Binary::Power) => {
+                        return self.result(to, |to| Op::Binary(operator, Operands { to, a, b }));
+                    }
+                };
+                self.result(to, |to| op(Operands { to, a, b }))
             }
             Node::Function(Builtin::Numeric(function), arguments) => {
                 let a = self.register(arguments.first()?)?;
                 let b = arguments.get(1).map_or(Some(a), |second| self.register(second))?;
-                let function = *function;
-                self.result(to, |to| Op::Function { function, to, a, b })
+                self.result(to, |to| Op::Function(*function, Operands { to, a, b }))
             }
             Node::Function(..) | Node::Literal(_) | Node::Component(..) | Node::System(_) => None,
         }
@@ -329,13 +331,7 @@ impl Lowering<'_> {
             [only] => Some((array, self.register(only)?)),
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
-                let flat = |to| Op::Flatten {
-                    to,
-                    a,
-                    b,
-                    row,
-                    length,
-                };
+                let flat = |to| Op::Flatten(Operands { to, a, b }, Rows { row, length });
                 Some((array, self.result(None, flat)?))
             }
             _ => None,

@@ -11,16 +11,14 @@ mod kinds;
 pub(crate) mod lower;
 mod names;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
-use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::options::LanguageOptions;
-use crate::parser::parse_file;
+use crate::parser::{Block, parse_file};
 use crate::points::TaughtPoint;
 use crate::program::{Entry, Program, Symbols, fingerprint, hash};
 use crate::sink::Sink;
@@ -71,14 +69,9 @@ fn build(
     let mut symbols = Symbols::default();
     declare::globals(&mut file, options, &mut symbols, sink);
     declare::data(&file, points, options, &mut symbols, sink);
-    let names = file.blocks.iter().map(|block| &block.name);
-    duplicates(names.clone(), "program", sink);
-    let parameters = file.blocks.iter().map(|block| block.parameters.len());
-    let signatures = names.zip(parameters).map(|(name, parameters)| Signature {
-        name: name.text.clone(),
-        parameters,
-    });
-    let signatures: Vec<Signature> = signatures.collect();
+    duplicates(file.blocks.iter().map(|block| &block.name), "program", sink);
+    let signature = |block: &Block| (block.name.text.clone(), block.parameters.len());
+    let signatures: Vec<Signature> = file.blocks.iter().map(signature).collect();
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
         names::resolve_block(block, &file.suppressed, &mut symbols, options.data_copy, sink);
@@ -113,18 +106,13 @@ fn points_fingerprint(points: &[TaughtPoint]) -> u64 {
         let position = &point.position;
         let numbers = position.coords.iter().map(|number| number.to_bits());
         let numbers = numbers.chain([position.config.number().unsigned_abs()]);
-        hash(
-            numbers.fold(print, |print, number| hash(print, &number.to_le_bytes())),
-            point.name.as_bytes(),
-        )
+        let print = numbers.fold(print, |print, number| hash(print, &number.to_le_bytes()));
+        hash(print, point.name.as_bytes())
     })
 }
 
-/// What a call needs to know of a program.
-struct Signature {
-    name: String,
-    parameters: usize,
-}
+/// What a call needs to know of a program: its name, and how many parameters it has.
+type Signature = (String, usize);
 
 /// Reports names that are declared twice.
 fn duplicates<'a>(names: impl Iterator<Item = &'a Name>, what: &str, sink: &mut Sink) {

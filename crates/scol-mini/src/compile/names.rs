@@ -2,9 +2,8 @@
 //!
 //! Labels and calls are left to `emit`, kinds to `kinds`. Start with [`resolve_block`].
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
 
 use super::declare::dim_slot;
 use super::duplicates;
@@ -24,13 +23,7 @@ pub(super) fn resolve_block(
     data_copy: bool,
     sink: &mut Sink,
 ) {
-    let mut scope = Scope {
-        locals: BTreeMap::new(),
-        failed_dims: BTreeSet::new(),
-        suppressed,
-        symbols,
-        sink,
-    };
+    let mut scope = Scope::new(suppressed, symbols, sink);
     for (at, parameter) in block.parameters.iter().enumerate() {
         let reference = Reference::Parameter(at);
         scope.locals.insert(parameter.text.clone(), reference);
@@ -63,13 +56,8 @@ pub(super) fn resolve_block(
 /// Resolves a statement that is executed directly: GLOBAL and DATA only. A name that neither has and INPUT gives a value
 /// is a variable of the statement (S16); returns how many of them there are.
 pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) -> usize {
-    let mut scope = Scope {
-        locals: BTreeMap::new(),
-        failed_dims: BTreeSet::new(),
-        suppressed: &BTreeSet::new(),
-        symbols,
-        sink,
-    };
+    let suppressed = BTreeSet::new();
+    let mut scope = Scope::new(&suppressed, symbols, sink);
     if let Statement::Simple(Simple::Ask(Ask::Input(_, targets))) = statement {
         for target in targets.iter().filter(|target| target.subscripts.is_empty()) {
             let name = &target.name.text;
@@ -121,7 +109,17 @@ struct Scope<'a> {
     sink: &'a mut Sink,
 }
 
-impl Scope<'_> {
+impl<'a> Scope<'a> {
+    fn new(suppressed: &'a BTreeSet<String>, symbols: &'a mut Symbols, sink: &'a mut Sink) -> Self {
+        Scope {
+            locals: BTreeMap::new(),
+            failed_dims: BTreeSet::new(),
+            suppressed,
+            symbols,
+            sink,
+        }
+    }
+
     fn local(&mut self, slot: Slot) {
         let name = slot.name.clone();
         let reference = self.symbols.add(slot);
@@ -225,10 +223,10 @@ impl Scope<'_> {
         let found = variable.subscripts.len();
         let (code, message) = match bounds {
             Some(_) if found == 0 => ("E0212", format!("{name} is an array: a subscript is missing")),
-            Some(bounds) if bounds.len() != found => (
-                "E0213",
-                format!("{name} has {} subscripts, found {found}", bounds.len()),
-            ),
+            Some(bounds) if bounds.len() != found => {
+                let length = bounds.len();
+                ("E0213", format!("{name} has {length} subscripts, found {found}"))
+            }
             None if found > 0 => ("E0212", format!("{name} is not an array")),
             _ => return,
         };

@@ -3,9 +3,8 @@
 //!
 //! It looks at the rows of `outline`, not at trees. The codes are listed in `diagnostic`.
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::vec::Vec;
 
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign};
@@ -165,10 +164,8 @@ fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
     };
     for lexeme in targets.unwrap_or_default() {
         let name = lexeme.word();
-        let around = open
-            .iter()
-            .find(|around| around.variable == name && !name.is_empty());
-        if let Some(Loop { line, .. }) = around {
+        let mut open = open.iter();
+        if let Some(Loop { line, .. }) = open.find(|open| open.variable == name && !name.is_empty()) {
             let message = format!("{name} is changed in the FOR loop of line {line} that counts it");
             let problem = Problem::new("W0608", lexeme.span, message);
             sink.warning(problem.help("use another variable: this one decides how often the loop runs"));

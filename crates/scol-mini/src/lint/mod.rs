@@ -7,8 +7,8 @@ mod flow;
 mod names;
 mod values;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
 
 use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
 use crate::options::LanguageOptions;
@@ -32,10 +32,8 @@ pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[Taug
     if source.len() > MAX_SOURCE {
         return compilation;
     }
-    let errors = compilation
-        .diagnostics
-        .iter()
-        .filter(|d| d.severity == Severity::Error);
+    let diagnostics = compilation.diagnostics.iter();
+    let errors = diagnostics.filter(|d| d.severity == Severity::Error);
     let warnings = warnings(source, options, &errors.map(|d| d.line).collect());
     let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
     compilation.diagnostics.extend(warnings.into_iter().take(room));

@@ -2,10 +2,8 @@
 //!
 //! Names that do not exist are errors and left to `compile::names`. The codes are listed in `diagnostic`.
 
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 use super::flow::targets;
 use crate::builtin;
@@ -32,11 +30,8 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     let mut shared = outline.shared();
     let mut known: BTreeSet<&str> = BTreeSet::new();
     let mut called: BTreeSet<&str> = BTreeSet::new();
-    let parts = outline
-        .parts
-        .iter()
-        .map(|part| (part, Uses::from_part(part, arm)));
-    let parts: Vec<(&Part, Uses<'_>)> = parts.collect();
+    let parts = outline.parts.iter();
+    let parts: Vec<(&Part, Uses<'_>)> = parts.map(|part| (part, Uses::from_part(part, arm))).collect();
     let valued = valued(outline, &parts);
     for (part, uses) in &parts {
         uninitialised(part, uses, &valued, sink);
@@ -168,8 +163,8 @@ impl<'a> Uses<'a> {
 
     /// An assignment or a call.
     fn named(&mut self, head: &'a str, segment: &'a [Lexeme], arm: Arm) {
-        self.used
-            .extend(names(segment, arm).skip(1).map(|(name, _)| name));
+        let further = names(segment, arm).skip(1);
+        self.used.extend(further.map(|(name, _)| name));
         match segment.first() {
             Some(first) if segment.iter().any(|lexeme| lexeme.is(Sign::Assign)) => {
                 self.assigned.entry(head).or_insert(first.span);

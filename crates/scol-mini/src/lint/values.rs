@@ -3,8 +3,8 @@
 //!
 //! It looks at the rows of `outline`. What a constant expression is worth is left to the compiler.
 
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::format;
 
 use crate::diagnostic::Problem;
 use crate::lexer::{Lexeme, Sign, Token};

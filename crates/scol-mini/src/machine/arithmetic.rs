@@ -3,12 +3,11 @@
 //!
 //! Positions and coordinates are left to `evaluate`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 
-use super::{Result, RuntimeError};
+use super::Result;
 use crate::options::{IntDivision, LanguageOptions};
-use crate::request::FaultKind;
+use crate::request::{Fault, FaultKind};
 use crate::tree::{Binary, Relation, Unary};
 use crate::value::{Number, Value, ValueKind};
 
@@ -39,8 +38,7 @@ pub(super) fn truncated(value: f32) -> Result<i32> {
     if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
         return Ok(whole as i32);
     }
-    let message = format!("{value} does not fit an integer of 32 bits");
-    RuntimeError::fail(FaultKind::Overflow, message)
+    FaultKind::Overflow.fail(format!("{value} does not fit an integer of 32 bits"))
 }
 
 /// A value as another kind: numbers convert, everything else must be of that kind already.
@@ -51,7 +49,7 @@ pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value> {
         (value, kind) if value.kind() == kind => Ok(value),
         (value, kind) => {
             let (expected, found) = (kind.description(), value.kind().description());
-            RuntimeError::fail(FaultKind::Type, format!("expected {expected}, found {found}"))
+            FaultKind::Type.fail(format!("expected {expected}, found {found}"))
         }
     }
 }
@@ -62,7 +60,7 @@ pub(super) fn real(value: f32) -> Result<Number> {
     if value.is_finite() {
         return Ok(Number::Real(value));
     }
-    RuntimeError::fail(FaultKind::Overflow, "the result does not fit a real")
+    FaultKind::Overflow.fail("the result does not fit a real")
 }
 
 #[inline]
@@ -71,9 +69,8 @@ pub(super) fn integer(value: Option<i32>) -> Result<Number> {
 }
 
 #[cold]
-fn integer_overflow() -> Box<RuntimeError> {
-    let message = "the result does not fit an integer of 32 bits";
-    RuntimeError::new(FaultKind::Overflow, message)
+fn integer_overflow() -> Box<Fault> {
+    FaultKind::Overflow.error("the result does not fit an integer of 32 bits")
 }
 
 pub(super) fn unary(operator: Unary, of: Number) -> Result<Number> {
@@ -131,8 +128,7 @@ fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number>
         Binary::Power => {
             let power = libm::powf(left, right);
             if power.is_nan() {
-                let message = format!("{left} cannot be raised to {right}");
-                return RuntimeError::fail(FaultKind::Domain, message);
+                return FaultKind::Domain.fail(format!("{left} cannot be raised to {right}"));
             }
             real(power)
         }
@@ -143,8 +139,8 @@ fn truth_value(holds: bool) -> Number {
     Number::Integer(i32::from(holds))
 }
 
-fn division_by_zero() -> Box<RuntimeError> {
-    RuntimeError::new(FaultKind::DivisionByZero, "division by zero")
+fn division_by_zero() -> Box<Fault> {
+    FaultKind::DivisionByZero.error("division by zero")
 }
 
 /// Whether a relation holds between two integers.

@@ -3,18 +3,17 @@
 //! Almost everything a program computes is a number, so numbers are looked for first. Functions are in `functions`,
 //! variables in `place`, arithmetic in `arithmetic`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 
 use super::arithmetic::{binary, double, truncated, truth, unary};
-use super::{Machine, Result, RuntimeError, compose};
+use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
-use crate::builtin::System;
-use crate::conditions::{Accuracy, Condition};
+use crate::builtin::{Condition, System};
+use crate::conditions::Accuracy;
 use crate::memory::Memory;
 use crate::options::Arm;
 use crate::program::Program;
-use crate::request::{FaultKind, Inputs};
+use crate::request::{Fault, FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
 use crate::value::{Number, Value};
 
@@ -128,8 +127,7 @@ impl Context<'_> {
                     false => "added or subtracted",
                 };
                 let (left, right) = (left.kind().description(), right.kind().description());
-                let message = format!("{left} and {right} cannot be {done}");
-                return RuntimeError::fail(FaultKind::Type, message);
+                return FaultKind::Type.fail(format!("{left} and {right} cannot be {done}"));
             }
         })
     }
@@ -164,9 +162,11 @@ fn add(to: &mut [f64], sign: f64, from: &[f64]) {
 }
 
 /// A value of another kind than the statement takes.
-pub(super) fn unexpected(expected: &str, found: &Value) -> Box<RuntimeError> {
-    let message = format!("expected {expected}, found {}", found.kind().description());
-    RuntimeError::new(FaultKind::Type, message)
+pub(super) fn unexpected(expected: &str, found: &Value) -> Box<Fault> {
+    FaultKind::Type.error(format!(
+        "expected {expected}, found {}",
+        found.kind().description()
+    ))
 }
 
 /// The coordinate of this letter.
@@ -183,7 +183,7 @@ pub(super) fn component(arm: Arm, value: &mut Value, letter: u8) -> Option<&mut 
     coords.get_mut(letters.bytes().position(|known| known == letter)?)
 }
 
-pub(super) fn no_component(value: &Value, letter: u8) -> Box<RuntimeError> {
+pub(super) fn no_component(value: &Value, letter: u8) -> Box<Fault> {
     let (kind, letter) = (value.kind().description(), char::from(letter));
-    RuntimeError::new(FaultKind::Type, format!("{kind} has no coordinate {letter}"))
+    FaultKind::Type.error(format!("{kind} has no coordinate {letter}"))
 }

@@ -5,13 +5,13 @@
 
 use super::arithmetic::double;
 use super::evaluate::{World, component, no_component};
-use super::{Frame, Loop, Machine, Result, RunPhase, RuntimeError};
+use super::{Frame, Loop, Machine, Result, RunPhase};
 use crate::MAX_CALL_NESTING;
+use crate::prelude::*;
 use crate::program::Operation;
 use crate::request::FaultKind;
-use crate::tree::{Expression, Simple, Variable};
+use crate::tree::{Assignment, Expression, Simple};
 use crate::value::Number;
-use alloc::format;
 
 impl Machine {
     /// Executes the step at `at` and moves on, unless it asks for something, ends the program or is a WAIT that goes on
@@ -39,23 +39,18 @@ impl Machine {
                 let target = number.checked_sub(1).and_then(|at| targets.get(at));
                 next = target.copied().unwrap_or(next);
             }
-            Operation::For {
-                variable,
-                from,
-                to,
-                step,
-                exit,
-            } => {
-                let limit = context.number(to)?;
-                let step = step.as_ref().map(|step| context.number(step)).transpose()?;
-                let from = context.number(from)?;
+            Operation::For { counting, exit } => {
+                let limit = context.number(&counting.to)?;
+                let step = counting.step.as_ref().map(|step| context.number(step));
+                let step = step.transpose()?;
+                let from = context.number(&counting.from)?;
                 let opened = Loop {
                     opener: self.at,
                     exit: *exit,
                     limit,
                     step: step.unwrap_or(Number::Integer(1)),
                 };
-                next = self.begin_loop(world, variable, from, opened)?;
+                next = self.begin_loop(world, &counting.variable, from, opened)?;
             }
             Operation::Next { opener } => next = self.next(world, *opener)?,
             Operation::Call { block, arguments } => {
@@ -90,8 +85,7 @@ impl Machine {
         if self.push_frame(first, return_to) {
             return Ok(());
         }
-        let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
-        RuntimeError::fail(FaultKind::Nesting, message)
+        FaultKind::Nesting.fail(format!("calls are nested more than {MAX_CALL_NESTING} deep"))
     }
 
     /// Gives a program, whose arguments are those from `first` on, its frame; `false`, and the arguments gone, when calls
@@ -122,11 +116,7 @@ impl Machine {
 
     fn simple(&mut self, world: &mut World<'_>, simple: &Simple) -> Result<()> {
         match simple {
-            Simple::Assign {
-                target,
-                component,
-                value,
-            } => self.assign(world, target, *component, value)?,
+            Simple::Assign(assignment) => self.assign(world, assignment)?,
             Simple::Change(change) => {
                 let conditions = self.context(world).changed(change)?;
                 *world.memory.conditions_mut() = conditions;
@@ -142,20 +132,17 @@ impl Machine {
         Ok(())
     }
 
-    fn assign(
-        &mut self,
-        world: &mut World<'_>,
-        target: &Variable,
-        letter: Option<u8>,
-        value: &Expression,
-    ) -> Result<()> {
+    fn assign(&mut self, world: &mut World<'_>, assignment: &Assignment) -> Result<()> {
+        let target = &assignment.target;
         let context = self.context(world);
-        let mut value = context.evaluate(value)?;
+        let mut value = context.evaluate(&assignment.value)?;
         let place = context.place(target)?;
-        if let Some(letter) = letter {
+        if let Some(letter) = assignment.component {
             let number = value.number().ok_or_else(|| {
-                let message = format!("a coordinate is a number, found {}", value.kind().description());
-                RuntimeError::new(FaultKind::Type, message)
+                FaultKind::Type.error(format!(
+                    "a coordinate is a number, found {}",
+                    value.kind().description()
+                ))
             })?;
             value = context.fetch(target)?;
             match component(world.program.options.arm, &mut value, letter) {

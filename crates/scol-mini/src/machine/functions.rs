@@ -4,12 +4,11 @@
 //! Which functions there are, and how many arguments they take, is in `builtin`.
 
 use super::fast_sine;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
+use super::Result;
 use super::arithmetic::{binary, double, integer, real, single, truncated};
 use super::evaluate::Context;
-use super::{Result, RuntimeError};
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Numeric};
 use crate::options::{Arm, LanguageOptions};
@@ -73,7 +72,7 @@ impl Context<'_> {
         if self.inputs.has_input(line) {
             return Ok(self.inputs.din(line));
         }
-        RuntimeError::fail(FaultKind::Range, format!("there is no input {line}"))
+        FaultKind::Range.fail(format!("there is no input {line}"))
     }
 
     /// The value of one axis, counted from 1.
@@ -86,7 +85,7 @@ impl Context<'_> {
     /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
     fn bcd_in(&self, arguments: &[Expression]) -> Result<Value> {
         let [first, digits] = arguments else {
-            return RuntimeError::fail(FaultKind::Type, "BCDIN takes 2 arguments");
+            return FaultKind::Type.fail("BCDIN takes 2 arguments");
         };
         let (first, digits) = self.bcd_field(first, digits)?;
         let mut value = 0_i32;
@@ -97,8 +96,9 @@ impl Context<'_> {
                 figure = figure * 2 + i32::from(self.input(line + bit)?);
             }
             if figure > 9 {
-                let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
-                return RuntimeError::fail(FaultKind::Range, message);
+                return FaultKind::Range.fail(format!(
+                    "the inputs from {line} show {figure}, which is no decimal digit"
+                ));
             }
             value = value * 10 + figure;
         }
@@ -117,8 +117,7 @@ impl Context<'_> {
             lines.extend((0..4).map(|bit| (first + digit * 4 + bit, figure >> bit & 1 == 1)));
         }
         if value < 0 || rest > 0 {
-            let message = format!("BCDOUT has {digits} digits, found {value}");
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("BCDOUT has {digits} digits, found {value}"));
         }
         Ok(lines)
     }
@@ -133,7 +132,7 @@ impl Context<'_> {
             }
             _ => {
                 let expected = format!("expected a first signal and 1 to {most} digits");
-                RuntimeError::fail(FaultKind::Range, format!("{expected}, found {digits} digits"))
+                FaultKind::Range.fail(format!("{expected}, found {digits} digits"))
             }
         }
     }
@@ -143,7 +142,7 @@ impl Context<'_> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
-            _ => RuntimeError::fail(FaultKind::Range, format!("there is no signal {number}")),
+            _ => FaultKind::Range.fail(format!("there is no signal {number}")),
         }
     }
 
@@ -175,8 +174,7 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration> {
             Arm::SixAxis => "five digits 0 to 2",
             Arm::Scara => "0, 1 or 2",
         };
-        let message = format!("a configuration is {form}, found {number}");
-        RuntimeError::new(FaultKind::Range, message)
+        FaultKind::Range.error(format!("a configuration is {form}, found {number}"))
     })
 }
 
@@ -201,7 +199,7 @@ pub(super) fn numeric(
             let result = scalar(function, double(first), double(second));
             if result.is_nan() {
                 let (word, x) = (Builtin::Numeric(function).keyword(), single(first));
-                return RuntimeError::fail(FaultKind::Domain, format!("{word} is not defined for {x}"));
+                return FaultKind::Domain.fail(format!("{word} is not defined for {x}"));
             }
             real(result as f32)
         }

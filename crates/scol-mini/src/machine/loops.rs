@@ -1,10 +1,10 @@
 //! `FOR` and `NEXT`: which loops are open, and when they are over.
 
-use alloc::format;
+use crate::prelude::*;
 
 use super::arithmetic::{binary, double};
 use super::evaluate::{Context, World};
-use super::{Loop, Machine, Result, RuntimeError};
+use super::{Loop, Machine, Result};
 use crate::program::Operation;
 use crate::request::FaultKind;
 use crate::tree::{Binary, Variable};
@@ -20,7 +20,7 @@ impl Machine {
         opened: Loop,
     ) -> Result<usize> {
         if double(opened.step) == 0.0 {
-            return RuntimeError::fail(FaultKind::Range, "the STEP of a FOR cannot be 0");
+            return FaultKind::Range.fail("the STEP of a FOR cannot be 0");
         }
         let now = self.count(world, variable, from)?;
         // A jump may have left loops without their NEXT: those that do not surround this FOR are over.
@@ -46,9 +46,10 @@ impl Machine {
             self.loops.last().copied()
         });
         let operation = world.program.steps.get(opener).map(|step| &step.operation);
-        let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
-            return RuntimeError::fail(FaultKind::NextWithoutFor, "NEXT is reached without its FOR");
+        let (Some(open), Some(Operation::For { counting, .. })) = (found, operation) else {
+            return FaultKind::NextWithoutFor.fail("NEXT is reached without its FOR");
         };
+        let variable = &counting.variable;
         let now = self.context(world).counter(variable)?;
         let sum = binary(Binary::Add, now, open.step, &world.program.options)?;
         if open.is_past(self.count(world, variable, sum)?) {
@@ -71,8 +72,7 @@ impl Context<'_> {
         let value = self.fetch(variable)?;
         value.number().ok_or_else(|| {
             let (name, found) = (&variable.name.text, value.kind().description());
-            let message = format!("a FOR counts with a number, {name} is {found}");
-            RuntimeError::new(FaultKind::Type, message)
+            FaultKind::Type.error(format!("a FOR counts with a number, {name} is {found}"))
         })
     }
 }

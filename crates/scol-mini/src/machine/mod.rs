@@ -22,11 +22,8 @@ mod snapshot;
 mod tests;
 mod vm;
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
 use crate::memory::{MAIN_TASK, Memory};
 use crate::options::LanguageOptions;
@@ -44,27 +41,21 @@ use vm::Stop;
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
 
-/// Boxed, so that a result of a number fits two machine words.
-pub(crate) type Result<T, E = Box<RuntimeError>> = core::result::Result<T, E>;
+/// The fault is boxed, so that a result of a number fits two machine words. Its line is set where the statement is known.
+pub(crate) type Result<T, E = Box<Fault>> = core::result::Result<T, E>;
 
-/// A fault before its line is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RuntimeError {
-    pub kind: FaultKind,
-    pub message: String,
-}
-
-impl RuntimeError {
+impl FaultKind {
+    /// A fault of this kind, on a line that is not known yet.
     #[cold]
-    pub fn new(kind: FaultKind, message: impl Into<String>) -> Box<Self> {
-        let message = message.into();
-        Box::new(Self { kind, message })
+    pub(crate) fn error(self, message: impl Into<String>) -> Box<Fault> {
+        let (kind, line, message) = (self, 0, message.into());
+        Box::new(Fault { kind, line, message })
     }
 
-    /// The error as the result of what fails with it.
+    /// The fault as the result of what fails with it.
     #[cold]
-    pub fn fail<T>(kind: FaultKind, message: impl Into<String>) -> Result<T> {
-        Err(Self::new(kind, message))
+    pub(crate) fn fail<T>(self, message: impl Into<String>) -> Result<T> {
+        Err(self.error(message))
     }
 }
 
@@ -83,11 +74,7 @@ impl RuntimeError {
 /// With the feature `serde` a machine is written without its program and says only which it is. What is read back stands
 /// still until `relink` gives it the program.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Machine {
     version: StateVersion,
     #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
@@ -109,7 +96,7 @@ pub struct Machine {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum RunPhase {
     /// Before a step.
     Ready,
@@ -126,7 +113,7 @@ enum RunPhase {
 
 /// A request and where its numbers go.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct PendingRequest {
     request: Request,
     targets: Vec<ValuePlace>,
@@ -134,7 +121,7 @@ struct PendingRequest {
 
 /// A program that was called, the main program first.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Frame {
     return_to: usize,
     /// Where its part of the arguments begins.
@@ -145,7 +132,7 @@ struct Frame {
 
 /// A FOR under way: its step, the one after its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Loop {
     opener: usize,
     exit: usize,
@@ -223,12 +210,7 @@ impl Machine {
             RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
-        memory.switch_task(&program, self.task);
-        let mut world = World {
-            program: &program,
-            memory,
-            inputs,
-        };
+        let mut world = self.enter(&program, memory, inputs);
         loop {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
@@ -247,7 +229,7 @@ impl Machine {
                 }
             };
             if let Err(error) = self.execute(&mut world, &step.operation) {
-                return Pause::Fault(self.faulted(error));
+                return Pause::Fault(self.faulted(*error));
             }
             match &self.state {
                 RunPhase::Waiting => return Pause::Waiting,
@@ -266,21 +248,16 @@ impl Machine {
     /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
     pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
         let RunPhase::Requested(pending) = &self.state else {
-            return Err(self.fault(RuntimeError::new(FaultKind::Type, "no request is pending")));
+            return Err(self.fault(*FaultKind::Type.error("no request is pending")));
         };
         let pending = pending.clone();
-        let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(error))?;
+        let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(*error))?;
         self.state = RunPhase::Ready;
         let program = Arc::clone(&self.program);
-        memory.switch_task(&program, self.task);
-        let mut world = World {
-            program: &program,
-            memory,
-            inputs: &NoInputs,
-        };
+        let mut world = self.enter(&program, memory, &NoInputs);
         for (place, number) in pending.targets.iter().zip(numbers) {
             self.write(&mut world, *place, number.into())
-                .map_err(|error| self.faulted(error))?;
+                .map_err(|error| self.faulted(*error))?;
         }
         self.at += 1;
         Ok(())
@@ -323,10 +300,7 @@ impl Machine {
     /// Abandons the statement under way (a pending request, a `WAIT`, or one at fault) with all its parts: the next
     /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
-        if matches!(
-            self.state,
-            RunPhase::Requested(_) | RunPhase::Waiting | RunPhase::Faulted
-        ) {
+        if !matches!(self.state, RunPhase::Ready | RunPhase::Ended) {
             loop {
                 // The action of an ON is no part of the statement.
                 self.at = match self.operation() {
@@ -387,6 +361,16 @@ impl Machine {
         }
     }
 
+    /// What a run of this task works on: the memory gets the variables of the task.
+    fn enter<'a>(&self, program: &'a Program, memory: &'a mut Memory, inputs: &'a dyn Inputs) -> World<'a> {
+        memory.switch_task(program, self.task);
+        World {
+            program,
+            memory,
+            inputs,
+        }
+    }
+
     /// What expressions can look at now.
     fn context<'a>(&'a self, world: &'a World<'_>) -> Context<'a> {
         Context {
@@ -406,17 +390,13 @@ impl Machine {
         }
     }
 
-    #[expect(clippy::boxed_local, reason = "as faults come")]
-    fn fault(&self, error: Box<RuntimeError>) -> Fault {
-        Fault {
-            kind: error.kind,
-            line: self.line(),
-            message: error.message,
-        }
+    fn fault(&self, error: Fault) -> Fault {
+        let line = self.line();
+        Fault { line, ..error }
     }
 
     /// The fault of a statement, on which the machine stays.
-    fn faulted(&mut self, error: Box<RuntimeError>) -> Fault {
+    fn faulted(&mut self, error: Fault) -> Fault {
         self.state = RunPhase::Faulted;
         self.fault(error)
     }
@@ -433,8 +413,7 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
             return Ok(numbers);
         }
         (Request::Input { expected, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
-            let message = format!("INPUT wants {expected} numbers, found {}", numbers.len());
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("INPUT wants {expected} numbers, found {}", numbers.len()));
         }
         (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => return Ok(numbers),
         (Request::Input { .. }, Answer::Done) => "INPUT wants numbers",
@@ -442,7 +421,7 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
         (_, Answer::Done) => return Ok(Vec::new()),
         (_, Answer::Values(_) | Answer::Cancelled(_)) => "only INPUT and TASK take numbers",
     };
-    RuntimeError::fail(FaultKind::Type, message)
+    FaultKind::Type.fail(message)
 }
 
 /// The value of an expression that is constant and a number.

@@ -3,12 +3,10 @@
 //! The caller decides when to evaluate them, with [`Machine::check_monitors`]. A condition that has become true leads to a jump, or to a
 //! handler that runs beside the program. Executing the ON itself is in `execute`.
 
-use alloc::boxed::Box;
-use alloc::format;
+use crate::prelude::*;
 use alloc::sync::Arc;
 
-use super::evaluate::World;
-use super::{Machine, Result, RunPhase, RuntimeError};
+use super::{Machine, Result, RunPhase};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
 use crate::program::Operation;
@@ -16,7 +14,7 @@ use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct Monitor {
     /// The step of its `ON`.
     pub(super) on: usize,
@@ -47,8 +45,7 @@ impl Machine {
         let on = self.at;
         self.monitors.retain(|monitor| monitor.on != on);
         if self.monitors.len() >= MAX_MONITORS {
-            let message = format!("a task has at most {MAX_MONITORS} monitors");
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("a task has at most {MAX_MONITORS} monitors"));
         }
         let depth = self.frames.len();
         self.monitors.push(Monitor {
@@ -79,12 +76,7 @@ impl Machine {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
-        memory.switch_task(&program, self.task);
-        let world = World {
-            program: &program,
-            memory,
-            inputs,
-        };
+        let world = self.enter(&program, memory, inputs);
         for index in 0..self.monitors.len() {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
@@ -106,11 +98,7 @@ impl Machine {
                 }
                 Err(error) => {
                     self.monitors.remove(index);
-                    return Err(Fault {
-                        kind: error.kind,
-                        line,
-                        message: error.message,
-                    });
+                    return Err(Fault { line, ..*error });
                 }
             }
         }

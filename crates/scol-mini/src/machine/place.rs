@@ -2,13 +2,11 @@
 //!
 //! A parameter stands for a variable of the caller, or for a value of its own.
 
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::arithmetic::convert;
 use super::evaluate::{Context, World};
-use super::{Machine, Result, RuntimeError};
+use super::{Machine, Result};
 use crate::MAX_SUBSCRIPTS;
 use crate::request::FaultKind;
 use crate::tree::{Expression, Node, Reference, Variable};
@@ -16,7 +14,7 @@ use crate::value::{Number, Value, ValueKind};
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum ValuePlace {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
@@ -26,7 +24,7 @@ pub(super) enum ValuePlace {
 
 /// What a parameter stands for.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) enum Argument {
     /// The caller's variable.
     Place(ValuePlace),
@@ -54,10 +52,10 @@ impl Context<'_> {
                     Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
                         Ok(ValuePlace::Argument(at))
                     }
-                    None => RuntimeError::fail(FaultKind::Undefined, format!("{name} was not handed over")),
+                    None => FaultKind::Undefined.fail(format!("{name} was not handed over")),
                 }
             }
-            Reference::Unresolved => RuntimeError::fail(FaultKind::Undefined, format!("{name} has no value")),
+            Reference::Unresolved => FaultKind::Undefined.fail(format!("{name} has no value")),
         }
     }
 
@@ -76,8 +74,11 @@ impl Context<'_> {
         });
         cell.ok_or_else(|| {
             let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-            let message = format!("{}({}) is outside the array", variable.name.text, list.join(","));
-            RuntimeError::new(FaultKind::Subscript, message)
+            FaultKind::Subscript.error(format!(
+                "{}({}) is outside the array",
+                variable.name.text,
+                list.join(",")
+            ))
         })
     }
 
@@ -97,8 +98,7 @@ impl Context<'_> {
     pub fn fetch(&self, variable: &Variable) -> Result<Value> {
         let place = self.place(variable)?;
         self.read(place).ok_or_else(|| {
-            let message = format!("{} is read before it has a value", variable.name.text);
-            RuntimeError::new(FaultKind::Undefined, message)
+            FaultKind::Undefined.error(format!("{} is read before it has a value", variable.name.text))
         })
     }
 

@@ -2,8 +2,7 @@
 //!
 //! Sending them is left to the caller, who gets them as a request.
 
-use alloc::format;
-use alloc::string::String;
+use crate::prelude::*;
 
 use crate::value::Number;
 

@@ -3,17 +3,15 @@
 //!
 //! The requests are defined in `request`; serving them is left to the caller.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::evaluate::{Context, unexpected};
 use super::functions::configuration;
 use super::place::ValuePlace;
 use super::print::field;
-use super::{PendingRequest, Result, RuntimeError};
-use crate::conditions::{Accuracy, Condition, Conditions};
+use super::{PendingRequest, Result};
+use crate::builtin::Condition;
+use crate::conditions::{Accuracy, Conditions};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Node, PerAxis, Variable};
 use crate::value::{Frame, Position, Value};
@@ -79,8 +77,7 @@ impl Context<'_> {
                     0 => Accuracy::Coarse,
                     1 => Accuracy::Fine,
                     other => {
-                        let message = format!("ACCUR takes COARSE or FINE, found {other}");
-                        return RuntimeError::fail(FaultKind::Range, message);
+                        return FaultKind::Range.fail(format!("ACCUR takes COARSE or FINE, found {other}"));
                     }
                 }
             }
@@ -93,8 +90,7 @@ impl Context<'_> {
         if (least..=100.0).contains(&percent) {
             return Ok(percent);
         }
-        let message = format!("{name} takes {least} to 100, found {percent}");
-        RuntimeError::fail(FaultKind::Range, message)
+        FaultKind::Range.fail(format!("{name} takes {least} to 100, found {percent}"))
     }
 
     /// What a statement asks for.
@@ -161,8 +157,7 @@ impl Context<'_> {
                 seconds: self.seconds("PULOUT", seconds)?,
             }),
             (line, false) => {
-                let message = format!("PULOUT takes an output from 1 up, found -{line}");
-                RuntimeError::fail(FaultKind::Range, message)
+                FaultKind::Range.fail(format!("PULOUT takes an output from 1 up, found -{line}"))
             }
         }
     }
@@ -219,18 +214,14 @@ impl Context<'_> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
             Ok(number @ 1..=MAX_AXIS) => Ok(number),
-            _ => {
-                let message = format!("axes count from 1 to {MAX_AXIS}, found {axis}");
-                RuntimeError::fail(FaultKind::Range, message)
-            }
+            _ => FaultKind::Range.fail(format!("axes count from 1 to {MAX_AXIS}, found {axis}")),
         }
     }
 
     fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
-            let message = format!("{name} takes seconds from 0 up, found {seconds}");
-            return RuntimeError::fail(FaultKind::Range, message);
+            return FaultKind::Range.fail(format!("{name} takes seconds from 0 up, found {seconds}"));
         }
         Ok(seconds)
     }

@@ -10,7 +10,7 @@ use super::functions::numeric;
 use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine};
 use crate::cell::{Cell, Held};
-use crate::code::{Array, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
+use crate::code::{Array, Code, Instruction, Op, Operands, Passed, Register, Rows, TEMPORARIES, Target};
 use crate::options::LanguageOptions;
 use crate::program::Program;
 use crate::tree::{Binary, Relation};
@@ -102,19 +102,19 @@ impl Machine {
                 let value = registers.get(a)?;
                 registers.put(to, value)?;
             }
-            Op::Add { to, a, b } => registers.arithmetic(to, a, b, i32::checked_add, |a, b| a + b)?,
-            Op::Subtract { to, a, b } => registers.arithmetic(to, a, b, i32::checked_sub, |a, b| a - b)?,
-            Op::Multiply { to, a, b } => registers.arithmetic(to, a, b, i32::checked_mul, |a, b| a * b)?,
-            Op::Divide { to, a, b } => {
+            Op::Add(operands) => registers.arithmetic(operands, i32::checked_add, |a, b| a + b)?,
+            Op::Subtract(operands) => registers.arithmetic(operands, i32::checked_sub, |a, b| a - b)?,
+            Op::Multiply(operands) => registers.arithmetic(operands, i32::checked_mul, |a, b| a * b)?,
+            Op::Divide(operands @ Operands { to, a, b }) => {
                 let [left, right] = [registers.get(a)?, registers.get(b)?];
                 if Cell::integers([left, right]).is_none() {
                     // What is divided by zero is not finite, and left to the step.
                     registers.put_real(to, left.single()? / right.single()?)?;
                 } else {
-                    registers.binary(Binary::Divide, to, a, b, &program.options)?;
+                    registers.binary(Binary::Divide, operands, &program.options)?;
                 }
             }
-            Op::Binary { operator, to, a, b } => registers.binary(operator, to, a, b, &program.options)?,
+            Op::Binary(operator, operands) => registers.binary(operator, operands, &program.options)?,
             Op::Unary { operator, to, a } => {
                 let value = unary(operator, registers.number(a)?).ok()?;
                 registers.put(to, value.into())?;
@@ -134,7 +134,7 @@ impl Machine {
                     return Some(Next::To(target));
                 }
             }
-            Op::Function { function, to, a, b } => {
+            Op::Function(function, Operands { to, a, b }) => {
                 let (a, b) = (registers.number(a)?, registers.number(b)?);
                 registers.put(to, numeric(function, a, b, &program.options).ok()?.into())?;
             }
@@ -146,14 +146,8 @@ impl Machine {
                 let value = registers.get(a)?;
                 registers.put(registers.element(array, index)?, value)?;
             }
-            Op::Flatten {
-                to,
-                a,
-                b,
-                row,
-                length,
-            } => {
-                let index = flat(row, length, registers.get(a)?, registers.get(b)?)?;
+            Op::Flatten(Operands { to, a, b }, rows) => {
+                let index = flat(rows, registers.get(a)?, registers.get(b)?)?;
                 registers.put(to, Cell::integer(index))?;
             }
             Op::Fetch { to, parameter } => {
@@ -324,14 +318,8 @@ impl Registers<'_> {
     }
 
     #[inline(always)]
-    fn binary(
-        &mut self,
-        operator: Binary,
-        to: Register,
-        a: Register,
-        b: Register,
-        options: &LanguageOptions,
-    ) -> Option<()> {
+    fn binary(&mut self, operator: Binary, operands: Operands, options: &LanguageOptions) -> Option<()> {
+        let Operands { to, a, b } = operands;
         let (a, b) = (self.number(a)?, self.number(b)?);
         self.put(to, binary(operator, a, b, options).ok()?.into())
     }
@@ -339,9 +327,7 @@ impl Registers<'_> {
     #[inline(always)]
     fn arithmetic(
         &mut self,
-        to: Register,
-        a: Register,
-        b: Register,
+        Operands { to, a, b }: Operands,
         integers: impl Fn(i32, i32) -> Option<i32>,
         reals: impl Fn(f32, f32) -> f32,
     ) -> Option<()> {
@@ -384,7 +370,7 @@ fn convert_into(place: &mut Cell, value: Number) -> Option<()> {
 }
 
 /// Two subscripts as one.
-fn flat(row: u16, length: u16, a: Cell, b: Cell) -> Option<i32> {
+fn flat(Rows { row, length }: Rows, a: Cell, b: Cell) -> Option<i32> {
     let a = u32::try_from(a.as_integer()?).ok()?;
     let b = u32::try_from(b.as_integer()?).ok()?;
     let index = a.checked_mul(u32::from(row))?.checked_add(b)?;

@@ -3,7 +3,7 @@
 //! Those of the running task are in the cells, so the machine reads them without asking whose they are; those of the other
 //! tasks are parked. GLOBAL and DATA are left to `memory`.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::Range;
 
 use super::{MAIN_TASK, Memory};
@@ -16,7 +16,7 @@ const DIRECT: u16 = 0;
 
 /// The variables of the programs as one task has them.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub(super) struct Locals {
     pub(super) cells: Vec<Cell>,
     pub(super) kinds: Vec<Option<ValueKind>>,
@@ -39,20 +39,15 @@ impl Memory {
         let (first, range) = extent(slots, self.cells.variables);
         let locals = slots.get(first..).unwrap_or_default();
         let own = self.parked.remove(&task);
-        let (fresh, own) = match own {
-            Some(own) => (false, own),
-            None => {
-                let cells = core::iter::repeat_n(Cell::EMPTY, range.len()).collect();
-                let kinds = locals.iter().map(|slot| slot.kind).collect();
-                (true, Locals { cells, kinds })
-            }
-        };
+        let fresh = own.is_none();
+        let own = own.unwrap_or_else(|| Locals {
+            cells: core::iter::repeat_n(Cell::EMPTY, range.len()).collect(),
+            kinds: locals.iter().map(|slot| slot.kind).collect(),
+        });
+        let first = first.min(self.kinds.len());
         let others = Locals {
             cells: self.cells.all.splice(range, own.cells).collect(),
-            kinds: self
-                .kinds
-                .splice(first.min(self.kinds.len()).., own.kinds)
-                .collect(),
+            kinds: self.kinds.splice(first.., own.kinds).collect(),
         };
         self.parked.insert(self.task, others);
         self.task = task;

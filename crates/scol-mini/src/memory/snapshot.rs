@@ -61,14 +61,10 @@ impl Places<'_> {
         base: usize,
     ) -> Result<(), RestoreError> {
         let length: usize = slots.iter().map(Slot::length).sum();
-        expect(
-            cells.len() == length,
-            "as many values as the program has variables",
-        )?;
-        expect(
-            kinds.len() == slots.len(),
-            "a kind for each variable of the program",
-        )?;
+        let complete = cells.len() == length;
+        expect(complete, "as many values as the program has variables")?;
+        let complete = kinds.len() == slots.len();
+        expect(complete, "a kind for each variable of the program")?;
         for (slot, kind) in slots.iter().zip(kinds) {
             let as_declared = slot.kind.is_none() || slot.kind == *kind;
             expect(as_declared, "variables of the kinds that are declared")?;

@@ -2,8 +2,7 @@
 //!
 //! Channels and items are checked here; the bytes of a PRINT are in `machine::print`.
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{Builtin, MAX_ARGUMENTS};

@@ -2,8 +2,7 @@
 //!
 //! Making variables of them is left to `compile::declare`; the table of taught points has its own reader (`points`).
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::{Cursor, Datum};
 use crate::MAX_DATA_NAME;
@@ -57,21 +56,16 @@ impl Cursor<'_> {
         if braced {
             self.expect_sign(Sign::CloseBrace)?;
         }
-        let config = match kind {
-            ValueKind::Position => self.posture()?,
-            ValueKind::Integer | ValueKind::Real | ValueKind::Load | ValueKind::Coordinate => {
-                Configuration::default()
-            }
-        };
+        let posture = (kind == ValueKind::Position).then(|| self.posture());
+        let config = posture.transpose()?.unwrap_or_default();
         self.end_of_line()?;
-        let value = start.to(self.before());
         Ok(DataLine::Datum(Datum {
             name,
             kind,
             numbers,
             config,
             work: None,
-            value,
+            value: start.to(self.before()),
         }))
     }
 
@@ -106,15 +100,11 @@ impl Cursor<'_> {
 
     /// What follows the slash of a position: nothing, digits, or on a SCARA a word.
     fn posture(&mut self) -> Result<Configuration, Problem> {
-        if !self.sign(Sign::Slash) {
-            return match self.peek() {
-                None => Ok(Configuration::default()),
-                Some(_) => Err(self.expected("\",\", \"/\" or the end of the line")),
-            };
-        }
+        let slash = self.sign(Sign::Slash);
         let span = self.span();
         let number = match self.peek() {
             None => return Ok(Configuration::default()),
+            Some(_) if !slash => return Err(self.expected("\",\", \"/\" or the end of the line")),
             Some(Token::Integer(number)) => Some(*number).filter(|_| span.end - span.start <= 5),
             Some(Token::Word(word)) => builtin::configuration(word, self.arm).map(i64::from),
             Some(_) => None,

@@ -2,8 +2,7 @@
 //!
 //! Bounds and initial values are checked by `compile::declare`.
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::{Cursor, Declaration};
 use crate::MAX_SUBSCRIPTS;

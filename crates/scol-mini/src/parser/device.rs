@@ -2,9 +2,7 @@
 //!
 //! What they ask of the world is in `machine::request_values`; plain motions are in `motion`.
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::conditions::AXES;
@@ -53,18 +51,14 @@ impl Cursor<'_> {
 
     /// What ENABLE and DISABLE switch; without a word the monitors.
     pub(super) fn switch(&mut self, on: bool) -> Result<Simple, Problem> {
-        match self.peek_word() {
-            "PASS" => {
-                self.advance();
-                Ok(Simple::Change(Change::Pass(on)))
-            }
-            "NOWAIT" => {
-                self.advance();
-                Ok(Simple::Change(Change::Nowait(on)))
-            }
-            "" | "ELSE" => Ok(Simple::Monitors(on)),
-            _ => Err(self.expected("PASS, NOWAIT or the end of the line")),
-        }
+        let change = match self.peek_word() {
+            "PASS" => Change::Pass(on),
+            "NOWAIT" => Change::Nowait(on),
+            "" | "ELSE" => return Ok(Simple::Monitors(on)),
+            _ => return Err(self.expected("PASS, NOWAIT or the end of the line")),
+        };
+        self.advance();
+        Ok(Simple::Change(change))
     }
 
     /// `("NAME")` after TASK; blanks in the name are ignored.

@@ -3,9 +3,7 @@
 //!
 //! Names are resolved later (`compile::names`), kinds checked later (`compile::kinds`).
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{self, Builtin, System};
@@ -253,11 +251,13 @@ impl Cursor<'_> {
     /// A variable, or an element of an array; `what` says what it is for.
     pub(super) fn variable(&mut self, what: &str) -> Result<Variable, Problem> {
         let name = self.name(what)?;
-        let subscripts = self
-            .sign(Sign::Open)
-            .then(|| self.list(Sign::Close))
-            .transpose()?;
-        Ok(Variable::new(name, subscripts.unwrap_or_default()))
+        Ok(Variable::new(name, self.subscripts()?.unwrap_or_default()))
+    }
+
+    /// What parentheses hold, if there are any.
+    pub(super) fn subscripts(&mut self) -> Result<Option<Vec<Expression>>, Problem> {
+        let open = self.sign(Sign::Open);
+        open.then(|| self.list(Sign::Close)).transpose()
     }
 
     fn function(

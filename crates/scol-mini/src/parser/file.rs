@@ -2,9 +2,7 @@
 //!
 //! The lines within are parsed by `declaration`, `statement` and `data`. Start with [`parse_file`].
 
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::data::DataLine;
 use super::{Block, Cursor, File, Label, Located};
@@ -15,7 +13,7 @@ use crate::lines::{Line, lines};
 use crate::options::LanguageOptions;
 use crate::sink::Sink;
 use crate::suggest;
-use crate::tree::{Expression, Name, Statement, Variable};
+use crate::tree::{Counting, Expression, Name, Statement, Variable};
 use crate::value::ValueKind;
 use crate::{MAX_DIRECT, MAX_LINE};
 
@@ -47,9 +45,9 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
     parser.file
 }
 
-/// Where in the file the parser is.
+/// Where in a file a line is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+pub(crate) enum Place {
     Outside,
     Global,
     Program,
@@ -94,12 +92,12 @@ impl Parser<'_> {
         let span = line.span;
         let statement = if suggest::is_nearly(first, "FOR") && rest.contains('=') {
             let name = Name::new(leading_word(rest.trim_start()).0, span);
-            Statement::For {
+            Statement::For(Counting {
                 variable: Variable::new(name, Vec::new()),
                 from: Expression::integer(0, span),
                 to: Expression::integer(0, span),
                 step: None,
-            }
+            })
         } else if suggest::is_nearly(first, "NEXT") {
             Statement::Next(None)
         } else {

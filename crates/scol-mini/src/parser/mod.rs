@@ -12,10 +12,8 @@ mod file;
 mod motion;
 mod statement;
 
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 use crate::builtin::{self, Builtin};
 use crate::diagnostic::{Problem, Span};
@@ -24,7 +22,7 @@ use crate::options::Arm;
 use crate::tree::{Expression, Name, Statement};
 use crate::value::{Configuration, ValueKind};
 
-pub(crate) use file::{parse_direct, parse_file};
+pub(crate) use file::{Place, parse_direct, parse_file};
 
 /// A file as parsed.
 #[derive(Debug, Default)]

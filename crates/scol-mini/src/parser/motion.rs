@@ -2,12 +2,10 @@
 //!
 //! Where a motion leads is evaluated by `machine::request_values`; moving is left to the controller.
 
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
-use crate::builtin::{self, Builtin};
-use crate::conditions::Condition;
+use crate::builtin::{self, Builtin, Condition};
 use crate::diagnostic::Problem;
 use crate::lexer::Sign;
 use crate::tree::{Ask, Expression, MotionKind};

@@ -3,17 +3,16 @@
 //! Which statements may stand where is checked here; their names are resolved later. Statements about motions, devices and
 //! channels have their own files.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 use super::Cursor;
-use crate::builtin;
+use crate::builtin::{self, System};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
 use crate::request::Request;
 use crate::tree::{
-    Ask, Change, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary, Variable,
+    Ask, Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
+    Variable,
 };
 
 impl Cursor<'_> {
@@ -113,7 +112,7 @@ impl Cursor<'_> {
             return Err(problem.help("an IF stands on one line, with a statement after THEN and ELSE"));
         }
         let statement = self.statement()?;
-        if matches!(statement, Statement::For { .. } | Statement::Next(_)) {
+        if matches!(statement, Statement::For(_) | Statement::Next(_)) {
             let problem = Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF");
             return Err(problem.help("jump over the loop, or out of it, with GOTO"));
         }
@@ -125,14 +124,12 @@ impl Cursor<'_> {
         self.expect_sign(Sign::Assign)?;
         let from = self.expression()?;
         self.expect_word("TO")?;
-        let to = self.expression()?;
-        let step = self.word("STEP").then(|| self.expression()).transpose()?;
-        Ok(Statement::For {
+        Ok(Statement::For(Counting {
             variable,
             from,
-            to,
-            step,
-        })
+            to: self.expression()?,
+            step: self.word("STEP").then(|| self.expression()).transpose()?,
+        }))
     }
 
     fn next(&mut self) -> Result<Statement, Problem> {
@@ -169,7 +166,7 @@ impl Cursor<'_> {
             }
             Statement::Wait(_)
             | Statement::If { .. }
-            | Statement::For { .. }
+            | Statement::For(_)
             | Statement::Next(_)
             | Statement::Return
             | Statement::On { .. } => {
@@ -190,10 +187,7 @@ impl Cursor<'_> {
 
     /// A line that begins with this name: an assignment or a call.
     fn named(&mut self, name: Name) -> Result<Statement, Problem> {
-        let list = self
-            .sign(Sign::Open)
-            .then(|| self.list(Sign::Close))
-            .transpose()?;
+        let list = self.subscripts()?;
         let component = self.sign(Sign::Dot).then(|| self.component()).transpose()?;
         if self.sign(Sign::Assign) {
             if list.as_ref().is_some_and(Vec::is_empty) {
@@ -204,12 +198,11 @@ impl Cursor<'_> {
             if component.is_none() && self.word("TASK") {
                 return Ok(Statement::Simple(Simple::Ask(self.task(Some(target))?)));
             }
-            let value = self.expression()?;
-            return Ok(Statement::Simple(Simple::Assign {
+            return Ok(Statement::Simple(Simple::Assign(Assignment {
                 target,
                 component,
-                value,
-            }));
+                value: self.expression()?,
+            })));
         }
         if component.is_some() {
             return Err(self.expected("\"=\""));
@@ -229,10 +222,8 @@ impl Cursor<'_> {
             }
         }
         let arguments = list.unwrap_or_default().into_iter();
-        Ok(Statement::Call(
-            name,
-            arguments.map(|e| self.by_value(e)).collect(),
-        ))
+        let arguments = arguments.map(|argument| self.by_value(argument)).collect();
+        Ok(Statement::Call(name, arguments))
     }
 }
 
@@ -241,10 +232,9 @@ fn misplaced(word: &str, span: Span) -> Problem {
     let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
     match word {
         "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
-        "HERE" | "DEST" | "MOTION" | "MOTIONT" | "REMAIN" | "REMAINT" | "MODE" | "TID" | "MAXTASK" => {
-            problem.help(format!("{word} can only be read"))
-        }
+        "TIMER" => problem,
         _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
+        _ if System::from_word(word).is_some() => problem.help(format!("{word} can only be read")),
         _ => problem,
     }
 }

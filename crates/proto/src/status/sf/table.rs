@@ -4,9 +4,8 @@
 //! [`super::SystemStatus`].
 
 use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_from_word};
-use alloc::format;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
+use SfFieldKind::{Alarm, Code, Float, Lines, Minutes, Name, Reserved};
 
 /// How the bytes of a field are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,20 +41,18 @@ pub struct SfField {
     pub kind: SfFieldKind,
 }
 
-const SWITCH: SfFieldKind = SfFieldKind::Code(&["off", "on"]);
-const NUMBER: SfFieldKind = SfFieldKind::Code(&[]);
+const SWITCH: SfFieldKind = Code(&["off", "on"]);
+const NUMBER: SfFieldKind = Code(&[]);
 
 /// Flags in front of the alarms: key, name, kind; one byte each.
 const HEAD: [(&str, &str, SfFieldKind); 4] = [
     ("servo", "servo power", SWITCH),
     ("emergency-stop", "EMERGENCY stop switch", SWITCH),
-    (
-        "motion-status",
-        "motion status",
-        SfFieldKind::Code(&["stop (reset)", "run", "stop (retry)", "stop (continue)"]),
-    ),
+    ("motion-status", "motion status", Code(MOTION_STATES)),
     ("su-request", "SU command request", SWITCH),
 ];
+
+const MOTION_STATES: &[&str] = &["stop (reset)", "run", "stop (retry)", "stop (continue)"];
 
 /// Between the alarms and the lines: key, name, length in bytes, kind.
 const MIDDLE: [(&str, &str, usize, SfFieldKind); 12] = [
@@ -64,52 +61,28 @@ const MIDDLE: [(&str, &str, usize, SfFieldKind); 12] = [
     ("execution-task", "program execution task", 2, NUMBER),
     ("analysis-task", "program analysis task", 2, NUMBER),
     ("feed-hold", "feed hold", 2, SWITCH),
-    (
-        "guide-coordinate",
-        "guidance coordinate system",
-        2,
-        SfFieldKind::Code(&["joint", "tool", "work", "world"]),
-    ),
-    (
-        "guide-rate",
-        "guide rate",
-        2,
-        SfFieldKind::Code(&["slow", "mid", "fast"]),
-    ),
-    (
-        "guide-mode",
-        "guide mode",
-        2,
-        SfFieldKind::Code(&["jog", "inching", "free"]),
-    ),
-    (
-        "master-mode",
-        "master mode",
-        2,
-        SfFieldKind::Code(&["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"]),
-    ),
-    ("dummy", "dummy", 2, SfFieldKind::Reserved),
-    ("power-on-time", "power ON time", 4, SfFieldKind::Minutes),
-    ("run-time", "program run time", 4, SfFieldKind::Minutes),
+    ("guide-coordinate", "guidance coordinate system", 2, Code(SYSTEMS)),
+    ("guide-rate", "guide rate", 2, Code(&["slow", "mid", "fast"])),
+    ("guide-mode", "guide mode", 2, Code(&["jog", "inching", "free"])),
+    ("master-mode", "master mode", 2, Code(MASTER_MODES)),
+    ("dummy", "dummy", 2, Reserved),
+    ("power-on-time", "power ON time", 4, Minutes),
+    ("run-time", "program run time", 4, Minutes),
 ];
+const SYSTEMS: &[&str] = &["joint", "tool", "work", "world"];
+const MASTER_MODES: &[&str] = &["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"];
 
-/// Words of lines of one direction: key, name, number of the line in bit 0.
-const WORDS: [(&str, &str, u16); 12] = [
-    ("general.1", "general", 1),
-    ("general.2", "general", 17),
-    ("general.3", "general", 33),
-    ("general.4", "general", 49),
-    ("extension.1", "extension", 101),
-    ("extension.2", "extension", 117),
-    ("extension.3", "extension", 133),
-    ("extension.4", "extension", 149),
-    ("system.1", "system", 201),
-    ("system.2", "system", 217),
-    ("system.3", "system", 233),
-    ("system.4", "system", 249),
+/// Groups of lines of one direction: name, number of the first line. The last is that of the SCARA edition (ste80722 S27),
+/// reserved in the six-axis one.
+const GROUPS: [(&str, u16); 4] = [
+    ("general", 1),
+    ("extension", 101),
+    ("system", 201),
+    (LAST_GROUP, 301),
 ];
-/// Number of words after those: lines of the SCARA edition (ste80722 S27), reserved in the six-axis one.
-const LAST_WORDS: u16 = 4;
+const LAST_GROUP: &str = "further";
+/// Words of a group.
+const GROUP_WORDS: u16 = 4;
 /// Letters of the values of a position (default reading of sf-layout).
 const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
 
@@ -122,39 +95,43 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
     }
     for slot in 1..=ALARM_SLOTS {
         let name = format!("current alarm {slot}");
-        table.add(format!("alarm.{slot}"), name, 2, SfFieldKind::Alarm);
+        table.add(format!("alarm.{slot}"), name, 2, Alarm);
     }
     for (key, name, size, kind) in MIDDLE {
         table.add(key, name, size, kind);
     }
     for (direction, prefix) in [("input", "Din"), ("output", "Dout")] {
-        for (key, name, first) in WORDS {
-            let name = format!("{name} {direction} {prefix}{first}-{}", first + 15);
-            let kind = SfFieldKind::Lines(prefix, first);
-            table.add(format!("{direction}.{key}"), name, 2, kind);
-        }
-        for number in 1..=LAST_WORDS {
-            table.add_last_word(layout, direction, prefix, number);
+        for (group, line) in GROUPS {
+            for number in 1..=GROUP_WORDS {
+                let first = line + 16 * (number - 1);
+                let lines = format!("{direction} {prefix}{first}-{}", first + 15);
+                let reserved = format!("reserved {direction} word {number}");
+                let kind = Lines(prefix, first);
+                let (key, name, kind) = match (group, layout) {
+                    (LAST_GROUP, SfLayout::Eight) => ("reserved", reserved, Reserved),
+                    (LAST_GROUP, SfLayout::Six) => (group, lines, kind),
+                    _ => (group, format!("{group} {lines}"), kind),
+                };
+                table.add(format!("{direction}.{key}.{number}"), name, 2, kind);
+            }
         }
     }
     for group in ["joint", "world", "work"] {
         for axis in 1..=layout.axes() {
-            let letter = LETTERS.get(axis - 1).copied().unwrap_or_default();
-            let name = if group == "joint" {
-                format!("joint coordinate {axis}")
-            } else {
-                format!("{group} coordinate {letter}")
+            let name = match LETTERS.get(axis - 1).filter(|_| group != "joint") {
+                Some(letter) => format!("{group} coordinate {letter}"),
+                None => format!("{group} coordinate {axis}"),
             };
-            table.add(format!("{group}.{axis}"), name, 4, SfFieldKind::Float);
+            table.add(format!("{group}.{axis}"), name, 4, Float);
         }
     }
     for name in ["work", "tool", "base"] {
         let words = format!("{name} coordinate name");
-        table.add(format!("name.{name}"), words, NAME_LENGTH, SfFieldKind::Name);
+        table.add(format!("name.{name}"), words, NAME_LENGTH, Name);
     }
     let left = layout.len().saturating_sub(table.end());
     if left > 0 {
-        table.add("reserved", "reserved", left, SfFieldKind::Reserved);
+        table.add("reserved", "reserved", left, Reserved);
     }
     table.0
 }
@@ -164,24 +141,6 @@ struct Table(Vec<SfField>);
 impl Table {
     fn end(&self) -> usize {
         self.0.last().map_or(0, |field| field.offset + field.size)
-    }
-
-    /// One of the words after those that both editions name.
-    fn add_last_word(&mut self, layout: SfLayout, direction: &str, prefix: &'static str, number: u16) {
-        let first = 301 + 16 * (number - 1);
-        let (key, name, kind) = match layout {
-            SfLayout::Six => (
-                format!("{direction}.further.{number}"),
-                format!("{direction} {prefix}{first}-{}", first + 15),
-                SfFieldKind::Lines(prefix, first),
-            ),
-            SfLayout::Eight => (
-                format!("{direction}.reserved.{number}"),
-                format!("reserved {direction} word {number}"),
-                SfFieldKind::Reserved,
-            ),
-        };
-        self.add(key, name, 2, kind);
     }
 
     fn add(&mut self, key: impl Into<String>, name: impl Into<String>, size: usize, kind: SfFieldKind) {
@@ -204,34 +163,31 @@ impl SfFieldKind {
             [byte] => u32::from(byte),
             [high, low] => u32::from(u16::from_be_bytes([high, low])),
             [a, b, c, d] => u32::from_be_bytes([a, b, c, d]),
-            _ if self == SfFieldKind::Name => return name(bytes),
+            _ if self == Name => return name(bytes),
             _ => return format!("`{}`", bytes.escape_ascii()),
         };
         let word = u16::try_from(number).unwrap_or(NO_ALARM);
         match self {
-            SfFieldKind::Code(words) => match usize::try_from(number).ok().and_then(|code| words.get(code)) {
+            Code(words) => match usize::try_from(number).ok().and_then(|code| words.get(code)) {
                 Some(word) => format!("{number} ({word})"),
                 None => number.to_string(),
             },
-            SfFieldKind::Alarm => match alarm_from_word(word) {
+            Alarm => match alarm_from_word(word) {
                 Some((level, code)) => format!("{word} ({}-{code:03})", level.number()),
                 None => format!("{word} (none)"),
             },
-            SfFieldKind::Lines(prefix, first) => {
-                let lines: Vec<String> = (0..16)
-                    .filter(|bit| word & (1 << bit) != 0)
-                    .map(|bit| format!("{prefix}{}", first + bit))
-                    .collect();
-                if lines.is_empty() {
-                    format!("{word:04X} (all off)")
-                } else {
-                    format!("{word:04X} ({})", lines.join(" "))
+            Lines(prefix, first) => {
+                let bits = (0..16).filter(|bit| word & (1 << bit) != 0);
+                let lines: Vec<String> = bits.map(|bit| format!("{prefix}{}", first + bit)).collect();
+                match lines.is_empty() {
+                    true => format!("{word:04X} (all off)"),
+                    false => format!("{word:04X} ({})", lines.join(" ")),
                 }
             }
-            SfFieldKind::Minutes => format!("{number} min"),
-            SfFieldKind::Float => format!("{}", f32::from_bits(number)),
-            SfFieldKind::Name => name(bytes),
-            SfFieldKind::Reserved => format!("{number}"),
+            Minutes => format!("{number} min"),
+            Float => format!("{}", f32::from_bits(number)),
+            Name => name(bytes),
+            Reserved => format!("{number}"),
         }
     }
 }

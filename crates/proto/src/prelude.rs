@@ -1,0 +1,7 @@
+//! What the prelude of `std` has and that of `core` lacks, for all modules of this crate.
+
+pub(crate) use alloc::format;
+pub(crate) use alloc::string::{String, ToString};
+pub(crate) use alloc::vec::Vec;
+#[cfg(feature = "serde")]
+pub(crate) use serde::{Deserialize, Serialize};
