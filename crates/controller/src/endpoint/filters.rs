@@ -1,5 +1,5 @@
-//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them each filter hands
-//! on what it gets, and the protocol (`exchange`, `download`, `session`) is complete without this file.
+//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them bytes and texts do
+//! not pass here at all, and the protocol (`exchange`, `download`, `session`) is complete without this file.
 //!
 //! Which fault fires and what it does is in `faults`, what varies in `variation`.
 
@@ -110,6 +110,12 @@ impl Endpoints {
         if let (Some(variation), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
             sender.set_text_lengths(variation.cuts(length));
         }
+    }
+
+    /// Whether a fault, variation or option `reply.delay` can change what is sent, or when.
+    pub(super) fn changes_output(&self, robot: &Robot) -> bool {
+        let delays = &robot.config.options.reply_delay;
+        !self.faults.are_quiet() || self.variation.is_some() || delays.iter().any(|delay| !delay.is_zero())
     }
 
     /// What leaves when a text, or data of PRINT, is sent. `data` is the data section of the text.

@@ -35,8 +35,7 @@ impl Endpoints {
             framing,
             data: section.clone(),
         });
-        let segments = self.outbound(robot, port, bytes, &section);
-        let sent = self.enqueue(robot, port, segments);
+        let sent = self.send(robot, port, bytes, &section);
         let session = self.session(port);
         session.sent_at = Some(sent);
         session.history.unsolicited_sp_sent = data == STOP;
@@ -45,16 +44,13 @@ impl Endpoints {
         }
     }
 
-    /// Sends bytes of PRINT.
-    pub(crate) fn send_bytes(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
-        let bytes = Bytes::copy_from_slice(bytes);
-        let segments = self.outbound(robot, port, bytes.clone(), &bytes);
-        self.enqueue(robot, port, segments);
-    }
-
-    /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
-    /// is sent, as far as known.
-    fn enqueue(&mut self, robot: &mut Robot, port: Port, segments: Vec<Segment>) -> Time {
+    /// Sends the bytes of a text, or those of PRINT, which are their own data section: at once, or what the filters make of
+    /// them after what waits on the port. Returns when the last of them is sent, as far as known.
+    pub(crate) fn send(&mut self, robot: &mut Robot, port: Port, bytes: Bytes, data: &Bytes) -> Time {
+        let segments = match self.changes_output(robot) {
+            true => self.outbound(robot, port, bytes, data),
+            false => Vec::from([Segment::bytes(bytes)]),
+        };
         if let [
             Segment {
                 delay: Duration::ZERO,

@@ -21,6 +21,7 @@ use crate::time::duration_from_seconds;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::time::Duration;
 use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
 
@@ -181,7 +182,8 @@ impl Robot {
         self.tell_cut(Some(port), line, data, cut);
         if !self.missing_peer(port) {
             if !data.is_empty() {
-                endpoints.send_bytes(self, port, data);
+                let bytes = Bytes::copy_from_slice(data);
+                endpoints.send(self, port, bytes.clone(), &bytes);
             }
             return self.executor.done(task);
         }

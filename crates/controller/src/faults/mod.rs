@@ -179,6 +179,11 @@ impl Faults {
         self.reports.is_empty()
     }
 
+    /// Whether no fault can change what passes a port.
+    pub(crate) fn are_quiet(&self) -> bool {
+        self.reports.is_empty() && self.stalled.is_empty()
+    }
+
     /// The reports of the faults that never fired.
     pub fn never_fired(&self) -> impl Iterator<Item = &FaultReport> {
         self.reports.iter().filter(|report| report.fired == 0)
