@@ -470,7 +470,6 @@ fn switch(word: &str) -> ParseResult<bool> {
 mod tests {
     use super::*;
     use alloc::borrow::ToOwned;
-    use alloc::vec;
     use alloc::vec::Vec;
 
     use core::time::Duration;

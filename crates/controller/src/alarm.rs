@@ -6,7 +6,6 @@
 
 use crate::limits::{MAX_ALARMS, MAX_HISTORY};
 use alloc::collections::VecDeque;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;

@@ -9,7 +9,6 @@ use crate::condition::Condition;
 use crate::findings::{RULES, Rule};
 use crate::port::Port;
 use crate::signals::Signals;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;

@@ -19,6 +19,7 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 #![no_std]
+#[macro_use]
 extern crate alloc;
 #[cfg(feature = "serde")]
 #[macro_use]

@@ -6,7 +6,6 @@
 use crate::Controller;
 use crate::network::ChannelConfig;
 use crate::port::Port;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::OpenMode;

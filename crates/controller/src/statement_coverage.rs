@@ -98,7 +98,6 @@ impl StatementCoverage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::format;
 
     fn stored(name: &str, content: &str) -> Output {
         Output::Stored {

@@ -15,7 +15,6 @@ use crate::panel::PanelAction;
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::words::Word as _;
 

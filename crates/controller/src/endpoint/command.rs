@@ -11,7 +11,6 @@ use crate::output::{Event, Verdict};
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::reply::Reply;

@@ -14,7 +14,6 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::format;
 use alloc::string::{String, ToString};
 use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};

@@ -179,14 +179,14 @@ impl Endpoints {
                     .check_can_fire()
                     .map_err(|error| ActionError::conflict(&spec, error))?;
                 let id = self.faults.arm(*fault).ok_or_else(|| {
-                    let reason = alloc::format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
+                    let reason = format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
                     ActionError::conflict(&spec, reason)
                 })?;
                 robot.event(Event::Fault {
                     id,
                     kind,
                     port: None,
-                    message: alloc::format!("armed: {spec}"),
+                    message: format!("armed: {spec}"),
                     fired: false,
                 });
                 Ok(())
@@ -194,7 +194,7 @@ impl Endpoints {
             FaultAction::Disarm(id) if self.faults.disarm(id) => Ok(()),
             FaultAction::Disarm(id) => Err(ActionError::missing(
                 "fault",
-                alloc::format!("there is no fault {id}"),
+                format!("there is no fault {id}"),
             )),
             FaultAction::Clear => {
                 self.faults.clear();

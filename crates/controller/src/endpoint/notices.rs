@@ -12,7 +12,6 @@ use crate::port::Port;
 use crate::robot::{Robot, RunNotice};
 use crate::time::Time;
 use crate::variation::Variation;
-use alloc::format;
 use core::time::Duration;
 use ts3100_proto::reply::Reply;
 

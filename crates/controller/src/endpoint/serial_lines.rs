@@ -14,7 +14,6 @@ use crate::output::Output;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::format;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;

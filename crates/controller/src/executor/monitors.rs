@@ -7,7 +7,6 @@ use crate::executor::step::{Step, alarm_of};
 use crate::executor::{Task, TaskState};
 use crate::robot::Robot;
 use alloc::boxed::Box;
-use alloc::format;
 use scol_mini::MonitorAction;
 
 impl Robot {

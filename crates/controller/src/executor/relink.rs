@@ -4,7 +4,6 @@
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
 use crate::snapshot::error::{SnapshotError, check};
-use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
 use scol_mini::{Diagnostic, MAX_TASKS, Program, compile_direct};

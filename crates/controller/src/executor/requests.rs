@@ -18,7 +18,6 @@ use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;

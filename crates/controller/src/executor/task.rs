@@ -11,7 +11,6 @@ use crate::options::WaitAfterStop;
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::boxed::Box;
-use alloc::format;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Display;

@@ -218,13 +218,13 @@ impl FaultSite<'_> {
     pub fn description(&self) -> String {
         match (self.point, self.command, self.block) {
             (InjectionPoint::Command, command, 0) => command.to_string(),
-            (InjectionPoint::Command, command, block) => alloc::format!("text {block} of {command}"),
+            (InjectionPoint::Command, command, block) => format!("text {block} of {command}"),
             (InjectionPoint::Reply, "", _) => "the text".to_string(),
             // A text of a download is answered OK or NG, never by a text of its own number.
-            (InjectionPoint::Reply, "DL", 1..) => alloc::format!("the answer to text {} of DL", self.block),
-            (InjectionPoint::Reply, command, 0 | 1) => alloc::format!("the answer to {command}"),
+            (InjectionPoint::Reply, "DL", 1..) => format!("the answer to text {} of DL", self.block),
+            (InjectionPoint::Reply, command, 0 | 1) => format!("the answer to {command}"),
             (InjectionPoint::Reply, command, block) => {
-                alloc::format!("text {block} of the answer to {command}")
+                format!("text {block} of the answer to {command}")
             }
             (InjectionPoint::Print, ..) => "what PRINT sends".to_string(),
             (InjectionPoint::Bytes, ..) => "the bytes that came in".to_string(),

@@ -31,7 +31,6 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
 use alloc::string::String;
 #[cfg(feature = "serde")]
 use alloc::string::ToString;

@@ -7,7 +7,6 @@ use super::kind::{InjectionPoint, ParameterType, ParameterValue};
 use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
@@ -72,7 +71,7 @@ fn max_texts(command: &str) -> u32 {
     let alarms = |count: usize| {
         let (number, message) = ("8-999".to_string(), "x".repeat(MAX_MESSAGE));
         let record = AlarmRecord { number, message, at };
-        encode_alarms(&alloc::vec![record; count]).len()
+        encode_alarms(&vec![record; count]).len()
     };
     match command {
         // The host decides into how many texts it cuts its file.
@@ -85,7 +84,7 @@ fn max_texts(command: &str) -> u32 {
                 attribute: None,
             };
             let blanks = " ".repeat(usize::try_from(MAX_VARIED_BLANKS).unwrap_or(1));
-            texts(encode_directory(&alloc::vec![entry; MAX_FILES], &blanks).len())
+            texts(encode_directory(&vec![entry; MAX_FILES], &blanks).len())
         }
         "EU" => {
             let (level, code) = (AlarmLevel::L8, 999);

@@ -9,7 +9,6 @@ use super::{Fault, FaultError, FaultFilter, KINDS};
 use crate::alarm::ALARMS;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;

@@ -13,7 +13,6 @@ use crate::ops::OperateError;
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::ToString;
 use bytes::Bytes;
 use core::time::Duration;

@@ -10,7 +10,6 @@ use crate::ops::OperateError;
 use crate::options::Strobe;
 use crate::panel::{ControlRight, KeySwitch};
 use crate::robot::Robot;
-use alloc::format;
 use alloc::vec::Vec;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};

@@ -9,7 +9,6 @@ use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::limits::MAX_BREAKPOINTS;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;

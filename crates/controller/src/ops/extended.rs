@@ -10,7 +10,6 @@ use crate::io::signals::Signals;
 use crate::motion::Pose;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};

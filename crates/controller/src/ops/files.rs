@@ -5,7 +5,6 @@ use super::Outcome;
 use crate::drive::Drive;
 use crate::output::Output;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;

@@ -4,7 +4,6 @@ use super::{Outcome, first_reason};
 use crate::executor::{Standstill, StopCause};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::command::{InternalCommand, LineWrite};

@@ -13,7 +13,6 @@ use crate::io::channels::Channels;
 use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::String;
 use thiserror::Error;
 use ts3100_proto::command::RunMode;

@@ -4,7 +4,6 @@ use crate::alarm;
 use crate::drive::DriveError;
 use crate::parameters::{ETHERNET_PAR, ParameterError, USER_PAR};
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::name::FileName;

@@ -6,7 +6,6 @@ use crate::drive::DriveError;
 use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;

@@ -37,7 +37,7 @@ mod tests {
             },
         );
         for (millis, text, silent) in [(1, "WD,60000 2", false), (2, "WD,0 0", true)] {
-            let bytes = alloc::format!("{text}\r\x03").into_bytes();
+            let bytes = format!("{text}\r\x03").into_bytes();
             robot.feed(Time::from_millis(millis), Input::received(Port::Ip0, bytes));
             assert_eq!(robot.host_is_silent(), silent, "{text}");
         }

@@ -8,7 +8,6 @@ use crate::output::{Event, Output};
 use crate::panel::{ControlRight, PanelAction};
 use crate::{Config, Dialect};
 use alloc::collections::VecDeque;
-use alloc::format;
 use alloc::string::ToString;
 use core::time::Duration;
 
@@ -181,7 +180,7 @@ fn texts_of_one_segment_are_answered_in_their_order() {
 fn an_action_is_refused_as_one_that_cannot_be_kept() {
     let name = || "A".to_string();
     let (values, content) = (
-        alloc::vec![ts3100_proto::command::Number::Integer(3)],
+        vec![ts3100_proto::command::Number::Integer(3)],
         b"X\n".to_vec(),
     );
     let restore = true;

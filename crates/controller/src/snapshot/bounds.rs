@@ -18,7 +18,6 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;
 use alloc::collections::BTreeSet;
-use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::fmt::Display;

@@ -5,7 +5,6 @@
 
 use crate::alarm::AlarmCode;
 use alloc::collections::BTreeMap;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -62,7 +61,7 @@ pub mod pairs {
 
 /// The letters of a command, none for no command.
 pub mod letters {
-    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String, format};
+    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String};
     use serde::de::Error as _;
 
     pub fn serialize<S: Serializer>(letters: &&'static str, to: S) -> Result<S::Ok, S::Error> {

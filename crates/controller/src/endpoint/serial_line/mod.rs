@@ -9,7 +9,6 @@ pub mod direction;
 pub mod uart;
 
 use crate::time::Time;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;

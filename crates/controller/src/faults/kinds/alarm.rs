@@ -27,7 +27,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
             context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
-        let message = alloc::format!("alarm {number} follows {}", site.description());
+        let message = format!("alarm {number} follows {}", site.description());
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

@@ -33,7 +33,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);
         *context.room = Some(free);
-        let message = alloc::format!("{} finds {free} bytes free on the RAM drive", site.description());
+        let message = format!("{} finds {free} bytes free on the RAM drive", site.description());
         (Effect::Unchanged, message)
     },
 };
@@ -43,7 +43,7 @@ fn check_stores_file(filter: &FaultFilter, _: &super::super::ParameterValues) ->
         Some(command) if STORING.contains(&command) => match filter.block {
             None | Some(0) => Ok(()),
             Some(block) => {
-                Err(KIND.invalid_value("block", "0, the command itself", &alloc::format!("{block}")))
+                Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}")))
             }
         },
         other => Err(KIND.invalid_value("command", "DL or MW", other.unwrap_or(""))),

@@ -15,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
-        let message = alloc::format!("{} leaves twice", site.description());
+        let message = format!("{} leaves twice", site.description());
         let twice = [Segment::bytes(site.bytes.clone()), again];
         (Effect::ReplaceOutput(twice.into()), message)
     },

@@ -30,7 +30,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );
         }
-        let message = alloc::format!("the emergency stop follows {}", site.description());
+        let message = format!("the emergency stop follows {}", site.description());
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

@@ -47,12 +47,12 @@ pub const KIND: FaultKind = FaultKind {
         let mut bytes = site.bytes.to_vec();
         let (byte, bit) = position(context, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
-            let message = alloc::format!("{} has no byte {byte}", site.description());
+            let message = format!("{} has no byte {byte}", site.description());
             return (Effect::Unchanged, message);
         };
         let before = *found;
         *found ^= 1 << bit;
-        let message = alloc::format!(
+        let message = format!(
             "byte {byte} of {} is {:02X}, not {before:02X}",
             site.description(),
             *found

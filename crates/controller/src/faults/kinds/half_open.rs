@@ -22,7 +22,7 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let lasts = values.millis("lasts");
-        let message = alloc::format!(
+        let message = format!(
             "{} and all that follows is lost for {} ms; the connection stays open",
             site.description(),
             lasts.as_millis()

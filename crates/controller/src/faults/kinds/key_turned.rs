@@ -35,7 +35,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
             );
         }
-        let message = alloc::format!(
+        let message = format!(
             "the key is turned to {to} {} ms behind {}",
             delay.as_millis(),
             site.description()

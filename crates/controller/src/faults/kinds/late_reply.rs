@@ -17,7 +17,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |_, values, site| {
         let delay = values.millis("delay");
         let segment = Segment::after(delay, Departure::Bytes(site.bytes.clone()));
-        let message = alloc::format!("{} leaves {} ms late", site.description(), delay.as_millis());
+        let message = format!("{} leaves {} ms late", site.description(), delay.as_millis());
         (Effect::ReplaceOutput([segment].into()), message)
     },
     ..FaultKind::DEFAULT

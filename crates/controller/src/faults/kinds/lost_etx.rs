@@ -18,7 +18,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(end) = end {
             bytes.remove(end);
         }
-        let message = alloc::format!("{} leaves without ETX", site.description());
+        let message = format!("{} leaves without ETX", site.description());
         (Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
     },
     ..FaultKind::DEFAULT

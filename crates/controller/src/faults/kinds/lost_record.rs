@@ -12,7 +12,7 @@ pub const KIND: FaultKind = FaultKind {
              the record again.",
     points: &[InjectionPoint::Record],
     apply: |_, _, site| {
-        let message = alloc::format!("a record for INPUT on {} is lost", site.port);
+        let message = format!("a record for INPUT on {} is lost", site.port);
         (Effect::Lost, message)
     },
     ..FaultKind::DEFAULT

@@ -16,7 +16,7 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
-        let message = alloc::format!("{} waits for what is sent next", site.description());
+        let message = format!("{} waits for what is sent next", site.description());
         (Effect::ReplaceOutput([held].into()), message)
     },
     ..FaultKind::DEFAULT

@@ -28,7 +28,7 @@ pub const KIND: FaultKind = FaultKind {
             true => "lost before the robot sees it",
             false => "not sent",
         };
-        (Effect::Lost, alloc::format!("{} is {lost}", site.description()))
+        (Effect::Lost, format!("{} is {lost}", site.description()))
     },
     ..FaultKind::DEFAULT
 };

@@ -28,7 +28,7 @@ pub const KIND: FaultKind = FaultKind {
         let index = values.bytes("character").map(|index| index.min(last));
         let index = index.unwrap_or_else(|| context.rng.index(site.bytes.len()));
         let byte = site.bytes.get(index).copied().unwrap_or_default();
-        let message = alloc::format!("a character on {} ({byte:02X}) has a parity error", site.port);
+        let message = format!("a character on {} ({byte:02X}) has a parity error", site.port);
         (Effect::ParityError(index), message)
     },
     ..FaultKind::DEFAULT

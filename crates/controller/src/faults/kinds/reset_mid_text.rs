@@ -45,7 +45,7 @@ pub const KIND: FaultKind = FaultKind {
             Some(_) => "the connection ends",
             None => "the rest is lost",
         };
-        let message = alloc::format!("{what} behind {count} bytes of {}", site.description());
+        let message = format!("{what} behind {count} bytes of {}", site.description());
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
         let segments = [Segment::bytes(part), disconnect];
         (Effect::ReplaceOutput(segments.into()), message)

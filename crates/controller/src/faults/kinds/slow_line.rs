@@ -31,7 +31,7 @@ pub const KIND: FaultKind = FaultKind {
         let bytes = site.bytes.iter();
         let segments =
             bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
-        let message = alloc::format!("{} leaves at {speed} bit/s", site.description());
+        let message = format!("{} leaves at {speed} bit/s", site.description());
         (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT

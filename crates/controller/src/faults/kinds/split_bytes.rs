@@ -31,7 +31,7 @@ pub const KIND: FaultKind = FaultKind {
             let after = if index == 0 { Duration::ZERO } else { pause };
             Segment::after(after, Departure::Bytes(site.bytes.slice_ref(portion)))
         });
-        let message = alloc::format!("{} leaves in portions of {size} bytes", site.description());
+        let message = format!("{} leaves in portions of {size} bytes", site.description());
         (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT

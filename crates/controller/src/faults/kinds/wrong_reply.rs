@@ -31,7 +31,7 @@ pub const KIND: FaultKind = FaultKind {
             _ => OK,
         };
         let data = values.text("text").unwrap_or(usual);
-        let message = alloc::format!(
+        let message = format!(
             "in place of {} leaves \"{}\"",
             site.description(),
             data.escape_ascii()

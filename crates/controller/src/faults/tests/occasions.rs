@@ -7,7 +7,6 @@ use crate::faults::spec::parse;
 use crate::options::SfTexts;
 use crate::{ControlRight, KeySwitch};
 use alloc::boxed::Box;
-use alloc::vec;
 use ts3100_proto::command::COMMANDS;
 
 /// Prints on each channel and reads from each.
