@@ -64,7 +64,6 @@ pub struct Frames {
 
 impl Frames {
     /// The coordinate systems that the motion conditions set.
-    #[must_use]
     pub fn new(conditions: &Conditions) -> Frames {
         Frames {
             base: conditions.base.clone(),
@@ -122,19 +121,16 @@ pub struct ArmPose {
 
 impl ArmPose {
     /// Values of the axes that the model has.
-    #[must_use]
     pub fn joint_values(&self) -> Vec<f64> {
         self.joints.iter().take(self.axes).copied().collect()
     }
 
     /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
-    #[must_use]
     pub fn world_values(&self) -> Vec<f64> {
         self.values(&self.world)
     }
 
     /// The tool point in the work coordinate system, in the same order.
-    #[must_use]
     pub fn work_values(&self) -> Vec<f64> {
         self.values(&self.work)
     }
@@ -154,14 +150,12 @@ fn transform(frame: &Frame) -> Transform {
 
 impl Arm {
     /// The arm in its ready posture.
-    #[must_use]
     pub fn new(model: ArmModel) -> Arm {
         let rest = model.ready;
         Arm::with_posture(model, rest)
     }
 
     /// The arm at rest in this posture.
-    #[must_use]
     pub fn with_posture(model: ArmModel, rest: Joints) -> Arm {
         Arm {
             model,
@@ -218,19 +212,16 @@ impl Arm {
     }
 
     /// The model, which never changes.
-    #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.model
     }
 
     /// Kind of arm, which decides how positions are written.
-    #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
         self.model.language()
     }
 
     /// Joint values at `now`.
-    #[must_use]
     pub fn joints(&self, now: Time) -> Joints {
         match &self.active {
             Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
@@ -239,13 +230,11 @@ impl Arm {
     }
 
     /// Whether a motion is under way or held.
-    #[must_use]
     pub fn is_moving(&self) -> bool {
         self.active.is_some()
     }
 
     /// When the motion under way ends; `None` while it is held or none is under way.
-    #[must_use]
     pub fn ends_at(&self) -> Option<Time> {
         let active = self.active.as_ref().filter(|active| !active.motion.is_held())?;
         Some(active.start + active.motion.duration())
@@ -269,7 +258,6 @@ impl Arm {
     }
 
     /// Percentage of the motion completed; 100 when none is under way.
-    #[must_use]
     pub fn percent(&self, now: Time) -> f64 {
         self.active
             .as_ref()
@@ -396,14 +384,12 @@ impl Arm {
     }
 
     /// The coordinate systems in force: those of the motion under way if its WITH names one, else those set.
-    #[must_use]
     pub fn frames(&self, conditions: &Conditions) -> Frames {
         let own = self.active.as_ref().and_then(|active| active.frames.clone());
         own.unwrap_or_else(|| Frames::new(conditions))
     }
 
     /// The posture at `now`, as SF and PR send it.
-    #[must_use]
     pub fn pose(&self, now: Time, conditions: &Conditions) -> ArmPose {
         let frames = self.frames(conditions);
         self.pose_in(self.joints(now), &frames, self.shown_work(&frames))
@@ -430,13 +416,11 @@ impl Arm {
     }
 
     /// Name of the work coordinate system the position is shown in; empty if it has none.
-    #[must_use]
     pub fn work_name(&self, frames: &Frames) -> String {
         self.shown_work(frames).name.clone().unwrap_or_default()
     }
 
     /// HERE: the present position in these coordinate systems.
-    #[must_use]
     pub fn here(&self, now: Time, frames: &Frames) -> Position {
         self.position_of(&self.joints(now), frames)
     }

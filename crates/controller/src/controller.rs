@@ -100,7 +100,6 @@ impl Controller {
     }
 
     /// When the controller wants to be called again, at the latest.
-    #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
         debug_assert_eq!(self.endpoints.due, self.endpoints.deadline(&self.robot));
         self.endpoints.due

@@ -90,7 +90,6 @@ pub struct Drive {
 
 impl Drive {
     /// An empty drive of `capacity` bytes.
-    #[must_use]
     pub fn new(capacity: usize) -> Drive {
         Drive {
             files: BTreeMap::new(),
@@ -99,7 +98,6 @@ impl Drive {
     }
 
     /// Content of a file, without EOF.
-    #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
         self.files.get(name).map(AsRef::as_ref)
     }
@@ -112,13 +110,11 @@ impl Drive {
     }
 
     /// Whether a file of this name exists.
-    #[must_use]
     pub fn contains(&self, name: &str) -> bool {
         self.files.contains_key(name)
     }
 
     /// The rules for the content of a file of this name.
-    #[must_use]
     pub fn file_rule(name: &FileName) -> FileRule {
         if name.is_parameter() {
             FileRule::Parameter
@@ -128,7 +124,6 @@ impl Drive {
     }
 
     /// Most bytes that a file of this name may have now. Parameter files do not count towards the capacity.
-    #[must_use]
     pub fn free_bytes_for(&self, name: &FileName) -> usize {
         if name.is_parameter() {
             return MAX_FILE;
@@ -188,7 +183,6 @@ impl Drive {
     }
 
     /// The directory in alphabetical order (DIR-04); size without EOF (DIR-03).
-    #[must_use]
     pub fn directory(&self) -> Vec<DirectoryEntry> {
         self.files
             .iter()

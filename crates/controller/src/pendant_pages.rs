@@ -28,7 +28,6 @@ pub struct PendantPage {
 
 impl Controller {
     /// The three pages \[ETHER\] of the teach pendant.
-    #[must_use]
     pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
         let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
             Port::ETHERNET

@@ -35,7 +35,6 @@ impl Port {
     pub const SERIAL: [Port; 2] = [Port::Host, Port::Com1];
 
     /// The manual's name of the port.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Port::Host => "HOST",
@@ -48,7 +47,6 @@ impl Port {
     }
 
     /// The permission table of a port that speaks the simple protocol.
-    #[must_use]
     pub const fn protocol(self) -> Option<ProtocolPort> {
         match self {
             Port::Host => Some(ProtocolPort::Host),
@@ -58,13 +56,11 @@ impl Port {
     }
 
     /// Whether PRINT and INPUT use the port.
-    #[must_use]
     pub const fn is_scol_channel(self) -> bool {
         matches!(self, Port::Com1 | Port::Ip1 | Port::Ip2)
     }
 
     /// The port of a SCOL channel; the teach pendant has none.
-    #[must_use]
     pub const fn from_channel(channel: Channel) -> Option<Port> {
         match channel {
             Channel::Tp => None,
@@ -75,7 +71,6 @@ impl Port {
     }
 
     /// Index among the Ethernet channels, 0 to 3; `None` for a serial port.
-    #[must_use]
     pub const fn ethernet_index(self) -> Option<usize> {
         match self {
             Port::Ip0 => Some(0),

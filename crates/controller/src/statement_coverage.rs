@@ -66,7 +66,6 @@ impl StatementCoverage {
     }
 
     /// The versions in the order in which they came.
-    #[must_use]
     pub fn versions(&self) -> &[FileVersion] {
         &self.versions
     }

@@ -40,7 +40,6 @@ impl ActionError {
     }
 
     /// The state forbids it at `place`, or the value does not fit.
-    #[must_use]
     pub fn conflict(place: impl Display, sentence: impl Display) -> ActionError {
         let kind = ActionErrorKind::Conflict;
         ActionError {

@@ -27,7 +27,6 @@ pub enum JogFrame {
 
 impl JogFrame {
     /// The coordinate system by its number in SC and SF.
-    #[must_use]
     pub fn from_number(number: u16) -> JogFrame {
         match number {
             0 => JogFrame::Joint,

@@ -37,7 +37,6 @@ pub enum Departure {
 
 impl Departure {
     /// Number of bytes it sends.
-    #[must_use]
     pub fn length(&self) -> usize {
         match self {
             Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
@@ -53,7 +52,6 @@ impl Segment {
     }
 
     /// Something that happens after a pause.
-    #[must_use]
     pub fn after(delay: Duration, departure: Departure) -> Segment {
         Segment { delay, departure }
     }
@@ -68,14 +66,12 @@ pub struct SendQueue {
 
 impl SendQueue {
     /// When the next segment is due.
-    #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let fronts = self.queues.values().filter_map(VecDeque::front);
         fronts.map(|(due, _)| *due).min()
     }
 
     /// Whether a segment waits on this port.
-    #[must_use]
     pub fn is_busy(&self, port: Port) -> bool {
         self.queues.get(&port).is_some_and(|queue| !queue.is_empty())
     }

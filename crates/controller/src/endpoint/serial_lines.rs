@@ -21,7 +21,6 @@ use ts3100_proto::parameter::SerialSettings;
 impl Endpoints {
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
     /// host loses nothing. `None` for the Ethernet channels.
-    #[must_use]
     pub fn line_room(&self, port: Port) -> Option<usize> {
         let line = self.lines.get(&port)?;
         Some(LINE_QUEUE.saturating_sub(line.inbound.queued()))

@@ -36,7 +36,6 @@ pub enum InjectionPoint {
 
 impl InjectionPoint {
     /// The phrase for lists and messages.
-    #[must_use]
     pub const fn description(self) -> &'static str {
         match self {
             InjectionPoint::Command => "an incoming command or FL text",
@@ -102,7 +101,6 @@ pub struct ParameterValues(pub(super) BTreeMap<&'static str, ParameterValue>);
 
 impl ParameterValues {
     /// A number, if it is set.
-    #[must_use]
     pub fn number(&self, name: &str) -> Option<u64> {
         match self.0.get(name) {
             Some(ParameterValue::Number(number)) => Some(*number),
@@ -111,19 +109,16 @@ impl ParameterValues {
     }
 
     /// A number of milliseconds as a duration; zero if it is not set.
-    #[must_use]
     pub fn millis(&self, name: &str) -> Duration {
         Duration::from_millis(self.number(name).unwrap_or(0))
     }
 
     /// A number of bytes, if it is set.
-    #[must_use]
     pub fn bytes(&self, name: &str) -> Option<usize> {
         usize::try_from(self.number(name)?).ok()
     }
 
     /// A word; empty if it is not set.
-    #[must_use]
     pub fn word(&self, name: &str) -> &str {
         match self.0.get(name) {
             Some(ParameterValue::Word(word)) => word,
@@ -132,7 +127,6 @@ impl ParameterValues {
     }
 
     /// A data section, if it is set.
-    #[must_use]
     pub fn text(&self, name: &str) -> Option<&[u8]> {
         match self.0.get(name) {
             Some(ParameterValue::Text(text)) => Some(text),
@@ -214,7 +208,6 @@ impl FaultSite<'_> {
     }
 
     /// The phrase for messages: `the answer to SU`.
-    #[must_use]
     pub fn description(&self) -> String {
         match (self.point, self.command, self.block) {
             (InjectionPoint::Command, command, 0) => command.to_string(),

@@ -98,7 +98,6 @@ pub struct FaultReport {
 
 impl FaultReport {
     /// One line for people: the fault and what has happened.
-    #[must_use]
     pub fn summary(&self) -> String {
         let Fault { id, .. } = self.fault;
         match (self.fired, self.at.first()) {
@@ -155,7 +154,6 @@ pub(crate) enum RecordState {
 
 impl Faults {
     /// No fault armed; probabilities and random parameters follow from the seed.
-    #[must_use]
     pub(crate) fn new(seed: u64) -> Faults {
         Faults {
             reports: Vec::new(),
@@ -173,7 +171,6 @@ impl Faults {
     }
 
     /// Whether no fault was armed.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.reports.is_empty()
     }
@@ -194,7 +191,6 @@ impl Faults {
     }
 
     /// Whether nothing is read or written on this port.
-    #[must_use]
     pub fn is_stalled(&self, port: Port) -> bool {
         self.stalled.contains(&port)
     }
@@ -378,7 +374,6 @@ impl Fault {
     }
 
     /// The probability as a number from 0 to 1.
-    #[must_use]
     pub fn chance(&self) -> f64 {
         f64::from(self.probability) / f64::from(MILLION)
     }

@@ -12,7 +12,6 @@ pub struct Rng(u64);
 
 impl Rng {
     /// The generator for this seed and purpose. Generators of different purposes are independent of each other.
-    #[must_use]
     pub fn new(seed: u64, purpose: &str) -> Rng {
         let mixed = purpose
             .bytes()

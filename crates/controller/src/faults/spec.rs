@@ -34,7 +34,6 @@ const COMMON: [&str; 7] = [
 
 impl ParameterType {
     /// The phrase for error messages, after "expected".
-    #[must_use]
     pub fn description(&self) -> String {
         match self {
             ParameterType::Number { unit, min, max } => {
@@ -228,7 +227,6 @@ impl FaultKind {
     }
 
     /// The keys of this kind, the common ones first.
-    #[must_use]
     pub fn keys(&self) -> Vec<&'static str> {
         let own = self.parameters.iter().map(|parameter| parameter.name);
         COMMON.into_iter().chain(own).collect()
@@ -328,7 +326,6 @@ impl Fault {
     }
 
     /// The parameters of the kind in text form, for reports.
-    #[must_use]
     pub fn parameters(&self) -> BTreeMap<&'static str, String> {
         let pairs = self.values.iter();
         pairs.map(|(key, value)| (key, value.to_string())).collect()

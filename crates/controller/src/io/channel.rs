@@ -61,31 +61,26 @@ impl Channel {
     }
 
     /// Address of the peer, while one is connected.
-    #[must_use]
     pub fn peer(&self) -> Option<&str> {
         self.peer.as_deref()
     }
 
     /// Number of bytes in the buffer.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.ring.len()
     }
 
     /// The bytes in the buffer, oldest first.
-    #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         self.ring.iter().copied().collect()
     }
 
     /// Whether the buffer is empty.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ring.is_empty()
     }
 
     /// The bytes after the last comma or CR, without blanks.
-    #[must_use]
     pub fn partial_value(&self) -> Vec<u8> {
         let rest = self.ring.iter().rev().take_while(|&&byte| !is_separator(byte));
         let mut half: Vec<u8> = rest.copied().filter(|byte| !matches!(byte, b' ' | &LF)).collect();

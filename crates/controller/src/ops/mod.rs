@@ -60,7 +60,6 @@ impl Outcome {
     }
 
     /// FL with a body that is cut into texts as needed.
-    #[must_use]
     pub(crate) fn file(content: Vec<u8>) -> Outcome {
         Outcome::File(FlSender::new(content))
     }

@@ -105,7 +105,6 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The moment it was taken.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.now
     }
@@ -113,7 +112,6 @@ impl Snapshot {
 
 impl Controller {
     /// A snapshot of this controller.
-    #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let (channels, keys, pendant) = self.robot.channels.saved();
         Snapshot {

@@ -47,13 +47,11 @@ pub struct Direction {
 
 impl Direction {
     /// Number of bytes not yet transmitted.
-    #[must_use]
     pub fn queued(&self) -> usize {
         self.queued
     }
 
     /// Whether a character is being transmitted or received.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         self.queued > 0 || self.receiver.as_ref().is_some_and(Receiver::is_busy)
     }
@@ -90,7 +88,6 @@ impl Direction {
     }
 
     /// When at most `most` bytes will be left.
-    #[must_use]
     pub fn drained_to_at(&self, most: usize) -> Time {
         let mut surplus = self.queued.saturating_sub(most);
         let mut clock = self.clock;
@@ -105,7 +102,6 @@ impl Direction {
     /// When the next characters should be taken: at the end of a text or value, at the byte after an ETX (a
     /// checksum), at the last character, or after [`UART_FIFO`] characters. If the settings of both ends differ, at
     /// every character, because its value is not known before.
-    #[must_use]
     pub fn deadline(&self, own: SerialSettings) -> Option<Time> {
         let mut clock = self.clock;
         let Some(burst) = self.bursts.front() else {
@@ -179,7 +175,6 @@ impl Direction {
 
     /// Whether the count matches the queue and the receiver is in a possible state; for a snapshot.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         let bursts = &self.bursts;
         bursts.iter().all(|burst| !burst.bytes.is_empty())
@@ -205,7 +200,6 @@ impl Direction {
 }
 
 /// What a receiver reads when the line takes no time (option `serial.pacing` off).
-#[must_use]
 pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();

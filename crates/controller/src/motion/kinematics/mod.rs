@@ -33,7 +33,6 @@ impl ArmModel {
     ///
     /// Digits (DATA-04): shoulder, elbow, wrist, axis 4, axis 6, each 1 or 2. SCARA: the first alone, the
     /// others 0.
-    #[must_use]
     pub fn forward(&self, joints: &Joints) -> (Pose, [u8; 5]) {
         let (transform, uv) = place(&self.kind, joints);
         (Pose::from_transform(&transform, uv), digits(&self.kind, joints))
