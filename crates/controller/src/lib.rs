@@ -50,9 +50,9 @@ pub mod network;
 mod ops;
 pub mod options;
 pub mod output;
+mod outputs;
 pub mod panel;
 mod parameters;
-
 pub mod pendant_pages;
 mod persistence;
 pub mod port;

@@ -263,7 +263,7 @@ impl Controller {
     /// From now on every statement of the program is told by
     /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
     pub fn trace(&mut self, on: bool) {
-        self.robot.traced = on;
+        self.robot.outputs.trace(on);
     }
 
     /// Whether texts have a checksum.

@@ -11,13 +11,13 @@ use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::options::Config;
 use crate::output::{Event, Output};
+use crate::outputs::Outputs;
 use crate::panel::KeySwitch;
 use crate::panel::Panel;
 use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
-use alloc::collections::VecDeque;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -47,13 +47,11 @@ pub(crate) struct Robot {
     pub(crate) executor: Executor,
     pub(crate) arm: Arm,
     pub(crate) parameters: Parameters,
-    /// Every statement of the program is told as an event.
-    pub(crate) traced: bool,
     pub(crate) maintenance: MaintenanceCounters,
     pub(crate) persistence: Persistence,
     /// Taken by `Endpoints::settle`; empty between two inputs.
     pub(crate) notices: Vec<RunNotice>,
-    pub(crate) outputs: VecDeque<Output>,
+    pub(crate) outputs: Outputs,
 }
 
 impl Robot {
@@ -82,11 +80,10 @@ impl Robot {
             executor: Executor::new(&config.language(), Time::ZERO),
             arm: Arm::new(config.model.clone()),
             parameters: Parameters::factory(config.options.open_mode),
-            traced: false,
             maintenance: MaintenanceCounters::default(),
             persistence: Persistence::default(),
             notices: Vec::new(),
-            outputs: VecDeque::new(),
+            outputs: Outputs::default(),
             config,
         };
         robot.make_parameter_files()?;
@@ -109,17 +106,9 @@ impl Robot {
         (executed, analysed)
     }
 
-    pub(crate) fn push_output(&mut self, output: Output) {
-        self.outputs.push_back(output);
-    }
-
-    pub(crate) fn event(&mut self, event: Event) {
-        self.outputs.push_back(Output::Event(event));
-    }
-
     /// Bytes of a port go no further.
     pub(crate) fn dropped(&mut self, port: Port, bytes: usize, reason: &'static str) {
-        self.event(Event::Dropped { port, bytes, reason });
+        self.outputs.event(Event::Dropped { port, bytes, reason });
     }
 
     /// A rule was broken.
@@ -143,7 +132,7 @@ impl Robot {
         message: Message,
     ) {
         bytes.truncate(MAX_BYTES);
-        self.event(Event::Finding {
+        self.outputs.event(Event::Finding {
             rule: rule.id,
             port,
             at: self.now,
@@ -167,7 +156,7 @@ impl Robot {
         let name = name.to_string();
         let answer = self.persistence.ask();
         if self.persistence.is_pending() {
-            self.push_output(Output::Persist {
+            self.outputs.push(Output::Persist {
                 name: name.clone(),
                 content: content.cloned(),
             });
@@ -183,7 +172,7 @@ impl Robot {
         self.drive.check(name, content)?;
         self.persist(name.as_str(), Some(content))?;
         self.drive.store_checked(name, content.clone());
-        self.push_output(Output::Stored {
+        self.outputs.push(Output::Stored {
             name: name.as_str().to_string(),
             content: content.clone(),
         });

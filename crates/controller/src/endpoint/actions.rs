@@ -47,7 +47,7 @@ impl Endpoints {
             }
             Action::PowerOff => {
                 self.power_off(robot);
-                robot.push_output(Output::PowerOff);
+                robot.outputs.push(Output::PowerOff);
                 Ok(())
             }
             Action::PowerOn => {
@@ -91,7 +91,7 @@ impl Endpoints {
                 ..ActionError::conflict(&error.place, format!("cannot keep the change: {reason}"))
             };
         }
-        robot.event(Event::ActionRefused(error.clone()));
+        robot.outputs.event(Event::ActionRefused(error.clone()));
         Err(error)
     }
 

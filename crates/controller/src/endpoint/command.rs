@@ -81,7 +81,7 @@ impl Endpoints {
                 Outcome::Held => return outcome,
                 Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Verdict::Served,
             };
-            robot.event(Event::Answered {
+            robot.outputs.event(Event::Answered {
                 port,
                 row,
                 mode,
@@ -104,7 +104,7 @@ impl Endpoints {
             last_status: &mut last_status,
         };
         let known = command.clone();
-        let outputs = robot.outputs.len();
+        let outputs = robot.outputs.count();
         let outcome = robot.operate(&mut context, command);
         self.session(port).last_status = last_status;
         if robot.persistence.is_pending() {

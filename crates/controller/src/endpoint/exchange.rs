@@ -184,7 +184,7 @@ impl Endpoints {
     /// Serves a text: part of the file of an open download, or of a message.
     fn text(&mut self, robot: &mut Robot, port: Port, text: Text) {
         let Text { framing, data, error } = text;
-        robot.event(Event::TextIn {
+        robot.outputs.event(Event::TextIn {
             port,
             framing,
             data: data.clone(),
@@ -380,7 +380,7 @@ impl Endpoints {
         let session = self.session(port);
         session.set_exchange(Exchange::Idle);
         session.joiner.reset();
-        robot.event(Event::Refused {
+        robot.outputs.event(Event::Refused {
             port,
             command: command.to_string(),
             reason: reason.to_string(),

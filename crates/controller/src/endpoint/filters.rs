@@ -182,7 +182,7 @@ impl Endpoints {
                     let reason = format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
                     ActionError::conflict(&spec, reason)
                 })?;
-                robot.event(Event::Fault {
+                robot.outputs.event(Event::Fault {
                     id,
                     kind,
                     port: None,
@@ -211,7 +211,7 @@ impl Endpoints {
         for action in at_once {
             self.perform(robot, action);
         }
-        robot.event(event);
+        robot.outputs.event(event);
         effect
     }
 

@@ -30,7 +30,7 @@ impl Endpoints {
         debug_assert!(bytes.len() <= MAX_SEND);
         let begin = usize::from(framing == Framing::Stx);
         let section = bytes.slice(begin..begin + data.len());
-        robot.event(Event::TextOut {
+        robot.outputs.event(Event::TextOut {
             port,
             framing,
             data: section.clone(),
@@ -86,7 +86,7 @@ impl Endpoints {
                 Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {
-                        robot.push_output(Output::Stall { port });
+                        robot.outputs.push(Output::Stall { port });
                     }
                 }
                 // A serial line has no connection to end.
@@ -95,7 +95,7 @@ impl Endpoints {
                     // Send nothing more until the embedding program reports that the peer is gone.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
-                    robot.push_output(Output::Disconnect { port, how });
+                    robot.outputs.push(Output::Disconnect { port, how });
                 }
             }
         }
@@ -106,7 +106,7 @@ impl Endpoints {
         if self.lines.contains_key(&port) {
             return self.put_on_line(robot, port, bytes);
         }
-        robot.push_output(Output::Send { port, bytes });
+        robot.outputs.push(Output::Send { port, bytes });
         robot.now
     }
 }

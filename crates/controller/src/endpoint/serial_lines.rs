@@ -258,7 +258,7 @@ impl Endpoints {
             return now;
         };
         let Some(far) = line.host_settings(own) else {
-            robot.push_output(Output::Send { port, bytes });
+            robot.outputs.push(Output::Send { port, bytes });
             return now;
         };
         if line.departed_peer.is_some() && port.protocol().is_some() {
@@ -316,6 +316,6 @@ impl Endpoints {
 fn send_read(robot: &mut Robot, port: Port, read: impl IntoIterator<Item = Character>) {
     let bytes: Bytes = read.into_iter().map(|character| character.byte).collect();
     if !bytes.is_empty() {
-        robot.push_output(Output::Send { port, bytes });
+        robot.outputs.push(Output::Send { port, bytes });
     }
 }

@@ -293,7 +293,7 @@ impl Robot {
     fn show_on_pendant(&mut self, data: &[u8]) {
         let text = String::from_utf8_lossy(data).into_owned();
         self.channels.show(&text);
-        self.push_output(Output::Pendant(text));
+        self.outputs.push(Output::Pendant(text));
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.

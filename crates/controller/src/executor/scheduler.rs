@@ -31,7 +31,7 @@ impl Robot {
         let RunState::Running { stop } = self.executor.operation.state() else {
             return false;
         };
-        let single = self.traced
+        let single = self.outputs.is_traced()
             || self.panel.state().run_mode == RunMode::Step
             || self.executor.breakpoints().are_set();
         let mut standing = true;
@@ -172,9 +172,9 @@ impl Robot {
         if self.executor.stops_before(task) {
             return Step::Stopped;
         }
-        if self.traced && task.begins_statement() {
+        if self.outputs.is_traced() && task.begins_statement() {
             let (line, task) = (task.line(), task.id());
-            self.event(Event::Statement { line, task });
+            self.outputs.event(Event::Statement { line, task });
         }
         let inputs = ScolInputs::new(
             &self.signals,

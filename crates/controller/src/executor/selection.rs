@@ -193,7 +193,7 @@ impl Robot {
             stale: false,
         });
         self.executor.rewind(self.now);
-        self.event(Event::Selected(Some(label())));
+        self.outputs.event(Event::Selected(Some(label())));
         Ok(())
     }
 
@@ -216,7 +216,7 @@ impl Robot {
         self.executor.main = None;
         self.executor.drop_tasks();
         self.executor.operation.stand(Standstill::FirstStep);
-        self.event(Event::Selected(None));
+        self.outputs.event(Event::Selected(None));
     }
 }
 

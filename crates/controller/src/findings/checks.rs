@@ -10,7 +10,6 @@ use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
 use crate::limits::HOST_DELAY;
 use crate::ops::OperateError;
-use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::string::ToString;
@@ -115,8 +114,7 @@ impl Robot {
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
     /// says why.
     pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
-        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
-        if self.outputs.iter().skip(outputs).any(finding) {
+        if self.outputs.has_finding_after(outputs) {
             return;
         }
         let rule = if *command == Command::Rn && reason == OperateError::ServoOff.to_string() {

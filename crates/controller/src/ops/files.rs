@@ -48,7 +48,7 @@ impl Robot {
             return Outcome::Ng(error.to_string());
         }
         self.drive.erase(name.as_str());
-        self.push_output(Output::Erased {
+        self.outputs.push(Output::Erased {
             name: name.as_str().to_string(),
         });
         Outcome::Ok

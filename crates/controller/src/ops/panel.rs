@@ -98,15 +98,14 @@ impl Robot {
         ]) {
             return Err(reason);
         }
-        let event = self.panel.servo_on(self.now, self.config.options.servo_interval);
-        self.outputs.extend(event.map(Output::Event));
+        let interval = self.config.options.servo_interval;
+        self.outputs.event(self.panel.servo_on(self.now, interval));
         Ok(())
     }
 
     /// Servo power that was held back comes if its time has come.
     pub(crate) fn end_servo_interval(&mut self) {
-        let event = self.panel.end_servo_interval(self.now);
-        self.outputs.extend(event.map(Output::Event));
+        self.outputs.event(self.panel.end_servo_interval(self.now));
     }
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
@@ -207,6 +206,6 @@ impl Robot {
         for (_, alarm) in causes.into_iter().filter(|(there, _)| *there) {
             self.raise(alarm, String::new());
         }
-        self.push_output(Output::PowerCycled);
+        self.outputs.push(Output::PowerCycled);
     }
 }

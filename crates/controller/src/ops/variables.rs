@@ -175,7 +175,7 @@ impl Robot {
     fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
         let name = self.executor.file().to_string();
         self.executor.take_rewritten(source.clone(), program);
-        self.push_output(Output::Stored {
+        self.outputs.push(Output::Stored {
             name,
             content: source.into_bytes().into(),
         });
