@@ -192,10 +192,7 @@ impl Endpoints {
                 Ok(())
             }
             FaultAction::Disarm(id) if self.faults.disarm(id) => Ok(()),
-            FaultAction::Disarm(id) => Err(ActionError::missing(
-                "fault",
-                format!("there is no fault {id}"),
-            )),
+            FaultAction::Disarm(id) => Err(ActionError::missing("fault", format!("there is no fault {id}"))),
             FaultAction::Clear => {
                 self.faults.clear();
                 Ok(())

@@ -179,10 +179,7 @@ fn texts_of_one_segment_are_answered_in_their_order() {
 #[test]
 fn an_action_is_refused_as_one_that_cannot_be_kept() {
     let name = || "A".to_string();
-    let (values, content) = (
-        vec![ts3100_proto::command::Number::Integer(3)],
-        b"X\n".to_vec(),
-    );
+    let (values, content) = (vec![ts3100_proto::command::Number::Integer(3)], b"X\n".to_vec());
     let restore = true;
     for action in [
         Action::PutFile {

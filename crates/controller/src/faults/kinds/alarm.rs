@@ -2,8 +2,7 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::super::kind::{Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
-use super::{DELAY, MACHINE};
+use super::{DELAY, Effect, FaultKind, MACHINE, Parameter, ParameterType, ScheduledAction};
 use crate::alarm::ALARMS;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,9 +2,8 @@
 //!
 //! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
 use super::super::{FaultError, FaultFilter};
-use super::number;
+use super::{Effect, FaultKind, InjectionPoint, number};
 use crate::limits::MAX_FILE;
 
 /// Commands that store a file.
@@ -42,9 +41,7 @@ fn check_stores_file(filter: &FaultFilter, _: &super::super::ParameterValues) ->
     match filter.command.as_deref() {
         Some(command) if STORING.contains(&command) => match filter.block {
             None | Some(0) => Ok(()),
-            Some(block) => {
-                Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}")))
-            }
+            Some(block) => Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}"))),
         },
         other => Err(KIND.invalid_value("command", "DL or MW", other.unwrap_or(""))),
     }

@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE, millis};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction, millis};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,10 +2,7 @@
 //!
 //! It applies to sent or to received bytes. Byte and bit are random by default.
 
-use super::super::ParameterValues;
-use super::super::kind::{Effect, FaultContext, FaultKind, InjectionPoint};
-use super::{number, word};
-use crate::endpoint::send_queue::Segment;
+use super::{Effect, FaultContext, FaultKind, InjectionPoint, ParameterValues, Segment, number, word};
 
 /// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";

@@ -2,9 +2,7 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
 use crate::output::DisconnectMode;
 use core::time::Duration;
 

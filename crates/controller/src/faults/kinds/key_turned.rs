@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{MACHINE, millis, word};
+use super::{Effect, FaultKind, MACHINE, ScheduledAction, millis, word};
 use crate::input::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;
 

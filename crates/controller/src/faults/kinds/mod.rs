@@ -23,7 +23,11 @@ mod slow_line;
 mod split_bytes;
 mod wrong_reply;
 
-use super::kind::{FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::kind::{
+    Effect, FaultContext, FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues,
+    ScheduledAction,
+};
+use crate::endpoint::send_queue::{Departure, Segment};
 
 /// Every kind, in the order in which lists show them.
 pub const KINDS: &[&FaultKind] = &[

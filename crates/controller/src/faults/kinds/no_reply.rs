@@ -2,8 +2,7 @@
 //!
 //! The parameter `lost` selects which of the two.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
-use super::word;
+use super::{Effect, FaultKind, InjectionPoint, word};
 
 /// Value of `lost`: the reply is lost.
 const REPLY: &str = "reply";

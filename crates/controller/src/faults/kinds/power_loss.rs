@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a power cycle by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,9 +2,7 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, number, word};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number, word};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
 use core::time::Duration;

@@ -2,8 +2,7 @@
 //!
 //! The alarm is ours: its real number is not known.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 use crate::alarm::SERVO_FAILURE;
 
 /// The row of this kind in [`super::KINDS`].

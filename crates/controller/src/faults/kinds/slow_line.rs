@@ -2,9 +2,7 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, number};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number};
 use bytes::Bytes;
 use core::time::Duration;
 

@@ -2,9 +2,7 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis, number};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis, number};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
 

@@ -2,8 +2,7 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
-use crate::endpoint::send_queue::Segment;
+use super::{Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
 
