@@ -9,6 +9,7 @@ use crate::condition::Condition;
 use crate::findings::{RULES, Rule};
 use crate::port::Port;
 use crate::signals::Signals;
+use crate::text_form::{single_word, split};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
@@ -137,18 +138,11 @@ pub enum ConditionParseError {
 }
 
 /// What is wrong after the first word.
-struct Wrong(String);
-
-impl From<UnexpectedWord> for Wrong {
-    fn from(reason: UnexpectedWord) -> Wrong {
-        Wrong(reason.to_string())
-    }
-}
-
-impl From<EscapeError> for Wrong {
-    fn from(reason: EscapeError) -> Wrong {
-        Wrong(reason.to_string())
-    }
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+enum Wrong {
+    Word(#[from] UnexpectedWord),
+    Bytes(#[from] EscapeError),
 }
 
 type ReadResult<T> = Result<T, Wrong>;
@@ -169,15 +163,18 @@ impl FromStr for Condition {
             let words = words.to_string();
             return Err(ConditionParseError::Unknown { words, hint });
         }
-        read(name, rest).map_err(|Wrong(reason)| ConditionParseError::Form {
-            words: words.to_string(),
+        read(name, rest).map_err(|wrong| {
+            let (words, reason) = (words.to_string(), wrong.to_string());
             // A question for the word that was meant is remedy enough.
-            remedy: if reason.ends_with('?') {
-                String::new()
-            } else {
-                format!("; write {}", forms.join(" or "))
-            },
-            reason,
+            let remedy = match reason.ends_with('?') {
+                true => String::new(),
+                false => format!("; write {}", forms.join(" or ")),
+            };
+            ConditionParseError::Form {
+                words,
+                reason,
+                remedy,
+            }
         })
     }
 }
@@ -208,7 +205,7 @@ fn read(name: &str, rest: &str) -> ReadResult<Condition> {
             let status = ExecutionStatus::from_word(rest);
             Condition::Status(status.ok_or_else(|| UnexpectedWord::new(expected, rest))?)
         }
-        "servo" => Condition::Servo(switch(rest)?),
+        "servo" => Condition::Servo(bool::read(rest)?),
         "selected" if rest == "none" => Condition::Selected(String::new()),
         "selected" => Condition::Selected(file(rest)?),
         "stored" => Condition::Stored(file(rest)?),
@@ -244,11 +241,9 @@ fn printed(rest: &str) -> ReadResult<Condition> {
         false => (None, rest),
         true if name == PENDANT => (None, after),
         true => {
-            let port = scol_port(first);
-            (
-                Some(port.map_err(|_| UnexpectedWord::new("the channel COM1, IP1, IP2 or TP", first))?),
-                after,
-            )
+            let expected = "the channel COM1, IP1, IP2 or TP";
+            let port = scol_port(first).map_err(|_| UnexpectedWord::new(expected, first))?;
+            (Some(port), after)
         }
     };
     let text = text(shown)?;
@@ -259,7 +254,7 @@ fn signal(side: IoKind, rest: &str) -> ReadResult<Condition> {
     let (number, state) = split(rest);
     let line = number.parse().ok().filter(|line| Signals::exists(*line));
     let line = line.ok_or_else(|| UnexpectedWord::new("line 1-64, 101-164 or 201-264", number))?;
-    let on = switch(state)?;
+    let on = bool::read(state)?;
     Ok(Condition::Signal { side, line, on })
 }
 
@@ -281,23 +276,7 @@ fn scol_port(word: &str) -> ReadResult<Port> {
 }
 
 fn file(word: &str) -> ReadResult<String> {
-    single_word("the name of a file", word).map(|name| name.to_uppercase())
-}
-
-fn single_word(expected: &'static str, word: &str) -> ReadResult<String> {
-    if word.is_empty() || word.contains(' ') {
-        return Err(UnexpectedWord::new(expected, word).into());
-    }
-    Ok(word.to_string())
-}
-
-fn switch(word: &str) -> ReadResult<bool> {
-    Ok(bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word))?)
-}
-
-/// The first word, and what follows it.
-fn split(words: &str) -> (&str, &str) {
-    words.split_once(' ').unwrap_or((words, ""))
+    Ok(single_word("the name of a file", word)?.to_uppercase())
 }
 
 impl fmt::Display for Condition {

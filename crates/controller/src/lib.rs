@@ -61,6 +61,7 @@ mod robot;
 #[cfg(feature = "serde")]
 mod snapshot;
 pub mod statement_coverage;
+mod text_form;
 pub mod time;
 mod timers;
 pub mod variation;
