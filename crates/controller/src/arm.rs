@@ -8,6 +8,8 @@ mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
+#[cfg(feature = "serde")]
+use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -185,26 +187,25 @@ impl Arm {
     /// # Errors
     /// The field, and what is wrong with it.
     #[cfg(feature = "serde")]
-    pub(crate) fn validate(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
-        use alloc::string::ToString as _;
+    pub(crate) fn validate(&self, now: Time) -> Result<(), SnapshotError> {
+        let fits = |holds, place, found| check(holds, place, "a posture of the arm", found);
         let posture = |place, joints: &Joints| {
             let checked = self.model.check_limits(joints);
-            checked.map_err(|reason| (place, reason.to_string()))
+            checked.map_err(|reason| SnapshotError::value(place, "a posture of the arm", reason))
         };
         posture("arm.rest", &self.rest)?;
-        if !self.wear.is_valid() {
-            return Err(("arm.wear", "numbers that no motion leads to".to_string()));
-        }
+        fits(
+            self.wear.is_valid(),
+            "arm.wear",
+            "numbers that no motion leads to",
+        )?;
         let under_way = self.active.iter().map(|active| ("arm.active", active));
         let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
         for (place, active) in under_way.chain(interrupted) {
-            let wrong = |reason: &str| Err((place, reason.to_string()));
-            if active.start > now && active.locked {
-                return wrong("a motion that begins later, of a locked machine");
-            }
-            if !active.motion.is_valid(&self.model) {
-                return wrong("a motion whose times or places are no numbers");
-            }
+            let later = active.start > now && active.locked;
+            fits(!later, place, "a motion that begins later, of a locked machine")?;
+            let valid = active.motion.is_valid(&self.model);
+            fits(valid, place, "a motion whose times or places are no numbers")?;
             posture(place, &active.motion.joints_at(now.since(active.start)))?;
             posture(place, &active.motion.end())?;
         }

@@ -29,11 +29,11 @@ pub use kinds::KINDS;
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
+#[cfg(feature = "serde")]
+use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::string::String;
-#[cfg(feature = "serde")]
-use alloc::string::ToString;
 use alloc::vec::Vec;
 use kind::{Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
@@ -210,40 +210,26 @@ impl Faults {
     /// # Errors
     /// The field, what was expected, and what was found.
     #[cfg(feature = "serde")]
-    pub(crate) fn validate(&self) -> Result<(), (&'static str, String, String)> {
-        let at_most = |place, found: usize, most: usize| match found <= most {
-            true => Ok(()),
-            false => Err((place, format!("at most {most}"), found.to_string())),
+    pub(crate) fn validate(&self) -> Result<(), SnapshotError> {
+        let at_most = |place, found: usize, most: usize| {
+            let expected = format!("at most {most}");
+            check(found <= most, place, &expected, found)
         };
-        at_most("reports", self.reports.len(), MAX_FAULTS)?;
-        at_most("strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
+        at_most("faults.reports", self.reports.len(), MAX_FAULTS)?;
+        at_most("faults.strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
         let ids: Vec<u32> = self.reports.iter().map(|report| report.fault.id).collect();
-        if !(ids.first().is_none_or(|first| *first > 0) && ids.is_sorted_by(|one, other| one < other)) {
-            return Err((
-                "reports",
-                "numbers that rise from 1".to_string(),
-                format!("{ids:?}"),
-            ));
-        }
-        for FaultReport {
-            fault,
-            armed,
-            seen,
-            fired,
-            at,
-        } in &self.reports
-        {
-            at_most("reports.at", at.len(), MAX_FAULT_TIMES)?;
-            let beyond_times = fault.times > 0 && (*fired > fault.times || *armed && *fired == fault.times);
-            if fired > seen || at.len() > *fired as usize || beyond_times {
-                let expected =
-                    "no more bites than occasions and times, and a moment for each of the first".to_string();
-                return Err((
-                    "reports",
-                    expected,
-                    format!("{seen} seen, {fired} fired, {} moments", at.len()),
-                ));
-            }
+        let rise = ids.first() != Some(&0) && ids.is_sorted_by(|one, other| one < other);
+        let (place, found) = ("faults.reports", format!("{ids:?}"));
+        check(rise, place, "numbers that rise from 1", found)?;
+        for report in &self.reports {
+            let (seen, fired, times) = (report.seen, report.fired, report.fault.times);
+            let moments = report.at.len();
+            at_most("faults.reports.at", moments, MAX_FAULT_TIMES)?;
+            let beyond_times = times > 0 && (fired > times || report.armed && fired == times);
+            let fits = fired <= seen && moments <= fired as usize && !beyond_times;
+            let expected = "no more bites than occasions and times, and a moment for each of the first";
+            let found = format!("{seen} seen, {fired} fired, {moments} moments");
+            check(fits, place, expected, found)?;
         }
         Ok(())
     }

@@ -99,8 +99,7 @@ pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckRes
     check_signals(&robot.signals)?;
     check_channels(robot)?;
     check_endpoints(endpoints, &robot.config)?;
-    let arm = robot.arm.validate(robot.now);
-    arm.map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
+    robot.arm.validate(robot.now)?;
     if let Some(Guide::Host(port)) = robot.arm.guide() {
         check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
@@ -204,10 +203,7 @@ fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {
 }
 
 fn check_faults(endpoints: &Endpoints, config: &Config) -> CheckResult {
-    let faults = endpoints.faults.validate();
-    faults.map_err(|(place, expected, found)| {
-        SnapshotError::value(&format!("faults.{place}"), &expected, found)
-    })?;
+    endpoints.faults.validate()?;
     let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
     let found = endpoints.variation.as_ref().map(Variation::seed);
     let expected = format!("{}, as config.vary", seed(config.vary));
