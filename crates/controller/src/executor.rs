@@ -150,18 +150,15 @@ impl Executor {
         self.operation.is_running()
     }
 
-    /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
-    pub(crate) fn shown_status(&self) -> ExecutionStatus {
-        match self.run_shown_until {
-            Some(_) => ExecutionStatus::Running,
-            None => self.status(),
-        }
+    /// Whether a program or a DO is under way, which decides what is permitted (D7).
+    pub(crate) fn is_running(&self) -> bool {
+        self.program_runs() || self.direct.is_some()
     }
 
-    /// The status that decides what is permitted: a DO under way is RUN too (D7).
-    pub(crate) fn status(&self) -> ExecutionStatus {
+    /// The status SU, SF and SM show (SU-12): RUN during every DO, and for at least `do.min_run` after it (D7).
+    pub(crate) fn shown_status(&self) -> ExecutionStatus {
         match self.operation.state() {
-            _ if self.direct.is_some() => ExecutionStatus::Running,
+            _ if self.direct.is_some() || self.run_shown_until.is_some() => ExecutionStatus::Running,
             RunState::Running { .. } => ExecutionStatus::Running,
             RunState::Reset => ExecutionStatus::Reset,
             RunState::Retry => ExecutionStatus::Retry,

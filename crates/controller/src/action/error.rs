@@ -47,4 +47,9 @@ impl ActionError {
             ..ActionError::missing(place, sentence)
         }
     }
+
+    /// The same in the usual words: `cannot VERB: REASON`.
+    pub(crate) fn cannot(place: impl Display, verb: impl Display, reason: impl Display) -> ActionError {
+        ActionError::conflict(place, format!("cannot {verb}: {reason}"))
+    }
 }

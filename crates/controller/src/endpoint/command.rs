@@ -14,7 +14,6 @@ use crate::robot::Robot;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::status::ExecutionStatus;
 
 impl Endpoints {
     /// Carries out a command and answers it, or holds it until the file that it changes is stored.
@@ -119,7 +118,7 @@ impl Endpoints {
 
 /// Why the permission tables do not have a command valid now.
 fn forbidden(robot: &mut Robot, port: Port, letters: &str, cell: Permission) -> Option<Outcome> {
-    let stopped = robot.executor.status() != ExecutionStatus::Running;
+    let stopped = !robot.executor.is_running();
     let reason = match cell {
         Permission::Valid => return None,
         Permission::WhenStopped if stopped => return None,

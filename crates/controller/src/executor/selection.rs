@@ -163,7 +163,7 @@ impl Robot {
     /// See [`SelectError`].
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
         let label = || name.as_str().to_string();
-        if self.executor.status() == ts3100_proto::status::ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Err(SelectError::Running);
         }
         if name.is_parameter() {

@@ -19,7 +19,6 @@ use ts3100_proto::command::{Answer, Command, InternalCommand};
 use ts3100_proto::file::FileError;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
 /// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04).
@@ -98,7 +97,7 @@ impl Robot {
 
     /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
     pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
-        if *command == Command::Br && self.executor.status() == ExecutionStatus::Running {
+        if *command == Command::Br && self.executor.is_running() {
             let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
             return Some((&rules::SERVO_OFF_RUNNING, text));
         }

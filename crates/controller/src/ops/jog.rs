@@ -9,7 +9,6 @@ use crate::port::Port;
 use crate::robot::Robot;
 use thiserror::Error;
 use ts3100_proto::command::JogDirection;
-use ts3100_proto::status::ExecutionStatus;
 
 /// Why the arm was not jogged.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -62,7 +61,7 @@ impl Robot {
     }
 
     fn jog(&mut self, by: Guide, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
-        let running = self.executor.status() == ExecutionStatus::Running;
+        let running = self.executor.is_running();
         if let Some(reason) = first_reason([
             (running, JogRefusal::Running),
             (!self.panel.state().servo, JogRefusal::ServoOff),

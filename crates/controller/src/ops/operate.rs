@@ -7,13 +7,12 @@ use crate::robot::Robot;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::command::{InternalCommand, LineWrite};
-use ts3100_proto::status::ExecutionStatus;
 
 impl Robot {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
-        if self.is_held() && self.executor.status() == ExecutionStatus::Running {
+        if self.is_held() && self.executor.is_running() {
             self.interrupt(StopCause::Host);
             self.set_feed_hold(false);
         } else {

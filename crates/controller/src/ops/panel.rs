@@ -17,7 +17,6 @@ use alloc::string::String;
 use thiserror::Error;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::name::FileName;
-use ts3100_proto::status::ExecutionStatus;
 
 /// Why something at the panel had no effect, or the command or signal that does the same.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -81,7 +80,7 @@ impl Robot {
 
     /// The operation mode (CMD-EC-02).
     pub(crate) fn set_run_mode(&mut self, mode: RunMode) -> Result<(), OperateError> {
-        if self.executor.status() == ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Err(OperateError::Running);
         }
         self.panel.set_run_mode(mode);
