@@ -3,31 +3,29 @@
 //! The control interface turns these values into documents.
 
 use crate::Controller;
-use crate::faults::Faults;
-use crate::network::NetworkConfig;
-use crate::parameters::ParameterError;
-use crate::time::Time;
-use ts3100_proto::parameter::SerialSettings;
-use ts3100_proto::status::position::CurrentPosition;
-
 use crate::alarm::Alarms;
 use crate::arm::{ArmPose, Frames};
 use crate::drive::Drive;
-use crate::endpoint::session::Exchange;
+use crate::endpoint::session::{Exchange, Session};
 pub use crate::executor::TaskView;
+use crate::faults::Faults;
 use crate::io::gripper::HANDS;
 use crate::io::signals::Signals;
+use crate::network::NetworkConfig;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::panel::PanelState;
+use crate::parameters::ParameterError;
 use crate::port::Port;
+use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::{Channel, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
-use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::position::CurrentPosition;
 
 /// Elements of one array that are shown at most.
 pub const MAX_ELEMENTS: usize = 1_000;
@@ -55,9 +53,6 @@ pub struct VariableView {
     /// Its value, in the order of MR; `None` when it has none, or when it is an array.
     pub value: Option<Vec<Number>>,
 }
-
-/// The highest number of an output.
-const LAST_OUTPUT: u16 = 264;
 
 impl Controller {
     /// Modes, key, buttons, and how long everything runs.
@@ -201,7 +196,7 @@ impl Controller {
                 Exchange::Sending { .. } => "sending",
                 Exchange::Receiving { .. } => "receiving",
             }),
-            partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
+            partial: session.is_some_and(Session::is_partial),
             buffer: channel
                 .map(crate::io::channel::Channel::bytes)
                 .unwrap_or_default(),
@@ -293,7 +288,7 @@ impl Controller {
 
     /// User outputs that are on, in the order of their numbers.
     pub fn outputs_on(&self) -> Vec<u16> {
-        let lines = (1..=LAST_OUTPUT).filter(|line| Signals::is_user_output(*line));
+        let lines = Signals::numbers().filter(|line| Signals::is_user_output(*line));
         lines.filter(|line| self.robot.signals.output(*line)).collect()
     }
 

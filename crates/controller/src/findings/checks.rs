@@ -3,8 +3,7 @@
 //! Nothing here changes an answer: the exchange of commands itself is in `exchange`, which calls these checks.
 //! `history` is what they remember of a host between texts.
 
-use super::rules;
-use super::{MAX_BYTES, Message, Rule};
+use super::{MAX_BYTES, Message, Rule, rules};
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;

@@ -3,8 +3,7 @@
 //! `plan` creates motions. Times count from the start of the motion; the caller has the clock.
 
 use super::effort::{Effort, between};
-use super::path::Path;
-use super::path::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
+use super::path::{Chain, ChainedMotion, Path, SAMPLED_SPEED_MARGIN};
 use super::pose::Transform;
 use super::profile::{Ability, PathState, Profile, Rates};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};

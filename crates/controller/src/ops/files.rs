@@ -1,7 +1,6 @@
 //! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
-use super::CommandContext;
-use super::Outcome;
+use super::{CommandContext, Outcome};
 use crate::drive::Drive;
 use crate::output::Output;
 use crate::robot::Robot;

@@ -1,7 +1,6 @@
 //! SU SF EU VR: what the controller tells about itself. The layouts are in `ts3100_proto::status`.
 
-use super::CommandContext;
-use super::Outcome;
+use super::{CommandContext, Outcome};
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
 use crate::robot::Robot;

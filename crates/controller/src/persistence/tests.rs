@@ -1,12 +1,11 @@
 //! What a host and those who hold the controller see of a change that is kept, and of one that is not.
 
 use super::*;
-use crate::Controller;
 use crate::action::ActionErrorKind;
 use crate::options::WhileSending;
 use crate::output::{Event, Output};
 use crate::panel::{ControlRight, PanelAction};
-use crate::{Config, Dialect};
+use crate::{Config, Controller, Dialect};
 use alloc::collections::VecDeque;
 use alloc::string::ToString;
 use core::time::Duration;
