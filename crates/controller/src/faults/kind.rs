@@ -10,7 +10,7 @@ use crate::faults::error::FaultError;
 use crate::input::PanelAction;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use core::fmt;
@@ -206,23 +206,23 @@ impl FaultSite<'_> {
             data: Bytes::new(),
         }
     }
+}
 
-    /// The phrase for messages: `the answer to SU`.
-    pub fn description(&self) -> String {
+/// The phrase for messages: `the answer to SU`.
+impl fmt::Display for FaultSite<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.point, self.command, self.block) {
-            (InjectionPoint::Command, command, 0) => command.to_string(),
-            (InjectionPoint::Command, command, block) => format!("text {block} of {command}"),
-            (InjectionPoint::Reply, "", _) => "the text".to_string(),
+            (InjectionPoint::Command, command, 0) => f.write_str(command),
+            (InjectionPoint::Command, command, block) => write!(f, "text {block} of {command}"),
+            (InjectionPoint::Reply, "", _) => f.write_str("the text"),
             // A text of a download is answered OK or NG, never by a text of its own number.
-            (InjectionPoint::Reply, "DL", 1..) => format!("the answer to text {} of DL", self.block),
-            (InjectionPoint::Reply, command, 0 | 1) => format!("the answer to {command}"),
-            (InjectionPoint::Reply, command, block) => {
-                format!("text {block} of the answer to {command}")
-            }
-            (InjectionPoint::Print, ..) => "what PRINT sends".to_string(),
-            (InjectionPoint::Bytes, ..) => "the bytes that came in".to_string(),
-            (InjectionPoint::Character, ..) => "the characters that came in".to_string(),
-            (InjectionPoint::Record, ..) => "the record".to_string(),
+            (InjectionPoint::Reply, "DL", block @ 1..) => write!(f, "the answer to text {block} of DL"),
+            (InjectionPoint::Reply, command, 0 | 1) => write!(f, "the answer to {command}"),
+            (InjectionPoint::Reply, command, block) => write!(f, "text {block} of the answer to {command}"),
+            (InjectionPoint::Print, ..) => f.write_str("what PRINT sends"),
+            (InjectionPoint::Bytes, ..) => f.write_str("the bytes that came in"),
+            (InjectionPoint::Character, ..) => f.write_str("the characters that came in"),
+            (InjectionPoint::Record, ..) => f.write_str("the record"),
         }
     }
 }

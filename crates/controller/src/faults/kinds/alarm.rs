@@ -2,7 +2,7 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::{DELAY, Effect, FaultKind, MACHINE, Parameter, ParameterType, ScheduledAction};
+use super::{DELAY, Effect, FaultKind, MACHINE, ParameterType, ScheduledAction, parameter};
 use crate::alarm::ALARMS;
 
 /// The row of this kind in [`super::KINDS`].
@@ -12,12 +12,9 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It notices the unsolicited SP or the changed status, reads the alarm (EU, SF), resets it, \
              and starts again where that is safe.",
     parameters: &[
-        Parameter {
-            name: "number",
-            value_type: ParameterType::Alarm,
-            default: Some("2-046"),
-            description: "its level and code",
-        },
+        parameter("number", ParameterType::Alarm)
+            .or("2-046")
+            .help("its level and code"),
         DELAY,
     ],
     points: MACHINE,
@@ -26,7 +23,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
             context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
-        let message = format!("alarm {number} follows {}", site.description());
+        let message = format!("alarm {number} follows {site}");
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

@@ -16,13 +16,9 @@ pub const KIND: FaultKind = FaultKind {
              The text that does not fit gets NG, and the file stays as it was.",
     remedy: "It checks every reply inside a download. After NG it reads the directory, erases what is \
              not needed, and begins with DL again.",
-    parameters: &[number(
-        "free",
-        "bytes",
-        (0, MAX_FILE as u64),
-        Some("0"),
-        "free bytes",
-    )],
+    parameters: &[number("free", "bytes", (0, MAX_FILE as u64))
+        .or("0")
+        .help("free bytes")],
     points: &[InjectionPoint::Command],
     command: Some("DL"),
     block: Some(0),
@@ -32,7 +28,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);
         *context.room = Some(free);
-        let message = format!("{} finds {free} bytes free on the RAM drive", site.description());
+        let message = format!("{site} finds {free} bytes free on the RAM drive");
         (Effect::Unchanged, message)
     },
 };

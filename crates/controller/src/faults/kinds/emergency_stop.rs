@@ -13,11 +13,7 @@ pub const KIND: FaultKind = FaultKind {
              and starts.",
     parameters: &[
         DELAY,
-        millis(
-            "release",
-            "0",
-            "how long it stays pressed; 0: until it is released by hand",
-        ),
+        millis("release", "0").help("how long it stays pressed; 0: until it is released by hand"),
     ],
     points: MACHINE,
     apply: |context, values, site| {
@@ -29,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );
         }
-        let message = format!("the emergency stop follows {}", site.description());
+        let message = format!("the emergency stop follows {site}");
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

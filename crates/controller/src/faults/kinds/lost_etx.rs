@@ -17,7 +17,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(end) = end {
             bytes.remove(end);
         }
-        let message = format!("{} leaves without ETX", site.description());
+        let message = format!("{site} leaves without ETX");
         (Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
     },
     ..FaultKind::DEFAULT

@@ -14,13 +14,8 @@ pub const KIND: FaultKind = FaultKind {
              decides what happens to it.",
     remedy: "On HOST it sends the command again without a reply or after NG. On COM1 the program prints \
              what it has read, and the host compares.",
-    parameters: &[number(
-        "character",
-        "characters",
-        (0, FARTHEST),
-        None,
-        "how many characters of one reading precede it; random by default",
-    )],
+    parameters: &[number("character", "characters", (0, FARTHEST))
+        .help("how many characters of one reading precede it; random by default")],
     points: &[InjectionPoint::Character],
     apply: |context, values, site| {
         let last = site.bytes.len().saturating_sub(1);

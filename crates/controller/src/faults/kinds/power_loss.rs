@@ -18,7 +18,7 @@ pub const KIND: FaultKind = FaultKind {
     block: Some(1),
     apply: |context, values, site| {
         let delay = values.millis("delay");
-        let message = format!("the power goes at {}", site.description());
+        let message = format!("the power goes at {site}");
         context.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
         let effect = if delay.is_zero() {
             Effect::Lost
