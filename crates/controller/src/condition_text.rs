@@ -31,84 +31,54 @@ pub struct ConditionForm {
     pub is_state: bool,
 }
 
-const fn event(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+/// Something that happens and is over.
+const fn event(form: &'static str, example: &'static str) -> ConditionForm {
     ConditionForm {
         form,
         example,
-        happens,
+        happens: "",
         is_state: false,
     }
 }
 
-const fn state(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+const fn state(form: &'static str, example: &'static str) -> ConditionForm {
     ConditionForm {
         is_state: true,
-        ..event(form, example, happens)
+        ..event(form, example)
+    }
+}
+
+impl ConditionForm {
+    const fn when(self, happens: &'static str) -> ConditionForm {
+        ConditionForm { happens, ..self }
     }
 }
 
 /// Every form of a condition.
 pub const CONDITION_FORMS: [ConditionForm; 20] = [
-    event(
-        "command TEXT",
-        "command DO,MOVE",
-        "a host sends a text that begins with TEXT",
-    ),
-    event(
-        "answer TEXT",
-        "answer NG",
-        "the robot sends a text that begins with TEXT",
-    ),
-    event(
-        "refused COMMAND",
-        "refused RN",
-        "a command with these letters gets NG",
-    ),
-    event(
-        "printed [CHANNEL] TEXT",
-        "printed IP1 DONE<CR>",
+    event("command TEXT", "command DO,MOVE").when("a host sends a text that begins with TEXT"),
+    event("answer TEXT", "answer NG").when("the robot sends a text that begins with TEXT"),
+    event("refused COMMAND", "refused RN").when("a command with these letters gets NG"),
+    event("printed [CHANNEL] TEXT", "printed IP1 DONE<CR>").when(
         "a program prints TEXT, also by several PRINTs; without CHANNEL, or with TP: on the teach pendant",
     ),
-    event(
-        "received CHANNEL TEXT",
-        "received IP1 4<CR>",
-        "a peer sends TEXT, also in several parts",
-    ),
-    state("connected PORT", "connected IP0", "a peer connects"),
-    state("disconnected PORT", "disconnected IP0", "a peer disconnects"),
-    state("alarm", "alarm", "any alarm is raised; `alarm any` is the same"),
-    state("alarm NUMBER", "alarm 2-046", "this alarm is raised"),
-    event("alarms reset", "alarms reset", "alarms are reset"),
-    state(
-        "status WORDS",
-        "status stop (retry)",
-        "the execution status becomes `running`, `stop (reset)`, `stop (retry)` or `stop (continue)`",
-    ),
-    state("servo on|off", "servo on", "servo power goes on or off"),
-    state(
-        "selected NAME",
-        "selected PICK",
-        "a file is selected; `none` for no file",
-    ),
-    event("stored NAME", "stored PICK", "a file is stored on the RAM drive"),
-    event("erased NAME", "erased PICK", "a file is erased"),
-    event(
-        "finding RULE",
-        "finding no-cr",
-        "a host breaks a [rule](findings.md)",
-    ),
-    state("input LINE on|off", "input 5 on", "an input goes on or off"),
-    state("output LINE on|off", "output 264 off", "an output goes on or off"),
-    event(
-        "line N",
-        "line 12",
-        "the statement in line N of the selected file begins",
-    ),
-    state(
-        "idle",
-        "idle",
-        "no program runs, nothing moves, and no exchange is open",
-    ),
+    event("received CHANNEL TEXT", "received IP1 4<CR>").when("a peer sends TEXT, also in several parts"),
+    state("connected PORT", "connected IP0").when("a peer connects"),
+    state("disconnected PORT", "disconnected IP0").when("a peer disconnects"),
+    state("alarm", "alarm").when("any alarm is raised; `alarm any` is the same"),
+    state("alarm NUMBER", "alarm 2-046").when("this alarm is raised"),
+    event("alarms reset", "alarms reset").when("alarms are reset"),
+    state("status WORDS", "status stop (retry)")
+        .when("the execution status becomes `running`, `stop (reset)`, `stop (retry)` or `stop (continue)`"),
+    state("servo on|off", "servo on").when("servo power goes on or off"),
+    state("selected NAME", "selected PICK").when("a file is selected; `none` for no file"),
+    event("stored NAME", "stored PICK").when("a file is stored on the RAM drive"),
+    event("erased NAME", "erased PICK").when("a file is erased"),
+    event("finding RULE", "finding no-cr").when("a host breaks a [rule](findings.md)"),
+    state("input LINE on|off", "input 5 on").when("an input goes on or off"),
+    state("output LINE on|off", "output 264 off").when("an output goes on or off"),
+    event("line N", "line 12").when("the statement in line N of the selected file begins"),
+    state("idle", "idle").when("no program runs, nothing moves, and no exchange is open"),
 ];
 
 /// The teach pendant, as `printed` names it.
