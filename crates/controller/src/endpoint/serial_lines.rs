@@ -275,11 +275,8 @@ impl Endpoints {
             return now;
         };
         if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
-            robot.dropped(
-                port,
-                bytes.len(),
-                "the robot has more to send than its buffer holds",
-            );
+            let reason = "the robot has more to send than its buffer holds";
+            robot.dropped(port, bytes.len(), reason);
             return now;
         }
         let (begin, end) = line.outbound.push(now, &bytes, own);

@@ -99,22 +99,18 @@ pub struct FaultReport {
 impl FaultReport {
     /// One line for people: the fault and what has happened.
     pub fn summary(&self) -> String {
-        let Fault { id, .. } = self.fault;
-        match (self.fired, self.at.first()) {
-            (0, _) if self.seen == 0 => {
-                format!("fault {id} `{}` never fired: it saw no occasion", self.fault)
+        let FaultReport {
+            fault, seen, fired, ..
+        } = self;
+        let outcome = match (fired, self.at.first()) {
+            (0, _) if *seen == 0 => "never fired: it saw no occasion".into(),
+            (0, _) => format!("never fired: {seen} occasions passed (after, probability)"),
+            (_, first) => {
+                let first = first.copied().unwrap_or_default();
+                format!("fired {fired} of {seen} times, first at {first} s")
             }
-            (0, _) => format!(
-                "fault {id} `{}` never fired: {} occasions passed (after, probability)",
-                self.fault, self.seen
-            ),
-            (fired, first) => format!(
-                "fault {id} `{}` fired {fired} of {} times, first at {} s",
-                self.fault,
-                self.seen,
-                first.copied().unwrap_or_default()
-            ),
-        }
+        };
+        format!("fault {} `{fault}` {outcome}", fault.id)
     }
 }
 

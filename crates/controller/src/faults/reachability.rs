@@ -141,11 +141,8 @@ impl Fault {
             .active_filters()
             .map(|(key, value)| format!("{key}={value}"))
             .collect();
-        let reason = format!(
-            "no occasion has {} (it waits for {})",
-            filters.join(" and "),
-            points.join(" or ")
-        );
+        let (filters, points) = (filters.join(" and "), points.join(" or "));
+        let reason = format!("no occasion has {filters} (it waits for {points})");
         Err(never(reason, self.advice()))
     }
 

@@ -175,9 +175,11 @@ impl fmt::Display for Fault {
 /// A fault from its keys, without checking that it can fire.
 pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
-    let kind = kind.ok_or_else(|| FaultError::UnknownKind {
-        found: name.to_string(),
-        hint: kind_hint(name),
+    let kind = kind.ok_or_else(|| {
+        let list = "; `ts3100 faults list` shows the kinds".to_string();
+        let hint = hint(name, KINDS.iter().map(|kind| kind.name), list);
+        let found = name.to_string();
+        FaultError::UnknownKind { found, hint }
     })?;
     let mut fault = Fault {
         id: 0,
@@ -205,27 +207,15 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
     Ok(fault)
 }
 
-/// The kinds that may be meant by a name that none has, as the end of a message.
-fn kind_hint(name: &str) -> String {
-    let hint = did_you_mean(name, KINDS.iter().map(|kind| kind.name));
-    if hint.is_empty() {
-        "; `ts3100 faults list` shows the kinds".to_string()
-    } else {
-        hint
+/// The words that may be meant, or else something that helps: the end of a message.
+fn hint<'a>(found: &str, known: impl IntoIterator<Item = &'a str>, otherwise: String) -> String {
+    match did_you_mean(found, known) {
+        hint if hint.is_empty() => otherwise,
+        hint => hint,
     }
 }
 
 impl FaultKind {
-    /// The keys that may be meant by one that it does not have, as the end of a message.
-    fn key_hint(&self, key: &str) -> String {
-        let hint = did_you_mean(key, self.keys());
-        if hint.is_empty() {
-            format!("; it takes {}", self.keys().join(", "))
-        } else {
-            hint
-        }
-    }
-
     /// The keys of this kind, the common ones first.
     pub fn keys(&self) -> Vec<&'static str> {
         let own = self.parameters.iter().map(|parameter| parameter.name);
@@ -276,10 +266,11 @@ impl Fault {
             _ => {
                 let parameter = kind.parameters.iter().find(|parameter| parameter.name == key);
                 let Some(Parameter { name, value_type, .. }) = parameter else {
+                    let list = format!("; it takes {}", kind.keys().join(", "));
                     return Err(FaultError::UnknownKey {
                         kind: kind.name,
                         key: key.to_string(),
-                        hint: kind.key_hint(key),
+                        hint: hint(key, kind.keys(), list),
                     });
                 };
                 let parsed = value_type

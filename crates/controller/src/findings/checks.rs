@@ -122,12 +122,8 @@ impl Robot {
         } else {
             &rules::REFUSED_BY_STATE
         };
-        self.report(
-            rule,
-            port,
-            &command.encode(),
-            format!("{}: {reason}", command.letters()),
-        );
+        let message = format!("{}: {reason}", command.letters());
+        self.report(rule, port, &command.encode(), message);
     }
 
     /// Reports a text of a file that is refused.
@@ -187,12 +183,8 @@ impl Robot {
             self.report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
         }
         if bytes.contains(&LF) {
-            self.report(
-                &rules::INPUT_LINE_FEED,
-                port,
-                bytes,
-                "LF in a record; it is left out",
-            );
+            let text = "LF in a record; it is left out";
+            self.report(&rules::INPUT_LINE_FEED, port, bytes, text);
         }
         if !self.executor.reads_from(port) {
             let text = format!(
@@ -274,12 +266,8 @@ impl Endpoints {
                 Exchange::Idle if session.is_partial() => "in the middle of a text",
                 Exchange::Idle => return,
             };
-            robot.report(
-                &rules::LEFT_IN_EXCHANGE,
-                port,
-                &[],
-                format!("the connection ended {what}"),
-            );
+            let text = format!("the connection ended {what}");
+            robot.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
         } else if let Some(channel) = robot
             .channels
             .get(port)

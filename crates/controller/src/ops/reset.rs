@@ -70,15 +70,12 @@ impl Robot {
                 Outcome::Ok
             }
             Err(error) => {
+                let reason = error.to_string();
                 if let SelectError::Errors { .. } = &error {
-                    self.report(
-                        &rules::PROGRAM_ERRORS,
-                        port,
-                        name.as_str().as_bytes(),
-                        error.to_string(),
-                    );
+                    let name = name.as_str().as_bytes();
+                    self.report(&rules::PROGRAM_ERRORS, port, name, reason.as_str());
                 }
-                Outcome::Ng(error.to_string())
+                Outcome::Ng(reason)
             }
         }
     }

@@ -127,12 +127,8 @@ fn check_state(robot: &Robot) -> CheckResult {
     check(!(state.servo && due), "state.servo_due", expected, "one")?;
     let stopped = state.emergency_stop || state.safety_open;
     let expected = "no servo power in an emergency stop or with the safety switch open";
-    check(
-        !(stopped && (state.servo || due)),
-        "state.servo",
-        expected,
-        "servo power",
-    )?;
+    let holds = !(stopped && (state.servo || due));
+    check(holds, "state.servo", expected, "servo power")?;
     check_key("state.key", &robot.config, state.key)
 }
 
