@@ -98,8 +98,8 @@ impl Endpoints {
         for port in Port::ALL {
             let there = before.peer(robot_before, port);
             let knew = self.peer(robot, port).is_some();
-            if knew && robot.arm.is_guided_from(port) {
-                robot.arm.stop_jog(robot.now);
+            if knew {
+                robot.arm.stop_jog_from(port, robot.now);
             }
             if let Some(line) = self.lines.get_mut(&port) {
                 // How the far end is opened is the edge's knowledge.

@@ -5,6 +5,7 @@
 //! `command` takes a command to the robot, `sending` sends. Bytes of COM1 and IP1 to IP3 go to the ring buffers of INPUT
 //! (`io::channel`).
 
+use crate::alarm::ethernet_disconnected;
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
 use crate::endpoint::session::{Exchange, Letters};
@@ -24,11 +25,8 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextError};
 
 impl Endpoints {
     pub(crate) fn connected(&mut self, robot: &mut Robot, port: Port, peer: String) {
-        if let Some(leaving) = self
-            .lines
-            .get_mut(&port)
-            .and_then(|line| line.departed_peer.as_mut())
-        {
+        let line = self.lines.get_mut(&port);
+        if let Some(leaving) = line.and_then(|line| line.departed_peer.as_mut()) {
             leaving.next_peer = Some(peer);
             return;
         }
@@ -67,9 +65,7 @@ impl Endpoints {
             };
         }
         self.forget_peer(port);
-        if robot.arm.is_guided_from(port) {
-            robot.arm.stop_jog(robot.now);
-        }
+        robot.arm.stop_jog_from(port, robot.now);
         if port.protocol().is_some() {
             self.session(port).reset(robot.config.options.text, None);
         } else if let Some(channel) = robot.channels.get_mut(port) {
@@ -79,10 +75,8 @@ impl Endpoints {
             .ethernet_index()
             .and_then(|index| robot.parameters.ethernet().alarm_level[index]);
         if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
-            robot.raise(
-                crate::alarm::ethernet_disconnected(level),
-                format!("{port}: the peer left"),
-            );
+            let detail = format!("{port}: the peer left");
+            robot.raise(ethernet_disconnected(level), detail);
         }
     }
 

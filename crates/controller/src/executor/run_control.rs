@@ -7,7 +7,6 @@ use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
 use crate::io::line_names::dout;
 use crate::output::Event;
-use crate::panel::PanelState;
 use crate::robot::{Robot, RunNotice};
 use alloc::string::String;
 use ts3100_proto::status::AlarmLevel;
@@ -96,14 +95,12 @@ impl Robot {
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        let PanelState {
-            emergency_stop,
-            safety_open,
-            ..
-        } = *self.panel.state();
-        let persists = |code: &AlarmCode| {
-            emergency_stop && *code == alarm::EMERGENCY_STOP || safety_open && *code == alarm::SAFETY_STOP
-        };
+        let state = self.panel.state();
+        let causes = [
+            (state.emergency_stop, alarm::EMERGENCY_STOP),
+            (state.safety_open, alarm::SAFETY_STOP),
+        ];
+        let persists = |code: &AlarmCode| causes.contains(&(true, *code));
         if self.alarms.reset(persists) {
             self.outputs.event(Event::AlarmsReset);
         }

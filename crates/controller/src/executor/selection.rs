@@ -176,9 +176,11 @@ impl Robot {
         let source = String::from_utf8_lossy(content).into_owned();
         let compilation = self.config.compile(&source);
         let Some(program) = compilation.program else {
+            let found = compilation.diagnostics.iter();
+            let errors = found.filter(|found| found.severity == Severity::Error);
             return Err(SelectError::Errors {
                 name: label(),
-                rendered: render(&compilation.diagnostics, &source, name),
+                rendered: render(errors, &source, name.as_str()),
             });
         };
         let memory = Memory::new(&program);
@@ -220,12 +222,8 @@ impl Robot {
     }
 }
 
-fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {
-    let errors = diagnostics
-        .iter()
-        .filter(|diagnostic| diagnostic.severity == Severity::Error);
-    errors
-        .map(|diagnostic| diagnostic.render(source, name.as_str()))
-        .collect::<Vec<_>>()
-        .join("\n")
+/// Diagnostics with carets, one below the other.
+pub(crate) fn render<'a>(found: impl Iterator<Item = &'a Diagnostic>, source: &str, name: &str) -> String {
+    let rendered: Vec<String> = found.map(|found| found.render(source, name)).collect();
+    rendered.join("\n")
 }

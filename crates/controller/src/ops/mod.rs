@@ -65,10 +65,10 @@ impl Outcome {
     }
 }
 
-/// The first of the conditions that holds: it forbids something for its reason.
-fn first_reason<T>(conditions: impl IntoIterator<Item = (bool, T)>) -> Option<T> {
-    let mut conditions = conditions.into_iter();
-    conditions.find_map(|(holds, reason)| holds.then_some(reason))
+/// The reason of the first condition that holds forbids something.
+fn refuse_if<E>(conditions: impl IntoIterator<Item = (bool, E)>) -> Result<(), E> {
+    let mut holding = conditions.into_iter().filter(|(holds, _)| *holds);
+    holding.next().map_or(Ok(()), |(_, reason)| Err(reason))
 }
 
 /// What a command finds at the port it came on.

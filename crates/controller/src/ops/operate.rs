@@ -1,11 +1,10 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
 
-use super::{Outcome, first_reason};
+use super::{Outcome, refuse_if};
+use crate::executor::selection::render;
 use crate::executor::{Standstill, StopCause};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
-use alloc::string::String;
-use alloc::vec::Vec;
 use ts3100_proto::command::{InternalCommand, LineWrite};
 
 impl Robot {
@@ -39,7 +38,7 @@ impl Robot {
 
     /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
     pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
-        if let Some(reason) = first_reason([
+        if let Err(reason) = refuse_if([
             (self.executor.program_runs(), "a program is running"),
             (self.arm.is_jogging(), "the arm is being jogged"),
             (self.executor.has_direct(), "another DO statement is under way"),
@@ -53,13 +52,7 @@ impl Robot {
                 self.report_status();
                 Outcome::Ok
             }
-            Err(diagnostics) => {
-                let rendered: Vec<String> = diagnostics
-                    .iter()
-                    .map(|found| found.render(statement, "DO"))
-                    .collect();
-                Outcome::Ng(rendered.join("\n"))
-            }
+            Err(diagnostics) => Outcome::Ng(render(diagnostics.iter(), statement, "DO")),
         }
     }
 

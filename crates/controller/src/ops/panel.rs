@@ -3,8 +3,8 @@
 //!
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
-use super::first_reason;
 use super::jog::JogRefusal;
+use super::refuse_if;
 use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
@@ -90,13 +90,11 @@ impl Robot {
     /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
     /// the same (assumed).
     pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
-        if let Some(reason) = first_reason([
+        refuse_if([
             (self.panel.state().emergency_stop, OperateError::EmergencyStop),
             (self.panel.state().safety_open, OperateError::SafetyOpen),
             (self.alarms.blocks_servo(), OperateError::ServoAlarm),
-        ]) {
-            return Err(reason);
-        }
+        ])?;
         let interval = self.config.options.servo_interval;
         self.outputs.event(self.panel.servo_on(self.now, interval));
         Ok(())
@@ -135,7 +133,7 @@ impl Robot {
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
-        let reason = first_reason([
+        refuse_if([
             (self.executor.selected().is_none(), OperateError::NoFile),
             (self.executor.has_direct(), OperateError::Direct),
             (self.arm.is_jogging(), OperateError::Jogging),
@@ -144,8 +142,7 @@ impl Robot {
             (self.alarms.blocks_start(), OperateError::StartAlarm),
             (!self.panel.state().servo, OperateError::ServoOff),
             (self.panel.state().feed_hold, OperateError::FeedHold),
-        ]);
-        reason.map_or(Ok(()), Err)
+        ])
     }
 
     /// FEED HOLD: alternate action (CMD-FD-02).
