@@ -5,7 +5,6 @@
 
 mod breakpoints;
 pub(crate) mod direct;
-pub(crate) mod monitors;
 #[cfg(feature = "serde")]
 mod relink;
 pub(crate) mod requests;

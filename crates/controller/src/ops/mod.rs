@@ -15,7 +15,6 @@ mod parameters;
 mod reset;
 mod status;
 mod variables;
-mod watchdog;
 
 pub(crate) use actions::no_line;
 pub(crate) use panel::OperateError;
