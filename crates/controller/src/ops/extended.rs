@@ -13,7 +13,7 @@ use crate::robot::Robot;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
-use ts3100_proto::command::{PositionQuery, RunMode, ZsFrame};
+use ts3100_proto::command::{PositionQuery, ZsFrame};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
 use ts3100_proto::status::pr::encode_position;
@@ -41,12 +41,7 @@ impl Robot {
                 MasterMode::ExtRs232c => 4,
                 MasterMode::ExtEther => 5,
             },
-            run_mode: match self.panel.state().run_mode {
-                RunMode::Continuous => 0,
-                RunMode::Cycle => 1,
-                RunMode::Step => 2,
-                RunMode::Segment => 3,
-            },
+            run_mode: self.panel.state().run_mode as u8,
             run_status: self.executor.shown_status().code(),
             override_percent: self.panel.state().override_percent,
             alarm_level: self.alarms.worst_level().map_or(0, AlarmLevel::number),
