@@ -224,10 +224,15 @@ impl Arm {
 
     /// Joint values at `now`.
     pub fn joints(&self, now: Time) -> Joints {
-        match &self.active {
-            Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
-            _ => self.rest,
-        }
+        let moving = self.unlocked();
+        moving.map_or(self.rest, |active| {
+            active.motion.joints_at(now.since(active.start))
+        })
+    }
+
+    /// The motion under way, unless the machine lock keeps the arm where it is.
+    fn unlocked(&self) -> Option<&ActiveMotion> {
+        self.active.as_ref().filter(|active| !active.locked)
     }
 
     /// Whether a motion is under way or held.
@@ -295,7 +300,7 @@ impl Arm {
     fn next_start(&mut self, now: Time) -> (Time, Joints) {
         self.finish_due(now);
         let start = self.ends_at().unwrap_or(now).max(now);
-        let slowing = self.active.as_ref().filter(|active| !active.locked);
+        let slowing = self.unlocked();
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
     }
 
@@ -313,12 +318,9 @@ impl Arm {
         let Conditions {
             speed, accel, decel, ..
         } = motion.conditions;
-        let load = motion
-            .conditions
-            .payload
-            .as_ref()
-            .map_or(0.0, |(_, load)| load.mass);
-        let load_part = load_part(load, self.model.max_payload);
+        let payload = motion.conditions.payload.as_ref();
+        let mass = payload.map_or(0.0, |(_, load)| load.mass);
+        let load_part = load_part(mass, self.model.max_payload);
         let settings = MotionSettings {
             speed,
             accel: accel * load_part,
@@ -327,10 +329,9 @@ impl Arm {
             load_part,
         };
         let (tool, limits) = (transform(&frames.tool), settings.limits(pace));
+        let (memo, model) = (&mut self.memo, &self.model);
         Ok(ActiveMotion {
-            motion: self
-                .memo
-                .plan(&self.model, from, &target, &tool, &limits, load_part)?,
+            motion: memo.plan(model, from, &target, &tool, &limits, load_part)?,
             start,
             settings,
             locked,

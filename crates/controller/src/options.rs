@@ -223,7 +223,6 @@ mod serde_defaults {
         super::UnknownInput::Zero
     }
 
-    #[expect(clippy::unnecessary_wraps, reason = "the type of the field")]
     pub(super) fn equal_within() -> Option<f32> {
         Some(0.0)
     }

@@ -9,8 +9,11 @@ use ts3100_proto::words::Word;
 
 /// A communication port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "UPPERCASE"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(Serialize, Deserialize),
+    serde(rename_all = "UPPERCASE")
+)]
 pub enum Port {
     /// Serial port HOST: simple protocol.
     Host,

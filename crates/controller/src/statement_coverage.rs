@@ -86,10 +86,8 @@ impl StatementCoverage {
         let index = usize::from(self.selected == Some(0));
         if index < self.versions.len() {
             self.versions.remove(index);
-            self.selected = match self.selected {
-                Some(selected) if selected > index => Some(selected - 1),
-                other => other,
-            };
+            let behind = |selected: usize| selected - usize::from(selected > index);
+            self.selected = self.selected.map(behind);
         }
     }
 }

@@ -16,11 +16,7 @@ pub struct Time(u64);
 /// `0.1` is a real of 32 bits and slightly more than a tenth.
 pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
     let micros = libm::round(seconds.clamp(0.0, longest) * 1e6);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative, and the cast saturates"
-    )]
+    // Not negative, and the cast saturates.
     Duration::from_micros(micros as u64)
 }
 
@@ -74,10 +70,8 @@ impl Add<Duration> for Time {
 impl Sub<Duration> for Time {
     type Output = Time;
     fn sub(self, rhs: Duration) -> Time {
-        Time(
-            self.0
-                .saturating_sub(u64::try_from(rhs.as_micros()).unwrap_or(u64::MAX)),
-        )
+        let micros = u64::try_from(rhs.as_micros()).unwrap_or(u64::MAX);
+        Time(self.0.saturating_sub(micros))
     }
 }
 

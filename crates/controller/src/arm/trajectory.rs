@@ -33,7 +33,7 @@ impl Arm {
 
     /// DEST: where the motion leads in the frames given, also while it is held; the present position when none is under way.
     pub fn destination(&self, now: Time, frames: &Frames) -> Position {
-        match self.active.as_ref().filter(|active| !active.locked) {
+        match self.unlocked() {
             Some(active) => self.position_of(&active.motion.target(), frames),
             None => self.here(now, frames),
         }

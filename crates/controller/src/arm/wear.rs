@@ -92,13 +92,12 @@ impl Arm {
     }
 
     fn effort_between(&self, from: Time, until: Time) -> Effort {
-        let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
+        let Some(active) = self.unlocked() else {
             return Effort::default();
         };
         let (from, to) = (from.since(active.start), until.since(active.start));
-        active
-            .motion
-            .effort(&self.model, active.settings.load_part, from, to)
+        let load = active.settings.load_part;
+        active.motion.effort(&self.model, load, from, to)
     }
 
     /// Power off: the arm rests where it is, and the counters since power-on are reset.

@@ -115,15 +115,11 @@ impl Endpoints {
             rest = rest.get(taken..).unwrap_or_default();
             let before = channel.len();
             self.settle(robot);
-            let drained = robot
-                .channels
-                .get(port)
-                .is_some_and(|channel| channel.len() < before);
+            let channel = robot.channels.get(port);
+            let drained = channel.is_some_and(|channel| channel.len() < before);
             if !rest.is_empty() && !drained {
-                let message = format!(
-                    "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
-                    rest.len()
-                );
+                let (lost, full) = (rest.len(), "is full (256 bytes); send after the program asks");
+                let message = format!("{lost} bytes lost: the ring buffer of {port} {full}");
                 robot.report(&rules::INPUT_OVERFLOW, port, rest, message);
                 return;
             }

@@ -67,13 +67,8 @@ impl Endpoints {
         if robot.config.options.serial_pacing {
             return self.push_inbound(robot, port, &bytes, far);
         }
-        let arrivals = receive_unpaced(&bytes, far, own)
-            .into_iter()
-            .map(|character| Arrival {
-                character,
-                begin: now,
-                end: now,
-            });
+        let read = receive_unpaced(&bytes, far, own).into_iter();
+        let arrivals = read.map(|character| Arrival::new(character, now, now));
         self.received_characters(robot, port, arrivals.collect());
     }
 

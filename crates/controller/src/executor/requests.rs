@@ -69,13 +69,8 @@ impl Robot {
     /// How fast the arm may move now.
     pub(crate) fn pace(&self) -> SpeedLimits {
         let state = self.panel.state();
-        let most = if self.is_slow() {
-            self.config.options.low_speed
-        } else {
-            u8::MAX
-        };
         SpeedLimits {
-            override_percent: state.override_percent.min(most),
+            override_percent: state.override_percent.min(self.speed_limit()),
             tool_speed_cap: (state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }

@@ -80,11 +80,7 @@ fn parse_millis(text: &str) -> Option<u64> {
     let millis = number.trim().parse::<f64>().ok()? * f64::from(micros / 1_000);
     let whole = libm::round(millis);
     let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "whole, not negative, and below 1e15"
-    )]
+    // Whole, not negative, and below 1e15.
     fits.then_some(whole as u64)
 }
 
@@ -338,10 +334,6 @@ fn parse_probability(kind: &'static FaultKind, value: &str) -> Result<u32, Fault
         .ok()
         .filter(|chance| (0.0..=1.0).contains(chance));
     let chance = chance.ok_or_else(|| kind.invalid_value("probability", "a number from 0 to 1", value))?;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and a million"
-    )]
+    // Between 0 and a million.
     Ok(libm::round(chance * f64::from(MILLION)) as u32)
 }

@@ -71,21 +71,15 @@ impl Robot {
             return;
         }
         let letters = command.letters();
+        let lower_case = message.iter().take(2).any(u8::is_ascii_lowercase);
+        let commas = command.row().separates_by_blanks() && outer_commas(message) > 1;
+        let odd = message.iter().any(|byte| !is_allowed_character(*byte));
         let checks = [
-            (
-                &rules::LOWER_CASE,
-                message.iter().take(2).any(u8::is_ascii_lowercase),
-            ),
+            (&rules::LOWER_CASE, lower_case),
             (&rules::BLANK_AFTER_COMMA, message.get(2..4) == Some(b", ")),
             (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
-            (
-                &rules::COMMA_FOR_BLANK,
-                command.row().separates_by_blanks() && outer_commas(message) > 1,
-            ),
-            (
-                &rules::ODD_CHARACTER,
-                message.iter().any(|byte| !is_allowed_character(*byte)),
-            ),
+            (&rules::COMMA_FOR_BLANK, commas),
+            (&rules::ODD_CHARACTER, odd),
             (&rules::ABBREVIATED, is_abbreviated(message, command)),
         ];
         for (rule, _) in checks.into_iter().filter(|(_, broken)| *broken) {

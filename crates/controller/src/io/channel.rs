@@ -91,12 +91,8 @@ impl Channel {
     /// Clears the peer and drops its incomplete last value, so that it does not become part of the next peer's.
     pub fn disconnect_peer(&mut self) {
         self.peer = None;
-        let complete = self
-            .ring
-            .iter()
-            .rposition(|&byte| is_separator(byte))
-            .map_or(0, |last| last + 1);
-        self.ring.truncate(complete);
+        let last = self.ring.iter().rposition(|&byte| is_separator(byte));
+        self.ring.truncate(last.map_or(0, |last| last + 1));
     }
 
     /// Removes the next value from the buffer.

@@ -44,7 +44,7 @@ impl Robot {
 
     /// How fast the robot may be now, in percent of its full speed: LOW_SPD lowers it (D5). TEACHING sets a limit
     /// in mm/s instead, which no percentage states.
-    fn speed_limit(&self) -> u8 {
+    pub(crate) fn speed_limit(&self) -> u8 {
         if self.is_slow() {
             self.config.options.low_speed
         } else {
@@ -175,7 +175,7 @@ fn sf_words(words: [u16; WORDS]) -> [u16; 16] {
     core::array::from_fn(|index| words.get(index).copied().unwrap_or_default())
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
+/// SF carries single floats.
 fn single(values: [f64; 8]) -> [f32; 8] {
     values.map(|value| if value.abs() < NOISE { 0.0 } else { value as f32 })
 }

@@ -224,7 +224,7 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, Variabl
     match (kind, numbers) {
         (ValueKind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
         (ValueKind::Integer, _) => Err(wrong("one integer")),
-        #[expect(clippy::cast_possible_truncation, reason = "reals of the language are single")]
+        // Reals of the language are single.
         (ValueKind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
         (ValueKind::Real, _) => Err(wrong("one number")),
         (ValueKind::Load, _) => Payload::from_listed(arm, &reals)

@@ -45,6 +45,17 @@ pub struct Direction {
     last: u8,
 }
 
+impl Arrival {
+    /// A character that was on the line from `begin` to `end`.
+    pub fn new(character: Character, begin: Time, end: Time) -> Arrival {
+        Arrival {
+            character,
+            begin,
+            end,
+        }
+    }
+}
+
 impl Direction {
     /// Number of bytes not yet transmitted.
     pub fn queued(&self) -> usize {
@@ -152,11 +163,10 @@ impl Direction {
             receiver.set(sender, own);
             receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
             receiver.receive(byte, &mut read);
-            arrivals.extend(read.drain(..).map(|character| Arrival {
-                character,
-                begin,
-                end,
-            }));
+            arrivals.extend(
+                read.drain(..)
+                    .map(|character| Arrival::new(character, begin, end)),
+            );
         }
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
@@ -164,11 +174,10 @@ impl Direction {
         {
             receiver.flush(&mut read);
             let (begin, end) = (ended, ended + frame_time(receiver.own()));
-            arrivals.extend(read.into_iter().map(|character| Arrival {
-                character,
-                begin,
-                end,
-            }));
+            arrivals.extend(
+                read.into_iter()
+                    .map(|character| Arrival::new(character, begin, end)),
+            );
         }
         arrivals
     }

@@ -59,17 +59,13 @@ impl From<SerialSettings> for HostSettings {
 impl HostSettings {
     /// These settings; the robot's where one is unknown. Values that no port can have count as unknown.
     pub fn or_robot(&self, robot: SerialSettings) -> SerialSettings {
+        let length = self.length.filter(|length| (5..=8).contains(length));
+        let stop = self.stop.filter(|stop| (1..=2).contains(stop));
         SerialSettings {
             speed: self.speed.filter(|speed| *speed > 0).unwrap_or(robot.speed),
-            length: self
-                .length
-                .filter(|length| (5..=8).contains(length))
-                .unwrap_or(robot.length),
+            length: length.unwrap_or(robot.length),
             parity: self.parity.unwrap_or(robot.parity),
-            stop: self
-                .stop
-                .filter(|stop| (1..=2).contains(stop))
-                .unwrap_or(robot.stop),
+            stop: stop.unwrap_or(robot.stop),
         }
     }
 
