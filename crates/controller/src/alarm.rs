@@ -223,9 +223,9 @@ impl Alarms {
 
     /// The alarm words of SF, oldest first (SF-22).
     pub fn status_words(&self) -> Vec<u16> {
-        self.active
-            .iter()
-            .filter_map(|alarm| alarm_word(alarm.code.level, alarm.code.code))
+        let codes = self.active.iter().map(|alarm| alarm.code);
+        codes
+            .filter_map(|code| alarm_word(code.level, code.code))
             .collect()
     }
 

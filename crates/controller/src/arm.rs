@@ -265,9 +265,8 @@ impl Arm {
 
     /// Percentage of the motion completed; 100 when none is under way.
     pub fn percent(&self, now: Time) -> f64 {
-        self.active
-            .as_ref()
-            .map_or(100.0, |active| active.motion.percent_at(now.since(active.start)))
+        let active = self.active.as_ref();
+        active.map_or(100.0, |active| active.motion.percent_at(now.since(active.start)))
     }
 
     /// Starts a motion at `now`, or, while the arm still slows from the last one, when it rests.

@@ -114,15 +114,10 @@ pub fn reachable(config: &Config, port: Port) -> Vec<PermissionCell> {
     };
     let extensions = EXTENSION_ROWS.iter().filter(|row| config.serves_row(row));
     let internal = config.controller.has_internal();
-    let modes = || {
-        MasterMode::ALL
-            .into_iter()
-            .filter(move |mode| internal || *mode != MasterMode::Internal)
-    };
-    let places = ROWS
-        .iter()
-        .chain(extensions)
-        .flat_map(|row| modes().map(move |mode| (*row, mode)));
+    let exists = |mode: &MasterMode| internal || *mode != MasterMode::Internal;
+    let modes = || MasterMode::ALL.into_iter().filter(exists);
+    let rows = ROWS.iter().chain(extensions);
+    let places = rows.flat_map(|row| modes().map(move |mode| (*row, mode)));
     let verdicts = |(row, mode)| {
         let verdicts: &[Verdict] = match config.permissions.get(table, row, mode) {
             Some(Permission::Valid) => &[Verdict::Served],

@@ -132,10 +132,8 @@ impl Drive {
             return MAX_FILE;
         }
         let is_parameter = |other: &str| FileName::parse(other).is_ok_and(|other| other.is_parameter());
-        let others = self
-            .files
-            .iter()
-            .filter(|(other, _)| other.as_str() != name.as_str() && !is_parameter(other));
+        let counts = |other: &str| other != name.as_str() && !is_parameter(other);
+        let others = self.files.iter().filter(|(other, _)| counts(other));
         let taken: usize = others.map(|(_, content)| content.0.len()).sum();
         self.capacity.saturating_sub(taken).min(MAX_FILE)
     }

@@ -167,16 +167,14 @@ impl Executor {
 
     /// The program whose names a DO statement sees.
     pub(crate) fn program(&self) -> &Arc<Program> {
-        self.selected
-            .as_ref()
-            .map_or(&self.spare_program, |selected| &selected.program)
+        let selected = self.selected.as_ref();
+        selected.map_or(&self.spare_program, |selected| &selected.program)
     }
 
     /// The data of that program.
     pub(crate) fn memory(&self) -> &Memory {
-        self.selected
-            .as_ref()
-            .map_or(&self.spare_memory, |selected| &selected.memory)
+        let selected = self.selected.as_ref();
+        selected.map_or(&self.spare_memory, |selected| &selected.memory)
     }
 
     /// The data of that program, to be changed.
@@ -231,9 +229,8 @@ impl Executor {
     /// The main program, its tasks, and the statement of DO, as they are shown.
     pub(crate) fn task_views(&self) -> Vec<TaskView> {
         let program = self.program_tasks().map(|task| task.view(self.program_runs()));
-        program
-            .chain(self.direct.iter().map(|direct| direct.task.view(true)))
-            .collect()
+        let direct = self.direct.iter().map(|direct| direct.task.view(true));
+        program.chain(direct).collect()
     }
 
     /// Where the program stops besides its end.
@@ -266,9 +263,8 @@ impl Executor {
             count += 1;
             first += usize::from(*place < self.turn);
         }
-        (first..count)
-            .chain(0..first)
-            .filter_map(move |at| ids.get(at).copied())
+        let places = (first..count).chain(0..first);
+        places.filter_map(move |at| ids.get(at).copied())
     }
 
     /// A task by its ID.
@@ -368,8 +364,8 @@ impl Executor {
 
     /// Whether an INPUT waits for values from this port.
     pub(crate) fn reads_from(&self, port: Port) -> bool {
-        self.reading()
-            .any(|channel| Port::from_channel(channel) == Some(port))
+        let mut ports = self.reading().filter_map(Port::from_channel);
+        ports.any(|read| read == port)
     }
 
     /// The channels from which an INPUT waits for values.
@@ -413,10 +409,8 @@ impl Executor {
         self.operation.stand(Standstill::FirstStep);
         self.run_shown_until = None;
         self.drop_tasks();
-        let program = self
-            .selected
-            .as_ref()
-            .map(|selected| Arc::clone(&selected.program));
-        self.main = program.map(|program| Task::new(Machine::main(program), now));
+        let machine = |selected: &Selected| Machine::main(Arc::clone(&selected.program));
+        let main = self.selected.as_ref().map(machine);
+        self.main = main.map(|machine| Task::new(machine, now));
     }
 }

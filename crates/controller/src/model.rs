@@ -187,13 +187,9 @@ impl ArmModel {
 
     /// The built-in model of that name, case ignored.
     pub fn by_name(name: &str) -> Option<ArmModel> {
-        [
-            ArmModel::tv800(),
-            ArmModel::thl400(),
-            ArmModel::thl400_four_axes(),
-        ]
-        .into_iter()
-        .find(|model| model.name.eq_ignore_ascii_case(name))
+        let built_in = [ArmModel::tv800, ArmModel::thl400, ArmModel::thl400_four_axes];
+        let mut models = built_in.into_iter().map(|model| model());
+        models.find(|model| model.name.eq_ignore_ascii_case(name))
     }
 }
 

@@ -282,10 +282,8 @@ impl PanelState {
 
     /// Whole minutes in which a program ran since then (SF-20).
     pub fn run_minutes(&self, now: Time) -> u32 {
-        let present = self
-            .running_since
-            .map_or(Duration::ZERO, |since| now.since(since));
-        minutes(self.run_total + present)
+        let present = self.running_since.map(|since| now.since(since));
+        minutes(self.run_total + present.unwrap_or_default())
     }
 }
 

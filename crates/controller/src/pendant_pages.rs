@@ -30,11 +30,8 @@ impl Controller {
     /// The three pages \[ETHER\] of the teach pendant.
     pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
         let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
-            Port::ETHERNET
-                .iter()
-                .zip(&self.network().channels)
-                .map(|(port, plan)| row(self, *port, plan))
-                .collect()
+            let channels = Port::ETHERNET.iter().zip(&self.network().channels);
+            channels.map(|(port, plan)| row(self, *port, plan)).collect()
         };
         let page = |number: usize, lines| PendantPage {
             heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),

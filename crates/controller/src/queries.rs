@@ -119,13 +119,10 @@ impl Controller {
 
     /// Nothing runs, nothing moves, and no host is owed or owes anything.
     pub fn is_idle(&self) -> bool {
-        self.robot.executor.shown_status() != ExecutionStatus::Running
+        let mut sessions = self.endpoints.sessions.values();
+        self.status() != ExecutionStatus::Running
             && !self.robot.arm.is_moving()
-            && self
-                .endpoints
-                .sessions
-                .values()
-                .all(|session| !session.awaits_host())
+            && !sessions.any(Session::awaits_host)
     }
 
     /// The main program, its tasks, and the statement of DO.
@@ -141,10 +138,7 @@ impl Controller {
     /// Hand 1 and hand 2: open, closed, or, when neither of its outputs is on or both are, neither.
     pub fn hands(&self) -> [Option<bool>; 2] {
         HANDS.map(|(opens, closes)| {
-            let (open, closed) = (
-                self.robot.signals.output(opens),
-                self.robot.signals.output(closes),
-            );
+            let [open, closed] = [opens, closes].map(|line| self.robot.signals.output(line));
             (open != closed).then_some(open)
         })
     }
@@ -217,18 +211,12 @@ impl Controller {
 
     /// One variable, or the element its subscripts name; `None` when there is no such.
     pub fn variable(&self, name: &str, subscripts: &[i32]) -> Option<VariableView> {
-        let mut view = self
-            .variables()
-            .into_iter()
-            .find(|view| view.name.eq_ignore_ascii_case(name))?;
+        let mut views = self.variables().into_iter();
+        let mut view = views.find(|view| view.name.eq_ignore_ascii_case(name))?;
         if !subscripts.is_empty() {
-            let fits = view.bounds.len() == subscripts.len()
-                && view
-                    .bounds
-                    .iter()
-                    .zip(subscripts)
-                    .all(|(bound, at)| u32::try_from(*at).is_ok_and(|at| at <= *bound));
-            if !fits {
+            let mut pairs = view.bounds.iter().zip(subscripts);
+            let within = pairs.all(|(bound, at)| u32::try_from(*at).is_ok_and(|at| at <= *bound));
+            if !within || view.bounds.len() != subscripts.len() {
                 return None;
             }
             view.value = self.value_of(name, subscripts);
@@ -240,18 +228,13 @@ impl Controller {
     /// The values of an array of one subscript, in order, at most [`MAX_ELEMENTS`].
     pub fn elements(&self, name: &str, bound: u32) -> Vec<Option<Vec<Number>>> {
         let subscripts = 0..=i32::try_from(bound).unwrap_or(i32::MAX);
-        subscripts
-            .take(MAX_ELEMENTS)
-            .map(|subscript| self.value_of(name, &[subscript]))
-            .collect()
+        let values = subscripts.map(|subscript| self.value_of(name, &[subscript]));
+        values.take(MAX_ELEMENTS).collect()
     }
 
     fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
-        let executor = &self.robot.executor;
-        let value = executor
-            .memory()
-            .global(executor.program(), name, subscripts)
-            .ok()?;
+        let (memory, program) = (self.robot.executor.memory(), self.robot.executor.program());
+        let value = memory.global(program, name, subscripts).ok()?;
         Some(numbers(&value, self.robot.arm.kind()))
     }
 

@@ -142,9 +142,8 @@ impl Robot {
 
     /// Date and time now, for the error history.
     pub(crate) fn calendar(&self) -> CalendarTime {
-        self.config
-            .calendar
-            .plus_seconds(self.now.as_micros() / 1_000_000)
+        let seconds = self.now.as_micros() / 1_000_000;
+        self.config.calendar.plus_seconds(seconds)
     }
 
     /// A file is about to be stored, or with no content erased.

@@ -71,9 +71,8 @@ impl Endpoints {
         } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.disconnect_peer();
         }
-        let level = port
-            .ethernet_index()
-            .and_then(|index| robot.parameters.ethernet().alarm_level[index]);
+        let levels = robot.parameters.ethernet().alarm_level;
+        let level = port.ethernet_index().and_then(|index| levels[index]);
         if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
             let detail = format!("{port}: the peer left");
             robot.raise(ethernet_disconnected(level), detail);

@@ -113,10 +113,8 @@ impl SendQueue {
 
     /// What is due next, from the port with the earliest.
     pub(super) fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
-        let due = self
-            .queues
-            .iter()
-            .filter_map(|(port, queue)| Some((queue.front()?.0, *port)));
+        let queues = self.queues.iter();
+        let due = queues.filter_map(|(port, queue)| Some((queue.front()?.0, *port)));
         let (_, port) = due.filter(|(due, _)| *due <= now).min()?;
         let (_, what) = self.queues.get_mut(&port)?.pop_front()?;
         Some((port, what))

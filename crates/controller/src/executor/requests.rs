@@ -95,9 +95,9 @@ impl Robot {
         };
         let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
         let begun = if !self.arm.is_moving() {
-            self.arm
-                .start(self.now, motion, self.pace(), self.panel.state().machine_lock)
-                .map(|()| true)
+            let locked = self.panel.state().machine_lock;
+            let started = self.arm.start(self.now, motion, self.pace(), locked);
+            started.map(|()| true)
         } else if self.executor.pass > 0.0 {
             let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());
             if taken == Ok(true) {
@@ -224,11 +224,8 @@ impl Robot {
         let (channel, wanted) = (*channel, *wanted);
         let mut values = got.clone();
         while values.len() < wanted {
-            let datum = self
-                .channels
-                .input(channel)
-                .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
-            match datum {
+            let buffer = self.channels.input(channel);
+            match buffer.map_or(Datum::Incomplete, |buffer| buffer.take(malformed)) {
                 Datum::Value(value) => values.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";

@@ -121,9 +121,7 @@ impl Executor {
 
     /// Name of the selected file, empty if none.
     pub(crate) fn file(&self) -> &str {
-        self.selected
-            .as_ref()
-            .map_or("", |selected| selected.name.as_str())
+        self.selected.as_ref().map_or("", Selected::name)
     }
 
     /// A variable of GLOBAL or DATA of the selected file.
@@ -169,10 +167,8 @@ impl Robot {
         if name.is_parameter() {
             return Err(SelectError::Parameter(label()));
         }
-        let content = self
-            .drive
-            .get(name.as_str())
-            .ok_or_else(|| SelectError::Missing(label()))?;
+        let content = self.drive.get(name.as_str());
+        let content = content.ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
         let compilation = self.config.compile(&source);
         let Some(program) = compilation.program else {

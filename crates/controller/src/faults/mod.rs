@@ -269,11 +269,8 @@ impl Faults {
 
     /// The next action that is due, in the order of their times.
     pub(crate) fn take_due(&mut self, now: Time) -> Option<ScheduledAction> {
-        let due = self
-            .scheduled
-            .iter()
-            .enumerate()
-            .filter(|(_, (due, _))| *due <= now);
+        let actions = self.scheduled.iter().enumerate();
+        let due = actions.filter(|(_, (due, _))| *due <= now);
         let (place, _) = due.min_by_key(|(_, (due, _))| *due)?;
         Some(self.scheduled.remove(place).1)
     }
@@ -342,17 +339,13 @@ impl Fault {
     }
 
     fn waits_for(&self, site: &FaultSite<'_>) -> bool {
-        let kind = self.kind;
-        let FaultFilter {
-            command,
-            channel,
-            block,
-        } = &self.filter;
+        let (kind, filter) = (self.kind, &self.filter);
+        let command = filter.command.as_ref();
         kind.points.contains(&site.point)
             && (kind.applies)(&self.values, site.point, site.block)
-            && command.as_ref().is_none_or(|command| command == site.command)
-            && channel.is_none_or(|channel| channel == site.port)
-            && block.is_none_or(|block| block == site.block)
+            && command.is_none_or(|command| command == site.command)
+            && filter.channel.is_none_or(|channel| channel == site.port)
+            && filter.block.is_none_or(|block| block == site.block)
     }
 
     /// The probability as a number from 0 to 1.

@@ -137,10 +137,8 @@ impl Fault {
             return Ok(());
         }
         let points: Vec<&str> = self.points().map(InjectionPoint::description).collect();
-        let filters: Vec<String> = self
-            .active_filters()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect();
+        let filters = self.active_filters().map(|(key, value)| format!("{key}={value}"));
+        let filters: Vec<String> = filters.collect();
         let (filters, points) = (filters.join(" and "), points.join(" or "));
         let reason = format!("no occasion has {filters} (it waits for {points})");
         Err(never(reason, self.advice()))
@@ -157,15 +155,11 @@ impl Fault {
     }
 
     pub(super) fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let FaultFilter {
-            command,
-            channel,
-            block,
-        } = &self.filter;
+        let filter = &self.filter;
         let pairs = [
-            ("command", command.clone()),
-            ("channel", channel.map(|port| port.to_string())),
-            ("block", block.map(|block| block.to_string())),
+            ("command", filter.command.clone()),
+            ("channel", filter.channel.map(|port| port.to_string())),
+            ("block", filter.block.map(|block| block.to_string())),
         ];
         pairs.into_iter().filter_map(|(key, value)| Some((key, value?)))
     }
@@ -190,10 +184,8 @@ impl Fault {
             };
             for word in words {
                 let mut other = self.clone();
-                other
-                    .values
-                    .0
-                    .insert(parameter.name, ParameterValue::Word((*word).to_string()));
+                let value = ParameterValue::Word((*word).to_string());
+                other.values.0.insert(parameter.name, value);
                 if other.can_fire() {
                     ways.push(format!("give {}={word}", parameter.name));
                 }

@@ -6,7 +6,7 @@
 use super::kind::{FaultKind, Parameter, ParameterType, ParameterValue, ParameterValues};
 use super::rng::MILLION;
 use super::{Fault, FaultError, FaultFilter, KINDS};
-use crate::alarm::ALARMS;
+use crate::alarm::AlarmCode;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
@@ -57,17 +57,18 @@ impl ParameterType {
                 let fits = (*min..=*max).contains(&number);
                 fits.then_some(ParameterValue::Number(number))
             }
-            ParameterType::Word(words) => words
-                .iter()
-                .find(|word| word.eq_ignore_ascii_case(text))
-                .map(|word| ParameterValue::Word((*word).to_string())),
-            ParameterType::Text { most } => parse_escaped(text)
-                .filter(|bytes| bytes.len() <= *most)
-                .map(ParameterValue::Text),
-            ParameterType::Alarm => ALARMS
-                .iter()
-                .any(|row| row.number() == text)
-                .then(|| ParameterValue::Word(text.to_string())),
+            ParameterType::Word(words) => {
+                let word = words.iter().find(|word| word.eq_ignore_ascii_case(text))?;
+                Some(ParameterValue::Word((*word).to_string()))
+            }
+            ParameterType::Text { most } => {
+                let bytes = parse_escaped(text)?;
+                (bytes.len() <= *most).then_some(ParameterValue::Text(bytes))
+            }
+            ParameterType::Alarm => {
+                let row = AlarmCode::from_number(text)?;
+                Some(ParameterValue::Word(row.number()))
+            }
         }
     }
 }
@@ -248,12 +249,10 @@ impl Fault {
             "id" => self.id = count(1)?,
             "command" => self.filter.command = Some(parse_command(kind, value)?),
             "channel" => {
-                let port = Port::ALL
-                    .into_iter()
-                    .find(|port| port.name().eq_ignore_ascii_case(value));
-                let port =
-                    port.ok_or_else(|| kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value))?;
-                self.filter.channel = Some(port);
+                let mut ports = Port::ALL.into_iter();
+                let port = ports.find(|port| port.name().eq_ignore_ascii_case(value));
+                let wrong = || kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value);
+                self.filter.channel = Some(port.ok_or_else(wrong)?);
             }
             "block" => self.filter.block = Some(count(0)?),
             "after" => self.after = count(0)?,
@@ -269,9 +268,8 @@ impl Fault {
                         hint: hint(key, kind.keys(), list),
                     });
                 };
-                let parsed = value_type
-                    .parse(value)
-                    .ok_or_else(|| kind.invalid_value(key, value_type.description(), value))?;
+                let wrong = || kind.invalid_value(key, value_type.description(), value);
+                let parsed = value_type.parse(value).ok_or_else(wrong)?;
                 self.values.0.insert(name, parsed);
             }
         }
@@ -300,13 +298,12 @@ impl Fault {
     }
 
     fn check_channel(&self) -> Result<(), FaultError> {
+        let kind = self.kind;
         match self.filter.channel {
-            Some(port) if !self.kind.supports(port) => {
-                let reached = Port::ALL.into_iter().filter(|port| self.kind.supports(*port));
+            Some(port) if !kind.supports(port) => {
+                let reached = Port::ALL.into_iter().filter(|port| kind.supports(*port));
                 let reached: Vec<&str> = reached.map(Port::name).collect();
-                Err(self
-                    .kind
-                    .invalid_value("channel", reached.join(" or "), port.name()))
+                Err(kind.invalid_value("channel", reached.join(" or "), port.name()))
             }
             _ => Ok(()),
         }
@@ -329,10 +326,8 @@ fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultE
 }
 
 fn parse_probability(kind: &'static FaultKind, value: &str) -> Result<u32, FaultError> {
-    let chance = value
-        .parse::<f64>()
-        .ok()
-        .filter(|chance| (0.0..=1.0).contains(chance));
+    let chance = value.parse::<f64>().ok();
+    let chance = chance.filter(|chance| (0.0..=1.0).contains(chance));
     let chance = chance.ok_or_else(|| kind.invalid_value("probability", "a number from 0 to 1", value))?;
     // Between 0 and a million.
     Ok(libm::round(chance * f64::from(MILLION)) as u32)

@@ -262,10 +262,8 @@ impl Endpoints {
             };
             let text = format!("the connection ended {what}");
             robot.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
-        } else if let Some(channel) = robot
-            .channels
-            .get(port)
-            .filter(|channel| channel.peer().is_some())
+        } else if let Some(channel) = robot.channels.get(port)
+            && channel.peer().is_some()
         {
             let half = channel.partial_value();
             if !half.is_empty() {

@@ -140,9 +140,8 @@ impl Findings {
 
     /// The rules that were broken, in the order of [`RULES`].
     pub fn broken(&self) -> impl Iterator<Item = (&'static Rule, &Tally)> {
-        RULES
-            .iter()
-            .filter_map(|rule| Some((*rule, self.tallies.get(rule.id)?)))
+        let rules = RULES.iter().copied();
+        rules.filter_map(|rule| Some((rule, self.tallies.get(rule.id)?)))
     }
 
     /// Whether no rule was broken.

@@ -147,10 +147,8 @@ enum ParsedNumber {
 }
 
 fn number(token: &str) -> Option<ParsedNumber> {
-    let figures = token
-        .bytes()
-        .all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e'));
-    if !figures || !token.bytes().any(|byte| byte.is_ascii_digit()) {
+    let is_figure = |byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e');
+    if !token.bytes().all(is_figure) || !token.bytes().any(|byte| byte.is_ascii_digit()) {
         return None;
     }
     if let Ok(integer) = token.parse::<i32>() {
@@ -170,11 +168,9 @@ fn number(token: &str) -> Option<ParsedNumber> {
 }
 
 fn leading_number(token: &str) -> ParsedNumber {
-    (1..=token.len())
-        .rev()
-        .filter_map(|end| token.get(..end))
-        .find_map(number)
-        .unwrap_or(ParsedNumber::Number(Number::Integer(0)))
+    let mut beginnings = (1..=token.len()).rev().filter_map(|end| token.get(..end));
+    let longest = beginnings.find_map(number);
+    longest.unwrap_or(ParsedNumber::Number(Number::Integer(0)))
 }
 
 #[cfg(test)]

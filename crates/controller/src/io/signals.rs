@@ -89,9 +89,8 @@ fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
 impl Signals {
     /// Whether an input and an output of this number exist.
     pub fn exists(line: u16) -> bool {
-        RANGES
-            .iter()
-            .any(|&(first, last, _)| (first..=last).contains(&line))
+        let mut ranges = RANGES.iter();
+        ranges.any(|&(first, last, _)| (first..=last).contains(&line))
     }
 
     /// Whether a program or IW may set this output.

@@ -202,18 +202,12 @@ impl Planner<'_> {
         let tool_path = self.whole_path(ends, Shape::Arch(Box::new(arch)))?;
         // Seconds in which no axis would have to be faster than it can.
         let axes = self.axes(sampled_ways(&tool_path));
-        let least = axes
-            .map(|(axis, way, _)| way / axis.max_speed)
-            .fold(0.0, f64::max);
+        let times = axes.map(|(axis, way, _)| way / axis.max_speed);
+        let least = times.fold(0.0, f64::max);
         let path = Path::Tool(Box::new(tool_path));
         let seconds = if duration > 0.0 { duration.max(least) } else { 0.0 };
-        Ok(Motion::timed(
-            path,
-            self.model,
-            seconds,
-            speed * duration,
-            self.limits,
-        ))
+        let way = speed * duration;
+        Ok(Motion::timed(path, self.model, seconds, way, self.limits))
     }
 
     /// A path between two places of the tool point, checked at its samples.

@@ -173,9 +173,8 @@ impl Motion {
     /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
     /// blended, or held.
     pub fn last_begins(&self) -> Option<Duration> {
-        matches!(self.path, Path::Chain(_))
-            .then_some(self.joined)
-            .filter(|_| self.phase == MotionPhase::Moving)
+        let goes_on = matches!(self.path, Path::Chain(_)) && self.phase == MotionPhase::Moving;
+        goes_on.then_some(self.joined)
     }
 
     /// How long the motion under way at `t`, the one begun last, has gone on by then.
@@ -359,11 +358,8 @@ fn to_end(path: &Path, state: PathState, rates: &Rates) -> Profile {
 
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
 pub(super) fn nominal_rates(full: &Ability, limits: &Limits) -> Rates {
-    full.rates(
-        clamp_fraction(limits.speed),
-        clamp_fraction(limits.accel),
-        clamp_fraction(limits.decel),
-    )
+    let [speed, accel, decel] = [limits.speed, limits.accel, limits.decel].map(clamp_fraction);
+    full.rates(speed, accel, decel)
 }
 
 fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {

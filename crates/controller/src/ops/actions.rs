@@ -166,11 +166,8 @@ impl Robot {
 
     pub(crate) fn teach(&mut self, name: &str, restore: bool) -> Result<(), ActionError> {
         let variable = self.variable_name(name)?;
-        let kind = self
-            .executor
-            .program()
-            .variable(&variable.name)
-            .and_then(|info| info.kind);
+        let info = self.executor.program().variable(&variable.name);
+        let kind = info.and_then(|info| info.kind);
         if let Some(kind) = kind.filter(|kind| *kind != ValueKind::Position) {
             let reason = format!("it is {}, not positional data", kind.description());
             return Err(ActionError::cannot(name, format!("teach {name}"), reason));

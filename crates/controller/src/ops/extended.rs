@@ -77,10 +77,8 @@ impl Robot {
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
     pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
         let pose = self.arm.pose(self.now, self.executor.memory().conditions());
-        let config = Configuration {
-            digits: pose.configuration,
-        }
-        .number_on(self.arm.kind());
+        let digits = pose.configuration;
+        let config = Configuration { digits }.number_on(self.arm.kind());
         let (values, config) = match query {
             PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (pose.joints.to_vec(), None),
             PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
@@ -165,8 +163,6 @@ pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome
 
 /// Without the rounding noise of the kinematics, which would print as `-0.000`.
 fn quiet(values: Vec<f64>) -> Vec<f64> {
-    values
-        .into_iter()
-        .map(|value| if value.abs() < NOISE { 0.0 } else { value })
-        .collect()
+    let quiet = |value: f64| if value.abs() < NOISE { 0.0 } else { value };
+    values.into_iter().map(quiet).collect()
 }

@@ -124,11 +124,8 @@ impl Robot {
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self, context: &CommandContext<'_>) -> Outcome {
         let mut entries: Vec<_> = self.alarms.history().map(Alarm::history_entry).collect();
-        if context
-            .variation
-            .as_deref()
-            .is_some_and(Variation::lists_oldest_first)
-        {
+        let variation = context.variation.as_deref();
+        if variation.is_some_and(Variation::lists_oldest_first) {
             entries.reverse();
         }
         Outcome::file(encode_history(&entries))
@@ -137,14 +134,8 @@ impl Robot {
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).
     pub(super) fn op_version(&mut self) -> Outcome {
         let system = self.config.controller.name();
-        let arm = self
-            .arm
-            .model()
-            .name
-            .rsplit('-')
-            .next()
-            .unwrap_or_default()
-            .to_uppercase();
+        let arm = self.arm.model().name.rsplit('-').next();
+        let arm = arm.unwrap_or_default().to_uppercase();
         let names = match self.config.options.vr_layout {
             VrLayout::Blanks => Vec::from([system.to_string()]),
             VrLayout::Packed => Vec::from([system.to_string(), arm]),

@@ -3,7 +3,7 @@
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
 use super::{DELAY, Effect, FaultKind, MACHINE, ParameterType, ScheduledAction, parameter};
-use crate::alarm::ALARMS;
+use crate::alarm::AlarmCode;
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -20,8 +20,8 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         let number = values.word("number");
-        if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
-            context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
+        if let Some(code) = AlarmCode::from_number(number) {
+            context.schedule(values.millis("delay"), ScheduledAction::Alarm(code));
         }
         let message = format!("alarm {number} follows {site}");
         (Effect::Unchanged, message)

@@ -59,15 +59,12 @@ impl ArmModel {
     ) -> Result<Joints, Unreachable> {
         let wanted = self.resolved(config, near)?;
         let mut joints = solve(&self.kind, flange, uv, wanted, near)?;
-        for (index, joint) in joints.iter_mut().enumerate().skip(self.axes.len()) {
+        for (axis, joint) in (1..).zip(&mut joints).skip(self.axes.len()) {
             // A SCARA arm without axis T.
-            if joint.abs() > ROUNDING {
-                return Err(Unreachable::NotFitted {
-                    axis: index + 1,
-                    value: *joint,
-                });
+            let value = core::mem::take(joint);
+            if value.abs() > ROUNDING {
+                return Err(Unreachable::NotFitted { axis, value });
             }
-            *joint = 0.0;
         }
         for (index, limits) in self.axes.iter().enumerate() {
             let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
@@ -90,12 +87,9 @@ impl ArmModel {
 
     /// Whether every axis is within its limits, and those the arm has not are 0.
     pub(crate) fn check_limits(&self, joints: &Joints) -> Result<(), Unreachable> {
-        let missing = joints.iter().enumerate().skip(self.axes.len());
-        if let Some((index, value)) = missing.into_iter().find(|(_, value)| **value != 0.0) {
-            return Err(Unreachable::NotFitted {
-                axis: index + 1,
-                value: *value,
-            });
+        let mut missing = (1..).zip(joints).skip(self.axes.len());
+        if let Some((axis, &value)) = missing.find(|(_, value)| **value != 0.0) {
+            return Err(Unreachable::NotFitted { axis, value });
         }
         for (index, (limits, value)) in self.axes.iter().zip(joints).enumerate() {
             if !within(limits, *value) {
@@ -195,12 +189,8 @@ fn solve(
     digits: [u8; 5],
     near: &Joints,
 ) -> Result<Joints, Unreachable> {
-    let finite = flange
-        .origin
-        .iter()
-        .chain(flange.rotation.iter().flatten())
-        .chain(&uv);
-    if finite.into_iter().any(|value| !value.is_finite()) {
+    let place = flange.origin.iter().chain(flange.rotation.iter().flatten());
+    if place.chain(&uv).any(|value| !value.is_finite()) {
         return Err(Unreachable::NotFinite);
     }
     let additional: &[f64] = match kind {
@@ -208,15 +198,9 @@ fn solve(
         ArmKind::Scara(_) => &uv[1..],
     };
     let first = AXES - additional.len();
-    if let Some((index, value)) = additional
-        .iter()
-        .enumerate()
-        .find(|(_, value)| value.abs() > ROUNDING)
-    {
-        return Err(Unreachable::NotFitted {
-            axis: first + index + 1,
-            value: *value,
-        });
+    let mut numbered = (first + 1..).zip(additional);
+    if let Some((axis, &value)) = numbered.find(|(_, value)| value.abs() > ROUNDING) {
+        return Err(Unreachable::NotFitted { axis, value });
     }
     match kind {
         ArmKind::SixAxis(geometry) => six_axis::solve(geometry, flange, digits, near),
