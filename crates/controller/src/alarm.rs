@@ -10,7 +10,6 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::status::AlarmLevel;
-use ts3100_proto::status::eu::ErrorEntry;
 use ts3100_proto::status::sf::alarm_word;
 
 /// One row of the alarm table.
@@ -147,11 +146,6 @@ impl AlarmCode {
     pub fn number(&self) -> String {
         format!("{}-{:03}", self.level.number(), self.code)
     }
-
-    /// `LLL-CCC` in seven characters, as EU, AC and AH write it: `002-046` (ste80722 S21, S22).
-    pub fn wide_number(&self) -> String {
-        format!("{:03}-{:03}", self.level.number(), self.code)
-    }
 }
 
 impl Alarm {
@@ -161,15 +155,6 @@ impl Alarm {
             String::from(self.code.text)
         } else {
             format!("{}: {}", self.code.text, self.detail)
-        }
-    }
-
-    /// The alarm as an entry of the error history (EU).
-    pub fn history_entry(&self) -> ErrorEntry {
-        ErrorEntry {
-            level: self.code.level,
-            code: self.code.code,
-            at: self.at,
         }
     }
 }

@@ -2,7 +2,7 @@
 //! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
 
 use crate::alarm::Alarms;
-use crate::arm::{Arm, Frames};
+use crate::arm::Arm;
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
 use crate::findings::{MAX_BYTES, Message, Rule};
@@ -20,7 +20,6 @@ use crate::time::Time;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
-use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
 
@@ -90,12 +89,6 @@ impl Robot {
         robot.show_state();
         robot.update_maintenance();
         Ok(robot)
-    }
-
-    /// The present position in the frames that are set: what teaching writes down.
-    pub(crate) fn present_position(&self) -> Position {
-        let frames = Frames::new(self.executor.memory().conditions());
-        self.arm.here(self.now, &frames)
     }
 
     /// Lines of the selected file that are executed and analysed (SF-24).

@@ -7,6 +7,7 @@
 
 use crate::alarm::ethernet_disconnected;
 use crate::endpoint::Endpoints;
+use crate::endpoint::serial_line::direction::Direction;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
 use crate::endpoint::session::{Exchange, Letters};
 use crate::findings::rules;
@@ -44,7 +45,7 @@ impl Endpoints {
     pub(crate) fn peer_left(&mut self, robot: &mut Robot, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
-                line.outbound.clear();
+                line.outbound = Direction::default();
                 line.sending = None;
                 line.departed_peer = Some(DepartedPeer {
                     bytes_left: line.inbound.queued(),

@@ -166,7 +166,9 @@ impl Robot {
         let line = task.line();
         let Some(port) = Port::from_channel(channel) else {
             self.tell_cut(None, line, data, cut);
-            self.show_on_pendant(data);
+            let text = String::from_utf8_lossy(data).into_owned();
+            self.channels.show(&text);
+            self.outputs.push(Output::Pendant(text));
             return self.executor.done(task);
         };
         if let Some(until) = endpoints.line_free_at(port, data.len()) {
@@ -280,12 +282,6 @@ impl Robot {
             self.signals.set_output(output, on);
         }
         self.executor.done(task)
-    }
-
-    fn show_on_pendant(&mut self, data: &[u8]) {
-        let text = String::from_utf8_lossy(data).into_owned();
-        self.channels.show(&text);
-        self.outputs.push(Output::Pendant(text));
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.

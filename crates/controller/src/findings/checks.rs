@@ -73,7 +73,8 @@ impl Robot {
         let letters = command.letters();
         let lower_case = message.iter().take(2).any(u8::is_ascii_lowercase);
         let commas = command.row().separates_by_blanks() && outer_commas(message) > 1;
-        let odd = message.iter().any(|byte| !is_allowed_character(*byte));
+        let allowed = |byte: &u8| byte.is_ascii_alphanumeric() || SYMBOLS.contains(byte);
+        let odd = !message.iter().all(allowed);
         let checks = [
             (&rules::LOWER_CASE, lower_case),
             (&rules::BLANK_AFTER_COMMA, message.get(2..4) == Some(b", ")),
@@ -297,10 +298,6 @@ fn outer_commas(message: &[u8]) -> usize {
         }
     }
     commas
-}
-
-fn is_allowed_character(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || SYMBOLS.contains(&byte)
 }
 
 /// Whether a mode is abbreviated, as in `EC,MODE CYC`. CONT is not reported: the maker's own library sends it.

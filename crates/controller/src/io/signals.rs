@@ -61,10 +61,6 @@ pub struct Signals {
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
-fn within(ranges: &[(u16, u16)], line: u16) -> bool {
-    ranges.iter().any(|&(first, last)| (first..=last).contains(&line))
-}
-
 fn set_line(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
     if on {
         lines.insert(line);
@@ -95,7 +91,8 @@ impl Signals {
 
     /// Whether a program or IW may set this output.
     pub fn is_user_output(line: u16) -> bool {
-        within(&USER_OUTPUTS, line)
+        let mut ranges = USER_OUTPUTS.into_iter();
+        ranges.any(|(first, last)| (first..=last).contains(&line))
     }
 
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.

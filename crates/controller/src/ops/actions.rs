@@ -5,6 +5,7 @@
 use super::Outcome;
 use crate::action::ActionError;
 use crate::alarm::{ALARMS, AlarmCode};
+use crate::arm::Frames;
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::limits::MAX_BREAKPOINTS;
@@ -172,8 +173,8 @@ impl Robot {
             let reason = format!("it is {}, not positional data", kind.description());
             return Err(ActionError::cannot(name, format!("teach {name}"), reason));
         }
-        let position = self.present_position();
-        let values = position.listed(self.arm.kind());
+        let frames = Frames::new(self.executor.memory().conditions());
+        let values = self.arm.here(self.now, &frames).listed(self.arm.kind());
         // The configuration stands last and is whole; the others may be written as reals throughout.
         let values = values.into_iter().map(Number::Real).collect();
         self.set_variable(name, values, restore)

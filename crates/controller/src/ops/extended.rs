@@ -154,7 +154,8 @@ fn no_such_line(line: u16) -> Outcome {
 /// AC and AH: these alarms, newest first.
 pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome {
     let records = alarms.map(|alarm| AlarmRecord {
-        number: alarm.code.wide_number(),
+        // `002-046` (ste80722 S21, S22).
+        number: format!("{:03}-{:03}", alarm.code.level.number(), alarm.code.code),
         message: alarm.message(),
         at: alarm.at,
     });

@@ -9,7 +9,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
-use ts3100_proto::status::eu::encode_history;
+use ts3100_proto::status::eu::{ErrorEntry, encode_history};
 use ts3100_proto::status::io::WORDS;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::status::su::StatusBody;
@@ -123,7 +123,12 @@ impl Robot {
 
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self, context: &CommandContext<'_>) -> Outcome {
-        let mut entries: Vec<_> = self.alarms.history().map(Alarm::history_entry).collect();
+        let entry = |alarm: &Alarm| ErrorEntry {
+            level: alarm.code.level,
+            code: alarm.code.code,
+            at: alarm.at,
+        };
+        let mut entries: Vec<_> = self.alarms.history().map(entry).collect();
         let variation = context.variation.as_deref();
         if variation.is_some_and(Variation::lists_oldest_first) {
             entries.reverse();

@@ -124,7 +124,11 @@ impl Direction {
         } else {
             1
         };
-        let end = burst.bytes.iter().take(most).position(|&byte| is_boundary(byte));
+        let end = burst
+            .bytes
+            .iter()
+            .take(most)
+            .position(|byte| matches!(*byte, ETX | CR | LF | b','));
         clock.pass(burst.sender, end.map_or(most, |end| end + 1));
         Some(clock.now())
     }
@@ -201,11 +205,6 @@ impl Direction {
         self.queued = begun;
         self.bursts.truncate(begun);
     }
-
-    /// Drops everything queued.
-    pub fn clear(&mut self) {
-        *self = Direction::default();
-    }
 }
 
 /// What a receiver reads when the line takes no time (option `serial.pacing` off).
@@ -217,8 +216,4 @@ pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings
     }
     receiver.flush(&mut read);
     read
-}
-
-fn is_boundary(byte: u8) -> bool {
-    matches!(byte, ETX | CR | LF | b',')
 }

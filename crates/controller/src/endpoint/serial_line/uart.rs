@@ -120,11 +120,6 @@ impl Receiver {
         self.own
     }
 
-    /// Whether every byte arrives as it was sent, but for the bits the length takes away.
-    pub fn is_matched(&self) -> bool {
-        self.sender == self.own
-    }
-
     /// Whether no more bits have been taken than a character has.
     #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
@@ -142,7 +137,8 @@ impl Receiver {
 
     /// The next byte of the sender, without a pause; what the receiver has read by its end is added to `read`.
     pub fn receive(&mut self, byte: u8, read: &mut Vec<Character>) {
-        if self.is_matched() && self.state == ReceiverState::Idle {
+        // Between equal settings every byte arrives as it was sent, but for the bits the length takes away.
+        if self.sender == self.own && self.state == ReceiverState::Idle {
             read.push(Character {
                 byte: byte & mask(self.own),
                 fault: None,

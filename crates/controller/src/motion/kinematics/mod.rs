@@ -47,18 +47,17 @@ impl ArmModel {
     /// # Errors
     /// [`Unreachable`] names the axis and its limit, the reach, or the value that does not fit the arm.
     pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> Result<Joints, Unreachable> {
-        self.inverse_of(&pose.transform(), pose.uv, config, near)
+        self.inverse_of(&(pose.transform(), pose.uv), config, near)
     }
 
     pub(crate) fn inverse_of(
         &self,
-        flange: &Transform,
-        uv: [f64; 2],
+        flange: &Place,
         config: [u8; 5],
         near: &Joints,
     ) -> Result<Joints, Unreachable> {
         let wanted = self.resolved(config, near)?;
-        let mut joints = solve(&self.kind, flange, uv, wanted, near)?;
+        let mut joints = solve(&self.kind, flange, wanted, near)?;
         for (axis, joint) in (1..).zip(&mut joints).skip(self.axes.len()) {
             // A SCARA arm without axis T.
             let value = core::mem::take(joint);
@@ -123,8 +122,11 @@ impl ArmModel {
     }
 }
 
+/// A place of the flange or of the tool point, with the values of the additional axes.
+pub(crate) type Place = (Transform, [f64; 2]);
+
 /// Flange and additional axes of a posture.
-pub(crate) fn place(kind: &ArmKind, joints: &Joints) -> (Transform, [f64; 2]) {
+pub(crate) fn place(kind: &ArmKind, joints: &Joints) -> Place {
     match kind {
         ArmKind::SixAxis(geometry) => (six_axis::flange(geometry, joints), [0.0; 2]),
         ArmKind::Scara(geometry) => (scara::flange(geometry, joints), [joints[4], 0.0]),
@@ -143,12 +145,11 @@ pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
 /// limits aside: for points of a path, where the axes go on from where they are.
 pub(crate) fn follow(
     kind: &ArmKind,
-    flange: &Transform,
-    uv: [f64; 2],
+    flange: &Place,
     digits: [u8; 5],
     near: &Joints,
 ) -> Result<Joints, Unreachable> {
-    let mut joints = solve(kind, flange, uv, digits, near)?;
+    let mut joints = solve(kind, flange, digits, near)?;
     for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {
         if !is_linear(kind, index) {
             *joint += 360.0 * round((near - *joint) / 360.0);
@@ -184,17 +185,16 @@ pub(crate) fn is_linear(kind: &ArmKind, index: usize) -> bool {
 
 fn solve(
     kind: &ArmKind,
-    flange: &Transform,
-    uv: [f64; 2],
+    (flange, uv): &Place,
     digits: [u8; 5],
     near: &Joints,
 ) -> Result<Joints, Unreachable> {
     let place = flange.origin.iter().chain(flange.rotation.iter().flatten());
-    if place.chain(&uv).any(|value| !value.is_finite()) {
+    if place.chain(uv).any(|value| !value.is_finite()) {
         return Err(Unreachable::NotFinite);
     }
     let additional: &[f64] = match kind {
-        ArmKind::SixAxis(_) => &uv,
+        ArmKind::SixAxis(_) => uv,
         ArmKind::Scara(_) => &uv[1..],
     };
     let first = AXES - additional.len();
