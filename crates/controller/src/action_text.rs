@@ -7,7 +7,9 @@
 use crate::action::{Action, IoKind};
 use crate::faults::{Fault, FaultAction, FaultError};
 use crate::input::{ControlRight, JogMode, KeySwitch, PanelAction};
+use crate::text_form::{single_word, split};
 use crate::time::parse_duration;
+use alloc::borrow::Cow;
 use alloc::boxed::Box;
 use alloc::string::{FromUtf8Error, String, ToString};
 use alloc::vec::Vec;
@@ -16,7 +18,7 @@ use core::str::FromStr;
 use thiserror::Error;
 use ts3100_proto::command::{Number, RunMode};
 use ts3100_proto::escape::{self, EscapeError, Escaped};
-use ts3100_proto::words::Word;
+use ts3100_proto::words::{UnexpectedWord, Word};
 
 /// Every form of an action, as the page of scenarios lists it.
 pub const ACTION_FORMS: [&str; 40] = [
@@ -66,13 +68,8 @@ pub const ACTION_FORMS: [&str; 40] = [
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ActionParseError {
     /// A word of an action.
-    #[error("expected {expected}, found `{found}`")]
-    Expected {
-        /// What the action has there.
-        expected: &'static str,
-        /// What was there.
-        found: String,
-    },
+    #[error(transparent)]
+    Expected(#[from] UnexpectedWord),
     /// No action begins so.
     #[error("unknown action `{0}`")]
     Unknown(String),
@@ -89,9 +86,8 @@ pub enum ActionParseError {
 
 type ParseResult<T> = Result<T, ActionParseError>;
 
-fn expected(expected: &'static str, found: &str) -> ActionParseError {
-    let found = found.to_string();
-    ActionParseError::Expected { expected, found }
+fn expected(expected: impl Into<Cow<'static, str>>, found: &str) -> ActionParseError {
+    UnexpectedWord::new(expected, found).into()
 }
 
 impl fmt::Display for PanelAction {
@@ -99,8 +95,8 @@ impl fmt::Display for PanelAction {
         match self {
             PanelAction::Key(key) => write!(f, "key-switch {}", key.word()),
             PanelAction::ControlRight(right) => write!(f, "control-right {}", right.word()),
-            PanelAction::EmergencyStop(pressed) => write!(f, "emergency-stop {}", BUTTON.word(*pressed)),
-            PanelAction::SafetySwitch(open) => write!(f, "safety-switch {}", FENCE.word(*open)),
+            PanelAction::EmergencyStop(pressed) => write!(f, "emergency-stop {}", word(BUTTON, *pressed)),
+            PanelAction::SafetySwitch(open) => write!(f, "safety-switch {}", word(FENCE, *open)),
             PanelAction::Servo(on) => write!(f, "servo {}", on.word()),
             PanelAction::Start => f.write_str("program start"),
             PanelAction::Stop => f.write_str("program stop"),
@@ -108,11 +104,11 @@ impl fmt::Display for PanelAction {
             PanelAction::AlarmReset => f.write_str("alarms reset"),
             PanelAction::MachineLock(on) => write!(f, "machine-lock {}", on.word()),
             PanelAction::InputLine { line, on } => write!(f, "input {line} {}", on.word()),
-            PanelAction::Battery(low) => write!(f, "battery {}", BATTERY.word(*low)),
+            PanelAction::Battery(low) => write!(f, "battery {}", word(BATTERY, *low)),
             PanelAction::Override(percent) => write!(f, "override {percent}"),
             PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
             PanelAction::Jog { axis, positive, mode } => {
-                let ([coordinates, rate], sign) = (mode.words(), if *positive { "plus" } else { "minus" });
+                let ([coordinates, rate], sign) = (mode.words(), word(SIGN, *positive));
                 let step = if mode.mode == JogMode::INCHING {
                     " inching"
                 } else {
@@ -188,20 +184,18 @@ impl FromStr for Action {
 
     fn from_str(words: &str) -> ParseResult<Action> {
         let (thing, rest) = split(words);
-        let key = || KeySwitch::from_word(rest).ok_or_else(|| expected("teaching, internal or ext", rest));
-        let right = || ControlRight::from_word(rest).ok_or_else(|| expected("sig, rs232c or ether", rest));
         Ok(match thing {
-            "key-switch" => Action::Panel(PanelAction::Key(key()?)),
-            "control-right" => Action::Panel(PanelAction::ControlRight(right()?)),
-            "emergency-stop" => Action::Panel(PanelAction::EmergencyStop(BUTTON.read(rest)?)),
-            "safety-switch" => Action::Panel(PanelAction::SafetySwitch(FENCE.read(rest)?)),
-            "servo" => Action::Panel(PanelAction::Servo(switch(rest)?)),
+            "key-switch" => Action::Panel(PanelAction::Key(KeySwitch::read(rest)?)),
+            "control-right" => Action::Panel(PanelAction::ControlRight(ControlRight::read(rest)?)),
+            "emergency-stop" => Action::Panel(PanelAction::EmergencyStop(either(BUTTON, rest)?)),
+            "safety-switch" => Action::Panel(PanelAction::SafetySwitch(either(FENCE, rest)?)),
+            "servo" => Action::Panel(PanelAction::Servo(bool::read(rest)?)),
             "feed-hold" if rest == "press" => Action::Panel(PanelAction::FeedHold),
             "feed-hold" => {
                 Action::FeedHold(bool::from_word(rest).ok_or_else(|| expected("on, off or press", rest))?)
             }
-            "machine-lock" => Action::Panel(PanelAction::MachineLock(switch(rest)?)),
-            "battery" => Action::Panel(PanelAction::Battery(BATTERY.read(rest)?)),
+            "machine-lock" => Action::Panel(PanelAction::MachineLock(bool::read(rest)?)),
+            "battery" => Action::Panel(PanelAction::Battery(either(BATTERY, rest)?)),
             "override" => Action::Panel(PanelAction::Override(percent(rest)?)),
             "run-mode" => Action::Panel(PanelAction::RunMode(run_mode(rest)?)),
             "jog" if rest == "stop" => Action::Panel(PanelAction::JogStop),
@@ -255,66 +249,40 @@ fn file_line(word: &str) -> ParseResult<u32> {
 }
 
 fn jog(rest: &str) -> ParseResult<PanelAction> {
-    let mut words = rest.split(' ');
-    let mut word = || words.next().unwrap_or_default();
-    let (axis, sign, coordinates, rate, step) = (word(), word(), word(), word(), word());
-    let expected = || {
-        expected(
-            "stop, or an axis, plus or minus, a coordinate system and a rate",
-            rest,
-        )
+    let form = "stop, or an axis, plus or minus, a coordinate system and a rate";
+    let wrong = || expected(form, rest);
+    let words: Vec<&str> = rest.trim_end().split(' ').collect();
+    let (settings, inching) = match words.as_slice() {
+        [settings @ .., "inching"] => (settings, true),
+        settings => (settings, false),
     };
-    let positive = match sign {
-        "plus" => true,
-        "minus" => false,
-        _ => return Err(expected()),
+    let [axis, sign, coordinates, rate] = settings else {
+        return Err(wrong());
     };
-    if !matches!(step, "" | "inching") || words.next().is_some() {
-        return Err(expected());
-    }
-    let mode = JogMode::from_words(coordinates, rate, step == "inching");
     Ok(PanelAction::Jog {
-        axis: axis.parse().map_err(|_| expected())?,
-        positive,
-        mode: mode.ok_or_else(expected)?,
+        axis: axis.parse().map_err(|_| wrong())?,
+        positive: either(SIGN, sign).map_err(|_| wrong())?,
+        mode: JogMode::from_words(coordinates, rate, inching).ok_or_else(wrong)?,
     })
 }
 
-/// The two words of a thing with words of its own.
-struct Pair {
-    on: &'static str,
-    off: &'static str,
-    /// Both, for a message.
-    both: &'static str,
+/// The words of a thing that has its own for on and off.
+type OnOff = [&'static str; 2];
+
+const BUTTON: OnOff = ["press", "release"];
+const FENCE: OnOff = ["open", "close"];
+const BATTERY: OnOff = ["low", "ok"];
+const SIGN: OnOff = ["plus", "minus"];
+
+fn word([on, off]: OnOff, is_on: bool) -> &'static str {
+    if is_on { on } else { off }
 }
 
-const BUTTON: Pair = Pair {
-    on: "press",
-    off: "release",
-    both: "press or release",
-};
-const FENCE: Pair = Pair {
-    on: "open",
-    off: "close",
-    both: "open or close",
-};
-const BATTERY: Pair = Pair {
-    on: "low",
-    off: "ok",
-    both: "low or ok",
-};
-
-impl Pair {
-    const fn word(&self, on: bool) -> &'static str {
-        if on { self.on } else { self.off }
-    }
-
-    fn read(&self, word: &str) -> ParseResult<bool> {
-        match word {
-            word if word == self.on => Ok(true),
-            word if word == self.off => Ok(false),
-            _ => Err(expected(self.both, word)),
-        }
+fn either([on, off]: OnOff, word: &str) -> ParseResult<bool> {
+    match word {
+        word if word == on => Ok(true),
+        word if word == off => Ok(false),
+        _ => Err(expected(format!("{on} or {off}"), word)),
     }
 }
 
@@ -350,7 +318,7 @@ fn line_action(side: IoKind, rest: &str) -> ParseResult<Action> {
     Ok(match (verb, side) {
         ("pulse", side) => {
             let (on, length) = split(rest);
-            let on = switch(on)?;
+            let on = bool::read(on)?;
             let length = parse_duration(length).ok_or_else(|| expected("a time such as 200 ms", length))?;
             Action::Pulse {
                 side,
@@ -360,16 +328,16 @@ fn line_action(side: IoKind, rest: &str) -> ParseResult<Action> {
             }
         }
         ("force", side) => {
-            let on = switch(rest)?;
+            let on = bool::read(rest)?;
             Action::Force { side, line, on }
         }
         ("release", side) if rest.is_empty() => Action::Release { side, line },
         ("on" | "off", IoKind::Input) => {
-            let on = switch(what)?;
+            let on = bool::read(what)?;
             Action::Panel(PanelAction::InputLine { line, on })
         }
         ("on" | "off", IoKind::Output) => {
-            let on = switch(what)?;
+            let on = bool::read(what)?;
             Action::SetOutput { line, on }
         }
         _ => return Err(expected("on, off, pulse, force or release", what)),
@@ -409,19 +377,23 @@ fn split_restore(words: &str) -> (&str, bool) {
         .map_or((words, false), |words| (words, true))
 }
 
+fn one_name(word: &str) -> ParseResult<String> {
+    Ok(single_word("one name", word)?)
+}
+
 fn file_action(rest: &str) -> ParseResult<Action> {
     let (verb, rest) = split(rest);
     Ok(match verb {
         "put" => {
             let (name, content) = split(rest);
-            let (name, content) = (single_word(name)?, escape::parse(content)?);
+            let (name, content) = (one_name(name)?, escape::parse(content)?);
             Action::PutFile { name, content }
         }
         "erase" => Action::EraseFile {
-            name: single_word(rest)?,
+            name: one_name(rest)?,
         },
         "select" => Action::Select {
-            name: single_word(rest)?,
+            name: one_name(rest)?,
         },
         _ => return Err(expected("put, erase or select", verb)),
     })
@@ -429,10 +401,8 @@ fn file_action(rest: &str) -> ParseResult<Action> {
 
 fn fault_action(rest: &str) -> ParseResult<FaultAction> {
     let (verb, rest) = split(rest);
-    let number = |word: &str| {
-        let number = word.parse::<u32>();
-        number.map_err(|_| expected("the number of a fault", word))
-    };
+    let no_number = |word: &str| expected("the number of a fault", word);
+    let number = |word: &str| word.parse::<u32>().map_err(|_| no_number(word));
     Ok(match verb {
         "arm" => {
             let (id, spec) = match rest.split_once(' ') {
@@ -450,27 +420,10 @@ fn fault_action(rest: &str) -> ParseResult<FaultAction> {
     })
 }
 
-/// The first word, and what follows it.
-fn split(words: &str) -> (&str, &str) {
-    words.split_once(' ').unwrap_or((words, ""))
-}
-
-fn single_word(word: &str) -> ParseResult<String> {
-    if word.is_empty() || word.contains(' ') {
-        return Err(expected("one name", word));
-    }
-    Ok(word.to_string())
-}
-
-fn switch(word: &str) -> ParseResult<bool> {
-    bool::from_word(word).ok_or_else(|| expected("on or off", word))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use alloc::borrow::ToOwned;
-    use alloc::vec;
     use alloc::vec::Vec;
 
     use core::time::Duration;

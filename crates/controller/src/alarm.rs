@@ -6,12 +6,10 @@
 
 use crate::limits::{MAX_ALARMS, MAX_HISTORY};
 use alloc::collections::VecDeque;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::status::AlarmLevel;
-use ts3100_proto::status::eu::ErrorEntry;
 use ts3100_proto::status::sf::alarm_word;
 
 /// One row of the alarm table.
@@ -106,7 +104,6 @@ alarms! {
 }
 
 /// The alarm raised when the peer of a channel leaves, at the level set by \[E10\] (PAR-E10-03).
-#[must_use]
 pub const fn ethernet_disconnected(level: AlarmLevel) -> AlarmCode {
     match level {
         AlarmLevel::L8 => ETHERNET_8,
@@ -119,7 +116,6 @@ pub const fn ethernet_disconnected(level: AlarmLevel) -> AlarmCode {
 /// The alarm raised when the watchdog runs out, at the level set by WD (ste80722 S11).
 ///
 /// The grammar of WD has no level 4; level 4 maps to the alarm of level 2.
-#[must_use]
 pub const fn host_timeout(level: AlarmLevel) -> AlarmCode {
     match level {
         AlarmLevel::L8 => HOST_TIME_OUT_8,
@@ -142,42 +138,23 @@ pub struct Alarm {
 
 impl AlarmCode {
     /// The row with this `level-code`.
-    #[must_use]
     pub fn from_number(number: &str) -> Option<AlarmCode> {
         ALARMS.iter().find(|row| row.number() == number).copied()
     }
 
     /// `level-code` as the pendant shows it, for example `2-046`.
-    #[must_use]
     pub fn number(&self) -> String {
         format!("{}-{:03}", self.level.number(), self.code)
-    }
-
-    /// `LLL-CCC` in seven characters, as EU, AC and AH write it: `002-046` (ste80722 S21, S22).
-    #[must_use]
-    pub fn wide_number(&self) -> String {
-        format!("{:03}-{:03}", self.level.number(), self.code)
     }
 }
 
 impl Alarm {
     /// The text of the row, followed by the detail if there is one.
-    #[must_use]
     pub fn message(&self) -> String {
         if self.detail.is_empty() {
             String::from(self.code.text)
         } else {
             format!("{}: {}", self.code.text, self.detail)
-        }
-    }
-
-    /// The alarm as an entry of the error history (EU).
-    #[must_use]
-    pub fn history_entry(&self) -> ErrorEntry {
-        ErrorEntry {
-            level: self.code.level,
-            code: self.code.code,
-            at: self.at,
         }
     }
 }
@@ -215,29 +192,25 @@ impl Alarms {
     }
 
     /// Active alarms, oldest first (SF-23).
-    #[must_use]
     pub fn active(&self) -> &[Alarm] {
         &self.active
     }
 
     /// Whether an alarm of level 4 or 8 is active: the robot cannot be started (CMD-RN-05).
-    #[must_use]
     pub fn blocks_start(&self) -> bool {
         matches!(self.worst_level(), Some(AlarmLevel::L8 | AlarmLevel::L4))
     }
 
     /// Whether an alarm of level 8 is active: servo power cannot be turned on (CMD-SO-02).
-    #[must_use]
     pub fn blocks_servo(&self) -> bool {
         self.worst_level() == Some(AlarmLevel::L8)
     }
 
     /// The alarm words of SF, oldest first (SF-22).
-    #[must_use]
     pub fn status_words(&self) -> Vec<u16> {
-        self.active
-            .iter()
-            .filter_map(|alarm| alarm_word(alarm.code.level, alarm.code.code))
+        let codes = self.active.iter().map(|alarm| alarm.code);
+        codes
+            .filter_map(|code| alarm_word(code.level, code.code))
             .collect()
     }
 
@@ -247,7 +220,6 @@ impl Alarms {
     }
 
     /// The worst level among the active alarms; `None` if there are none.
-    #[must_use]
     pub fn worst_level(&self) -> Option<AlarmLevel> {
         let levels = self.active.iter().map(|alarm| alarm.code.level);
         levels.max_by_key(|level| level.number())

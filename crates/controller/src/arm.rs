@@ -8,6 +8,8 @@ mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
+#[cfg(feature = "serde")]
+use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -64,7 +66,6 @@ pub struct Frames {
 
 impl Frames {
     /// The coordinate systems that the motion conditions set.
-    #[must_use]
     pub fn new(conditions: &Conditions) -> Frames {
         Frames {
             base: conditions.base.clone(),
@@ -122,19 +123,16 @@ pub struct ArmPose {
 
 impl ArmPose {
     /// Values of the axes that the model has.
-    #[must_use]
     pub fn joint_values(&self) -> Vec<f64> {
         self.joints.iter().take(self.axes).copied().collect()
     }
 
     /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
-    #[must_use]
     pub fn world_values(&self) -> Vec<f64> {
         self.values(&self.world)
     }
 
     /// The tool point in the work coordinate system, in the same order.
-    #[must_use]
     pub fn work_values(&self) -> Vec<f64> {
         self.values(&self.work)
     }
@@ -154,14 +152,12 @@ fn transform(frame: &Frame) -> Transform {
 
 impl Arm {
     /// The arm in its ready posture.
-    #[must_use]
     pub fn new(model: ArmModel) -> Arm {
         let rest = model.ready;
         Arm::with_posture(model, rest)
     }
 
     /// The arm at rest in this posture.
-    #[must_use]
     pub fn with_posture(model: ArmModel, rest: Joints) -> Arm {
         Arm {
             model,
@@ -191,26 +187,25 @@ impl Arm {
     /// # Errors
     /// The field, and what is wrong with it.
     #[cfg(feature = "serde")]
-    pub(crate) fn validate(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
-        use alloc::string::ToString as _;
+    pub(crate) fn validate(&self, now: Time) -> Result<(), SnapshotError> {
+        let fits = |holds, place, found| check(holds, place, "a posture of the arm", found);
         let posture = |place, joints: &Joints| {
             let checked = self.model.check_limits(joints);
-            checked.map_err(|reason| (place, reason.to_string()))
+            checked.map_err(|reason| SnapshotError::value(place, "a posture of the arm", reason))
         };
         posture("arm.rest", &self.rest)?;
-        if !self.wear.is_valid() {
-            return Err(("arm.wear", "numbers that no motion leads to".to_string()));
-        }
+        fits(
+            self.wear.is_valid(),
+            "arm.wear",
+            "numbers that no motion leads to",
+        )?;
         let under_way = self.active.iter().map(|active| ("arm.active", active));
         let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
         for (place, active) in under_way.chain(interrupted) {
-            let wrong = |reason: &str| Err((place, reason.to_string()));
-            if active.start > now && active.locked {
-                return wrong("a motion that begins later, of a locked machine");
-            }
-            if !active.motion.is_valid(&self.model) {
-                return wrong("a motion whose times or places are no numbers");
-            }
+            let later = active.start > now && active.locked;
+            fits(!later, place, "a motion that begins later, of a locked machine")?;
+            let valid = active.motion.is_valid(&self.model);
+            fits(valid, place, "a motion whose times or places are no numbers")?;
             posture(place, &active.motion.joints_at(now.since(active.start)))?;
             posture(place, &active.motion.end())?;
         }
@@ -218,34 +213,34 @@ impl Arm {
     }
 
     /// The model, which never changes.
-    #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.model
     }
 
     /// Kind of arm, which decides how positions are written.
-    #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
         self.model.language()
     }
 
     /// Joint values at `now`.
-    #[must_use]
     pub fn joints(&self, now: Time) -> Joints {
-        match &self.active {
-            Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
-            _ => self.rest,
-        }
+        let moving = self.unlocked();
+        moving.map_or(self.rest, |active| {
+            active.motion.joints_at(now.since(active.start))
+        })
+    }
+
+    /// The motion under way, unless the machine lock keeps the arm where it is.
+    fn unlocked(&self) -> Option<&ActiveMotion> {
+        self.active.as_ref().filter(|active| !active.locked)
     }
 
     /// Whether a motion is under way or held.
-    #[must_use]
     pub fn is_moving(&self) -> bool {
         self.active.is_some()
     }
 
     /// When the motion under way ends; `None` while it is held or none is under way.
-    #[must_use]
     pub fn ends_at(&self) -> Option<Time> {
         let active = self.active.as_ref().filter(|active| !active.motion.is_held())?;
         Some(active.start + active.motion.duration())
@@ -269,11 +264,9 @@ impl Arm {
     }
 
     /// Percentage of the motion completed; 100 when none is under way.
-    #[must_use]
     pub fn percent(&self, now: Time) -> f64 {
-        self.active
-            .as_ref()
-            .map_or(100.0, |active| active.motion.percent_at(now.since(active.start)))
+        let active = self.active.as_ref();
+        active.map_or(100.0, |active| active.motion.percent_at(now.since(active.start)))
     }
 
     /// Starts a motion at `now`, or, while the arm still slows from the last one, when it rests.
@@ -306,7 +299,7 @@ impl Arm {
     fn next_start(&mut self, now: Time) -> (Time, Joints) {
         self.finish_due(now);
         let start = self.ends_at().unwrap_or(now).max(now);
-        let slowing = self.active.as_ref().filter(|active| !active.locked);
+        let slowing = self.unlocked();
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
     }
 
@@ -324,12 +317,9 @@ impl Arm {
         let Conditions {
             speed, accel, decel, ..
         } = motion.conditions;
-        let load = motion
-            .conditions
-            .payload
-            .as_ref()
-            .map_or(0.0, |(_, load)| load.mass);
-        let load_part = load_part(load, self.model.max_payload);
+        let payload = motion.conditions.payload.as_ref();
+        let mass = payload.map_or(0.0, |(_, load)| load.mass);
+        let load_part = load_part(mass, self.model.max_payload);
         let settings = MotionSettings {
             speed,
             accel: accel * load_part,
@@ -338,10 +328,9 @@ impl Arm {
             load_part,
         };
         let (tool, limits) = (transform(&frames.tool), settings.limits(pace));
+        let (memo, model) = (&mut self.memo, &self.model);
         Ok(ActiveMotion {
-            motion: self
-                .memo
-                .plan(&self.model, from, &target, &tool, &limits, load_part)?,
+            motion: memo.plan(model, from, &target, &tool, &limits, load_part)?,
             start,
             settings,
             locked,
@@ -396,14 +385,12 @@ impl Arm {
     }
 
     /// The coordinate systems in force: those of the motion under way if its WITH names one, else those set.
-    #[must_use]
     pub fn frames(&self, conditions: &Conditions) -> Frames {
         let own = self.active.as_ref().and_then(|active| active.frames.clone());
         own.unwrap_or_else(|| Frames::new(conditions))
     }
 
     /// The posture at `now`, as SF and PR send it.
-    #[must_use]
     pub fn pose(&self, now: Time, conditions: &Conditions) -> ArmPose {
         let frames = self.frames(conditions);
         self.pose_in(self.joints(now), &frames, self.shown_work(&frames))
@@ -430,13 +417,11 @@ impl Arm {
     }
 
     /// Name of the work coordinate system the position is shown in; empty if it has none.
-    #[must_use]
     pub fn work_name(&self, frames: &Frames) -> String {
         self.shown_work(frames).name.clone().unwrap_or_default()
     }
 
     /// HERE: the present position in these coordinate systems.
-    #[must_use]
     pub fn here(&self, now: Time, frames: &Frames) -> Position {
         self.position_of(&self.joints(now), frames)
     }

@@ -35,7 +35,6 @@ impl PermissionCell {
     }
 
     /// The command's row.
-    #[must_use]
     pub fn row(&self) -> &'static str {
         let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
         rows.nth(self.row).copied().unwrap_or_default()
@@ -72,7 +71,6 @@ impl CommandCoverage {
     }
 
     /// How often a cell was reached.
-    #[must_use]
     pub fn count(&self, cell: &PermissionCell) -> u64 {
         self.reached.get(cell).copied().unwrap_or_default()
     }
@@ -83,7 +81,6 @@ impl CommandCoverage {
     }
 
     /// The ports on which a host has sent a text; IP0 as long as there is none.
-    #[must_use]
     pub fn ports(&self) -> Vec<Port> {
         if self.ports.is_empty() {
             return Vec::from([Port::Ip0]);
@@ -111,22 +108,16 @@ impl CommandCoverage {
 /// is served then and NG while it runs; one that is not valid is NG. An NG for another reason is possible nearly
 /// everywhere and required nowhere. Without the option `extensions` there are no rows of extensions, and only
 /// a TS3100 has the mode INTERNAL.
-#[must_use]
 pub fn reachable(config: &Config, port: Port) -> Vec<PermissionCell> {
     let Some(table) = port.protocol() else {
         return Vec::new();
     };
     let extensions = EXTENSION_ROWS.iter().filter(|row| config.serves_row(row));
     let internal = config.controller.has_internal();
-    let modes = || {
-        MasterMode::ALL
-            .into_iter()
-            .filter(move |mode| internal || *mode != MasterMode::Internal)
-    };
-    let places = ROWS
-        .iter()
-        .chain(extensions)
-        .flat_map(|row| modes().map(move |mode| (*row, mode)));
+    let exists = |mode: &MasterMode| internal || *mode != MasterMode::Internal;
+    let modes = || MasterMode::ALL.into_iter().filter(exists);
+    let rows = ROWS.iter().chain(extensions);
+    let places = rows.flat_map(|row| modes().map(move |mode| (*row, mode)));
     let verdicts = |(row, mode)| {
         let verdicts: &[Verdict] = match config.permissions.get(table, row, mode) {
             Some(Permission::Valid) => &[Verdict::Served],

@@ -74,7 +74,6 @@ pub enum Condition {
 
 impl Condition {
     /// Whether the state that the condition is about holds now; `None` for what happens and is over.
-    #[must_use]
     pub fn holds(&self, controller: &Controller) -> Option<bool> {
         Some(match self {
             Condition::Command(_)
@@ -121,7 +120,6 @@ pub struct ConditionWatch {
 
 impl ConditionWatch {
     /// Nothing has been observed yet.
-    #[must_use]
     pub fn new(condition: Condition) -> ConditionWatch {
         ConditionWatch {
             condition,
@@ -131,7 +129,6 @@ impl ConditionWatch {
     }
 
     /// The condition.
-    #[must_use]
     pub fn condition(&self) -> &Condition {
         &self.condition
     }

@@ -9,7 +9,7 @@ use crate::condition::Condition;
 use crate::findings::{RULES, Rule};
 use crate::port::Port;
 use crate::signals::Signals;
-use alloc::format;
+use crate::text_form::{single_word, split};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
@@ -31,84 +31,54 @@ pub struct ConditionForm {
     pub is_state: bool,
 }
 
-const fn event(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+/// Something that happens and is over.
+const fn event(form: &'static str, example: &'static str) -> ConditionForm {
     ConditionForm {
         form,
         example,
-        happens,
+        happens: "",
         is_state: false,
     }
 }
 
-const fn state(form: &'static str, example: &'static str, happens: &'static str) -> ConditionForm {
+const fn state(form: &'static str, example: &'static str) -> ConditionForm {
     ConditionForm {
         is_state: true,
-        ..event(form, example, happens)
+        ..event(form, example)
+    }
+}
+
+impl ConditionForm {
+    const fn when(self, happens: &'static str) -> ConditionForm {
+        ConditionForm { happens, ..self }
     }
 }
 
 /// Every form of a condition.
 pub const CONDITION_FORMS: [ConditionForm; 20] = [
-    event(
-        "command TEXT",
-        "command DO,MOVE",
-        "a host sends a text that begins with TEXT",
-    ),
-    event(
-        "answer TEXT",
-        "answer NG",
-        "the robot sends a text that begins with TEXT",
-    ),
-    event(
-        "refused COMMAND",
-        "refused RN",
-        "a command with these letters gets NG",
-    ),
-    event(
-        "printed [CHANNEL] TEXT",
-        "printed IP1 DONE<CR>",
+    event("command TEXT", "command DO,MOVE").when("a host sends a text that begins with TEXT"),
+    event("answer TEXT", "answer NG").when("the robot sends a text that begins with TEXT"),
+    event("refused COMMAND", "refused RN").when("a command with these letters gets NG"),
+    event("printed [CHANNEL] TEXT", "printed IP1 DONE<CR>").when(
         "a program prints TEXT, also by several PRINTs; without CHANNEL, or with TP: on the teach pendant",
     ),
-    event(
-        "received CHANNEL TEXT",
-        "received IP1 4<CR>",
-        "a peer sends TEXT, also in several parts",
-    ),
-    state("connected PORT", "connected IP0", "a peer connects"),
-    state("disconnected PORT", "disconnected IP0", "a peer disconnects"),
-    state("alarm", "alarm", "any alarm is raised; `alarm any` is the same"),
-    state("alarm NUMBER", "alarm 2-046", "this alarm is raised"),
-    event("alarms reset", "alarms reset", "alarms are reset"),
-    state(
-        "status WORDS",
-        "status stop (retry)",
-        "the execution status becomes `running`, `stop (reset)`, `stop (retry)` or `stop (continue)`",
-    ),
-    state("servo on|off", "servo on", "servo power goes on or off"),
-    state(
-        "selected NAME",
-        "selected PICK",
-        "a file is selected; `none` for no file",
-    ),
-    event("stored NAME", "stored PICK", "a file is stored on the RAM drive"),
-    event("erased NAME", "erased PICK", "a file is erased"),
-    event(
-        "finding RULE",
-        "finding no-cr",
-        "a host breaks a [rule](findings.md)",
-    ),
-    state("input LINE on|off", "input 5 on", "an input goes on or off"),
-    state("output LINE on|off", "output 264 off", "an output goes on or off"),
-    event(
-        "line N",
-        "line 12",
-        "the statement in line N of the selected file begins",
-    ),
-    state(
-        "idle",
-        "idle",
-        "no program runs, nothing moves, and no exchange is open",
-    ),
+    event("received CHANNEL TEXT", "received IP1 4<CR>").when("a peer sends TEXT, also in several parts"),
+    state("connected PORT", "connected IP0").when("a peer connects"),
+    state("disconnected PORT", "disconnected IP0").when("a peer disconnects"),
+    state("alarm", "alarm").when("any alarm is raised; `alarm any` is the same"),
+    state("alarm NUMBER", "alarm 2-046").when("this alarm is raised"),
+    event("alarms reset", "alarms reset").when("alarms are reset"),
+    state("status WORDS", "status stop (retry)")
+        .when("the execution status becomes `running`, `stop (reset)`, `stop (retry)` or `stop (continue)`"),
+    state("servo on|off", "servo on").when("servo power goes on or off"),
+    state("selected NAME", "selected PICK").when("a file is selected; `none` for no file"),
+    event("stored NAME", "stored PICK").when("a file is stored on the RAM drive"),
+    event("erased NAME", "erased PICK").when("a file is erased"),
+    event("finding RULE", "finding no-cr").when("a host breaks a [rule](findings.md)"),
+    state("input LINE on|off", "input 5 on").when("an input goes on or off"),
+    state("output LINE on|off", "output 264 off").when("an output goes on or off"),
+    event("line N", "line 12").when("the statement in line N of the selected file begins"),
+    state("idle", "idle").when("no program runs, nothing moves, and no exchange is open"),
 ];
 
 /// The teach pendant, as `printed` names it.
@@ -138,18 +108,11 @@ pub enum ConditionParseError {
 }
 
 /// What is wrong after the first word.
-struct Wrong(String);
-
-impl From<UnexpectedWord> for Wrong {
-    fn from(reason: UnexpectedWord) -> Wrong {
-        Wrong(reason.to_string())
-    }
-}
-
-impl From<EscapeError> for Wrong {
-    fn from(reason: EscapeError) -> Wrong {
-        Wrong(reason.to_string())
-    }
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+enum Wrong {
+    Word(#[from] UnexpectedWord),
+    Bytes(#[from] EscapeError),
 }
 
 type ReadResult<T> = Result<T, Wrong>;
@@ -170,15 +133,18 @@ impl FromStr for Condition {
             let words = words.to_string();
             return Err(ConditionParseError::Unknown { words, hint });
         }
-        read(name, rest).map_err(|Wrong(reason)| ConditionParseError::Form {
-            words: words.to_string(),
+        read(name, rest).map_err(|wrong| {
+            let (words, reason) = (words.to_string(), wrong.to_string());
             // A question for the word that was meant is remedy enough.
-            remedy: if reason.ends_with('?') {
-                String::new()
-            } else {
-                format!("; write {}", forms.join(" or "))
-            },
-            reason,
+            let remedy = match reason.ends_with('?') {
+                true => String::new(),
+                false => format!("; write {}", forms.join(" or ")),
+            };
+            ConditionParseError::Form {
+                words,
+                reason,
+                remedy,
+            }
         })
     }
 }
@@ -209,7 +175,7 @@ fn read(name: &str, rest: &str) -> ReadResult<Condition> {
             let status = ExecutionStatus::from_word(rest);
             Condition::Status(status.ok_or_else(|| UnexpectedWord::new(expected, rest))?)
         }
-        "servo" => Condition::Servo(switch(rest)?),
+        "servo" => Condition::Servo(bool::read(rest)?),
         "selected" if rest == "none" => Condition::Selected(String::new()),
         "selected" => Condition::Selected(file(rest)?),
         "stored" => Condition::Stored(file(rest)?),
@@ -245,11 +211,9 @@ fn printed(rest: &str) -> ReadResult<Condition> {
         false => (None, rest),
         true if name == PENDANT => (None, after),
         true => {
-            let port = scol_port(first);
-            (
-                Some(port.map_err(|_| UnexpectedWord::new("the channel COM1, IP1, IP2 or TP", first))?),
-                after,
-            )
+            let expected = "the channel COM1, IP1, IP2 or TP";
+            let port = scol_port(first).map_err(|_| UnexpectedWord::new(expected, first))?;
+            (Some(port), after)
         }
     };
     let text = text(shown)?;
@@ -260,7 +224,7 @@ fn signal(side: IoKind, rest: &str) -> ReadResult<Condition> {
     let (number, state) = split(rest);
     let line = number.parse().ok().filter(|line| Signals::exists(*line));
     let line = line.ok_or_else(|| UnexpectedWord::new("line 1-64, 101-164 or 201-264", number))?;
-    let on = switch(state)?;
+    let on = bool::read(state)?;
     Ok(Condition::Signal { side, line, on })
 }
 
@@ -282,23 +246,7 @@ fn scol_port(word: &str) -> ReadResult<Port> {
 }
 
 fn file(word: &str) -> ReadResult<String> {
-    single_word("the name of a file", word).map(|name| name.to_uppercase())
-}
-
-fn single_word(expected: &'static str, word: &str) -> ReadResult<String> {
-    if word.is_empty() || word.contains(' ') {
-        return Err(UnexpectedWord::new(expected, word).into());
-    }
-    Ok(word.to_string())
-}
-
-fn switch(word: &str) -> ReadResult<bool> {
-    Ok(bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word))?)
-}
-
-/// The first word, and what follows it.
-fn split(words: &str) -> (&str, &str) {
-    words.split_once(' ').unwrap_or((words, ""))
+    Ok(single_word("the name of a file", word)?.to_uppercase())
 }
 
 impl fmt::Display for Condition {

@@ -96,11 +96,10 @@ impl Controller {
 
     /// What is to be done outside, in order.
     pub fn poll_output(&mut self) -> Option<Output> {
-        self.robot.outputs.pop_front()
+        self.robot.outputs.take_next()
     }
 
     /// When the controller wants to be called again, at the latest.
-    #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
         debug_assert_eq!(self.endpoints.due, self.endpoints.deadline(&self.robot));
         self.endpoints.due
@@ -144,7 +143,7 @@ impl Controller {
 
     /// Takes over the peers of the controller that was here before, and what the edge records of it.
     pub fn adopt_peers(&mut self, before: &Controller) {
-        self.robot.traced = before.robot.traced;
+        self.robot.outputs.trace(before.robot.outputs.is_traced());
         self.endpoints
             .adopt_peers(&mut self.robot, &before.endpoints, &before.robot);
         self.endpoints.settle(&mut self.robot);

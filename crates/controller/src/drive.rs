@@ -6,7 +6,7 @@
 
 use crate::limits::{MAX_FILE, MAX_FILES};
 use alloc::collections::BTreeMap;
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
 use thiserror::Error;
@@ -79,18 +79,21 @@ impl From<NameError> for DriveError {
     }
 }
 
+/// The content of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+struct Content(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes);
+
 /// The files of the RAM drive, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Drive {
-    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::files"))]
-    files: BTreeMap<String, Bytes>,
+    files: BTreeMap<String, Content>,
     capacity: usize,
 }
 
 impl Drive {
     /// An empty drive of `capacity` bytes.
-    #[must_use]
     pub fn new(capacity: usize) -> Drive {
         Drive {
             files: BTreeMap::new(),
@@ -99,26 +102,22 @@ impl Drive {
     }
 
     /// Content of a file, without EOF.
-    #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
-        self.files.get(name).map(AsRef::as_ref)
+        self.files.get(name).map(|content| &*content.0)
     }
 
     /// Name and content of each file, in alphabetical order.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
-        self.files
-            .iter()
-            .map(|(name, content)| (name.as_str(), content.as_ref()))
+        let files = self.files.iter();
+        files.map(|(name, content)| (name.as_str(), &*content.0))
     }
 
     /// Whether a file of this name exists.
-    #[must_use]
     pub fn contains(&self, name: &str) -> bool {
         self.files.contains_key(name)
     }
 
     /// The rules for the content of a file of this name.
-    #[must_use]
     pub fn file_rule(name: &FileName) -> FileRule {
         if name.is_parameter() {
             FileRule::Parameter
@@ -128,17 +127,14 @@ impl Drive {
     }
 
     /// Most bytes that a file of this name may have now. Parameter files do not count towards the capacity.
-    #[must_use]
     pub fn free_bytes_for(&self, name: &FileName) -> usize {
         if name.is_parameter() {
             return MAX_FILE;
         }
         let is_parameter = |other: &str| FileName::parse(other).is_ok_and(|other| other.is_parameter());
-        let others = self
-            .files
-            .iter()
-            .filter(|(other, _)| other.as_str() != name.as_str() && !is_parameter(other));
-        let taken: usize = others.map(|(_, content)| content.len()).sum();
+        let counts = |other: &str| other != name.as_str() && !is_parameter(other);
+        let others = self.files.iter().filter(|(other, _)| counts(other));
+        let taken: usize = others.map(|(_, content)| content.0.len()).sum();
         self.capacity.saturating_sub(taken).min(MAX_FILE)
     }
 
@@ -179,7 +175,7 @@ impl Drive {
 
     /// Stores a file that [`Drive::check`] accepted.
     pub(crate) fn store_checked(&mut self, name: &FileName, content: Bytes) {
-        self.files.insert(String::from(name.as_str()), content);
+        self.files.insert(name.to_string(), Content(content));
     }
 
     /// Erases a file; false if it does not exist.
@@ -188,15 +184,12 @@ impl Drive {
     }
 
     /// The directory in alphabetical order (DIR-04); size without EOF (DIR-03).
-    #[must_use]
     pub fn directory(&self) -> Vec<DirectoryEntry> {
-        self.files
-            .iter()
-            .map(|(name, content)| DirectoryEntry {
-                name: name.clone(),
-                size: u32::try_from(content.len()).unwrap_or(u32::MAX),
-                attribute: None,
-            })
-            .collect()
+        let entries = self.files.iter().map(|(name, content)| DirectoryEntry {
+            name: name.clone(),
+            size: u32::try_from(content.0.len()).unwrap_or(u32::MAX),
+            attribute: None,
+        });
+        entries.collect()
     }
 }

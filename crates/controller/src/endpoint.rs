@@ -45,10 +45,9 @@ impl Endpoints {
     /// Ports without peers.
     pub(crate) fn new(config: &Config) -> Endpoints {
         let text = config.options.text;
+        let sessions = [Port::Host, Port::Ip0].map(|port| (port, Session::new(port, text)));
         Endpoints {
-            sessions: [Port::Host, Port::Ip0]
-                .map(|port| (port, Session::new(port, text)))
-                .into(),
+            sessions: sessions.into(),
             lines: fresh_lines(),
             faults: Faults::new(config.fault_seed),
             variation: config.vary.map(Variation::new),
@@ -98,8 +97,8 @@ impl Endpoints {
         for port in Port::ALL {
             let there = before.peer(robot_before, port);
             let knew = self.peer(robot, port).is_some();
-            if knew && robot.arm.is_guided_from(port) {
-                robot.arm.stop_jog(robot.now);
+            if knew {
+                robot.arm.stop_jog_from(port, robot.now);
             }
             if let Some(line) = self.lines.get_mut(&port) {
                 // How the far end is opened is the edge's knowledge.
@@ -124,7 +123,5 @@ impl Endpoints {
 
 /// The serial lines when the power comes on.
 pub(crate) fn fresh_lines() -> BTreeMap<Port, SerialLine> {
-    [Port::Host, Port::Com1]
-        .map(|port| (port, SerialLine::default()))
-        .into()
+    Port::SERIAL.map(|port| (port, SerialLine::default())).into()
 }

@@ -5,7 +5,6 @@
 
 mod breakpoints;
 pub(crate) mod direct;
-pub(crate) mod monitors;
 #[cfg(feature = "serde")]
 mod relink;
 pub(crate) mod requests;
@@ -150,18 +149,15 @@ impl Executor {
         self.operation.is_running()
     }
 
-    /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
-    pub(crate) fn shown_status(&self) -> ExecutionStatus {
-        match self.run_shown_until {
-            Some(_) => ExecutionStatus::Running,
-            None => self.status(),
-        }
+    /// Whether a program or a DO is under way, which decides what is permitted (D7).
+    pub(crate) fn is_running(&self) -> bool {
+        self.program_runs() || self.direct.is_some()
     }
 
-    /// The status that decides what is permitted: a DO under way is RUN too (D7).
-    pub(crate) fn status(&self) -> ExecutionStatus {
+    /// The status SU, SF and SM show (SU-12): RUN during every DO, and for at least `do.min_run` after it (D7).
+    pub(crate) fn shown_status(&self) -> ExecutionStatus {
         match self.operation.state() {
-            _ if self.direct.is_some() => ExecutionStatus::Running,
+            _ if self.direct.is_some() || self.run_shown_until.is_some() => ExecutionStatus::Running,
             RunState::Running { .. } => ExecutionStatus::Running,
             RunState::Reset => ExecutionStatus::Reset,
             RunState::Retry => ExecutionStatus::Retry,
@@ -171,16 +167,14 @@ impl Executor {
 
     /// The program whose names a DO statement sees.
     pub(crate) fn program(&self) -> &Arc<Program> {
-        self.selected
-            .as_ref()
-            .map_or(&self.spare_program, |selected| &selected.program)
+        let selected = self.selected.as_ref();
+        selected.map_or(&self.spare_program, |selected| &selected.program)
     }
 
     /// The data of that program.
     pub(crate) fn memory(&self) -> &Memory {
-        self.selected
-            .as_ref()
-            .map_or(&self.spare_memory, |selected| &selected.memory)
+        let selected = self.selected.as_ref();
+        selected.map_or(&self.spare_memory, |selected| &selected.memory)
     }
 
     /// The data of that program, to be changed.
@@ -235,9 +229,8 @@ impl Executor {
     /// The main program, its tasks, and the statement of DO, as they are shown.
     pub(crate) fn task_views(&self) -> Vec<TaskView> {
         let program = self.program_tasks().map(|task| task.view(self.program_runs()));
-        program
-            .chain(self.direct.iter().map(|direct| direct.task.view(true)))
-            .collect()
+        let direct = self.direct.iter().map(|direct| direct.task.view(true));
+        program.chain(direct).collect()
     }
 
     /// Where the program stops besides its end.
@@ -270,9 +263,8 @@ impl Executor {
             count += 1;
             first += usize::from(*place < self.turn);
         }
-        (first..count)
-            .chain(0..first)
-            .filter_map(move |at| ids.get(at).copied())
+        let places = (first..count).chain(0..first);
+        places.filter_map(move |at| ids.get(at).copied())
     }
 
     /// A task by its ID.
@@ -372,8 +364,8 @@ impl Executor {
 
     /// Whether an INPUT waits for values from this port.
     pub(crate) fn reads_from(&self, port: Port) -> bool {
-        self.reading()
-            .any(|channel| Port::from_channel(channel) == Some(port))
+        let mut ports = self.reading().filter_map(Port::from_channel);
+        ports.any(|read| read == port)
     }
 
     /// The channels from which an INPUT waits for values.
@@ -417,10 +409,8 @@ impl Executor {
         self.operation.stand(Standstill::FirstStep);
         self.run_shown_until = None;
         self.drop_tasks();
-        let program = self
-            .selected
-            .as_ref()
-            .map(|selected| Arc::clone(&selected.program));
-        self.main = program.map(|program| Task::new(Machine::main(program), now));
+        let machine = |selected: &Selected| Machine::main(Arc::clone(&selected.program));
+        let main = self.selected.as_ref().map(machine);
+        self.main = main.map(|machine| Task::new(machine, now));
     }
 }

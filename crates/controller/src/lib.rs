@@ -19,6 +19,7 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 #![no_std]
+#[macro_use]
 extern crate alloc;
 #[cfg(feature = "serde")]
 #[macro_use]
@@ -49,9 +50,9 @@ pub mod network;
 mod ops;
 pub mod options;
 pub mod output;
+mod outputs;
 pub mod panel;
 mod parameters;
-
 pub mod pendant_pages;
 mod persistence;
 pub mod port;
@@ -60,6 +61,7 @@ mod robot;
 #[cfg(feature = "serde")]
 mod snapshot;
 pub mod statement_coverage;
+mod text_form;
 pub mod time;
 mod timers;
 pub mod variation;

@@ -113,7 +113,6 @@ impl ArmModel {
     /// Axes 4 and 6 go a full turn both ways, so that SINGLE and DOUBLE both exist for every position
     /// (DATA-04); axes 1, 2, 3 and 5 go so far that LEFTY and RIGHTY, ABOVE and BELOW, NFLIP and FLIP exist for the
     /// manual's sample positions. Ready: tool straight down, 408 mm in front at a height of 293 mm, configuration 11111.
-    #[must_use]
     pub fn tv800() -> ArmModel {
         ArmModel {
             name: String::from("ts3100-tv800"),
@@ -147,7 +146,6 @@ impl ArmModel {
     /// Axis 1 goes half a turn both ways, because a point of the real arm needs it at -175.4 degrees (hosts.md 8.11).
     /// The acceleration of axis 2 and the speed of axis 3 are fitted to motion times of the real arm (hosts.md 8.12).
     /// Ready: elbow to the left (LEFTY), 312 mm in front of the foot, shaft at 0 mm.
-    #[must_use]
     pub fn thl400() -> ArmModel {
         ArmModel {
             name: String::from("tsl3000-thl400"),
@@ -172,7 +170,6 @@ impl ArmModel {
     }
 
     /// `tsl3000-thl400-4`: the same without axis T (assumed).
-    #[must_use]
     pub fn thl400_four_axes() -> ArmModel {
         let mut model = ArmModel::thl400();
         model.name = String::from("tsl3000-thl400-4");
@@ -181,7 +178,6 @@ impl ArmModel {
     }
 
     /// Which way the language writes its positions.
-    #[must_use]
     pub fn language(&self) -> scol_mini::Arm {
         match self.kind {
             ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
@@ -190,15 +186,10 @@ impl ArmModel {
     }
 
     /// The built-in model of that name, case ignored.
-    #[must_use]
     pub fn by_name(name: &str) -> Option<ArmModel> {
-        [
-            ArmModel::tv800(),
-            ArmModel::thl400(),
-            ArmModel::thl400_four_axes(),
-        ]
-        .into_iter()
-        .find(|model| model.name.eq_ignore_ascii_case(name))
+        let built_in = [ArmModel::tv800, ArmModel::thl400, ArmModel::thl400_four_axes];
+        let mut models = built_in.into_iter().map(|model| model());
+        models.find(|model| model.name.eq_ignore_ascii_case(name))
     }
 }
 

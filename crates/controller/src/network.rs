@@ -28,7 +28,6 @@ pub struct NetworkConfig {
 
 impl NetworkConfig {
     /// The configuration that the parameters ask for.
-    #[must_use]
     pub fn new(parameters: &EthernetParameters) -> NetworkConfig {
         let channel = |index: usize| ChannelConfig {
             mode: parameters.open_mode[index],

@@ -223,7 +223,6 @@ mod serde_defaults {
         super::UnknownInput::Zero
     }
 
-    #[expect(clippy::unnecessary_wraps, reason = "the type of the field")]
     pub(super) fn equal_within() -> Option<f32> {
         Some(0.0)
     }
@@ -231,7 +230,6 @@ mod serde_defaults {
 
 impl Options {
     /// The preset of a dialect.
-    #[must_use]
     pub fn for_dialect(dialect: Dialect) -> Options {
         let field = Options {
             text: TextOptions {
@@ -294,7 +292,6 @@ impl Options {
     }
 
     /// The options of the language.
-    #[must_use]
     pub fn language(&self, arm: scol_mini::Arm) -> LanguageOptions {
         LanguageOptions {
             arm,
@@ -324,7 +321,6 @@ pub enum ControllerType {
 
 impl ControllerType {
     /// Its name, as VR tells it.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             ControllerType::Ts3100 => "TS3100",
@@ -334,7 +330,6 @@ impl ControllerType {
     }
 
     /// Whether its key switch has the position INTERNAL.
-    #[must_use]
     pub const fn has_internal(self) -> bool {
         matches!(self, ControllerType::Ts3100)
     }
@@ -370,13 +365,11 @@ pub struct Config {
 impl Config {
     /// Whether this command is served at all: those of the manual, the others by option `extensions`, or because the
     /// edition of the manual for the arm prints them.
-    #[must_use]
     pub fn serves(&self, command: &Command) -> bool {
         !command.is_extension() || self.serves_row(command.permission_row())
     }
 
     /// The same of an extension by its row in the permission tables.
-    #[must_use]
     pub fn serves_row(&self, row: &str) -> bool {
         let mut printed = COMMANDS
             .iter()
@@ -396,7 +389,6 @@ impl Config {
     }
 
     /// A TS3100 with the six-axis arm, key in EXT, control right with ETHER (D9).
-    #[must_use]
     pub fn new(dialect: Dialect) -> Config {
         Config {
             options: Options::for_dialect(dialect),
@@ -420,13 +412,11 @@ impl Config {
     }
 
     /// The options of the language, for the arm of this controller.
-    #[must_use]
     pub fn language(&self) -> LanguageOptions {
         self.options.language(self.model.language())
     }
 
     /// Compiles a file as this controller does when it is selected.
-    #[must_use]
     pub fn compile(&self, source: &str) -> Compilation {
         compile_with_points(source, &self.language(), &self.points)
     }

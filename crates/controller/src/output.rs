@@ -198,7 +198,6 @@ pub enum Event {
 
 impl Output {
     /// What kind of thing it is, as streams of events name it.
-    #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
             Output::Send { .. } => "sent",
@@ -215,7 +214,6 @@ impl Output {
     }
 
     /// The port it concerns, if one.
-    #[must_use]
     pub fn port(&self) -> Option<Port> {
         match self {
             Output::Send { port, .. } | Output::Disconnect { port, .. } | Output::Stall { port } => {
@@ -237,7 +235,6 @@ impl Verdict {
     pub const ALL: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
 
     /// Its word in events and metrics.
-    #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
             Verdict::Served => "served",
@@ -249,7 +246,6 @@ impl Verdict {
 
 impl Event {
     /// What kind of event it is, as logs and streams of events name it.
-    #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
             Event::TextIn { .. } => "text-in",
@@ -272,7 +268,6 @@ impl Event {
     }
 
     /// The port it concerns, if one.
-    #[must_use]
     pub fn port(&self) -> Option<Port> {
         match self {
             Event::TextIn { port, .. }

@@ -141,7 +141,6 @@ impl JogMode {
     pub const FREE: u16 = 2;
 
     /// Settings by their words; `None` if there are no such words.
-    #[must_use]
     pub fn from_words(coordinates: &str, rate: &str, inching: bool) -> Option<JogMode> {
         let number = |words: &[&str], word| {
             let place = words.iter().position(|known| *known == word)?;
@@ -155,7 +154,6 @@ impl JogMode {
     }
 
     /// The word of the coordinate system and that of the rate.
-    #[must_use]
     pub fn words(&self) -> [&'static str; 2] {
         let word =
             |words: &[&'static str], number: u16| words.get(usize::from(number)).copied().unwrap_or_default();
@@ -180,7 +178,6 @@ pub struct Watchdog {
 
 impl Watchdog {
     /// When the alarm is raised.
-    #[must_use]
     pub fn deadline(&self) -> Time {
         self.fed_at + self.timeout
     }
@@ -233,7 +230,6 @@ pub struct PanelState {
 
 impl PanelState {
     /// The state when the power comes on at `now` (D8, D9).
-    #[must_use]
     pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> PanelState {
         PanelState {
             powered: true,
@@ -258,7 +254,6 @@ impl PanelState {
     }
 
     /// The column of the permission tables that holds now.
-    #[must_use]
     pub fn master_mode(&self) -> MasterMode {
         match (self.key, self.control_right) {
             (KeySwitch::Teaching, _) => MasterMode::Teaching,
@@ -281,18 +276,14 @@ impl PanelState {
     }
 
     /// Whole minutes since the power came on (SF-19).
-    #[must_use]
     pub fn power_on_minutes(&self, now: Time) -> u32 {
         minutes(now.since(self.powered_at))
     }
 
     /// Whole minutes in which a program ran since then (SF-20).
-    #[must_use]
     pub fn run_minutes(&self, now: Time) -> u32 {
-        let present = self
-            .running_since
-            .map_or(Duration::ZERO, |since| now.since(since));
-        minutes(self.run_total + present)
+        let present = self.running_since.map(|since| now.since(since));
+        minutes(self.run_total + present.unwrap_or_default())
     }
 }
 

@@ -6,7 +6,6 @@
 use crate::Controller;
 use crate::network::ChannelConfig;
 use crate::port::Port;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::OpenMode;
@@ -29,14 +28,10 @@ pub struct PendantPage {
 
 impl Controller {
     /// The three pages \[ETHER\] of the teach pendant.
-    #[must_use]
     pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
         let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
-            Port::ETHERNET
-                .iter()
-                .zip(&self.network().channels)
-                .map(|(port, plan)| row(self, *port, plan))
-                .collect()
+            let channels = Port::ETHERNET.iter().zip(&self.network().channels);
+            channels.map(|(port, plan)| row(self, *port, plan)).collect()
         };
         let page = |number: usize, lines| PendantPage {
             heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),

@@ -9,8 +9,11 @@ use ts3100_proto::words::Word;
 
 /// A communication port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "UPPERCASE"))]
+#[cfg_attr(
+    feature = "serde",
+    derive(Serialize, Deserialize),
+    serde(rename_all = "UPPERCASE")
+)]
 pub enum Port {
     /// Serial port HOST: simple protocol.
     Host,
@@ -35,7 +38,6 @@ impl Port {
     pub const SERIAL: [Port; 2] = [Port::Host, Port::Com1];
 
     /// The manual's name of the port.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Port::Host => "HOST",
@@ -48,7 +50,6 @@ impl Port {
     }
 
     /// The permission table of a port that speaks the simple protocol.
-    #[must_use]
     pub const fn protocol(self) -> Option<ProtocolPort> {
         match self {
             Port::Host => Some(ProtocolPort::Host),
@@ -58,13 +59,11 @@ impl Port {
     }
 
     /// Whether PRINT and INPUT use the port.
-    #[must_use]
     pub const fn is_scol_channel(self) -> bool {
         matches!(self, Port::Com1 | Port::Ip1 | Port::Ip2)
     }
 
     /// The port of a SCOL channel; the teach pendant has none.
-    #[must_use]
     pub const fn from_channel(channel: Channel) -> Option<Port> {
         match channel {
             Channel::Tp => None,
@@ -75,7 +74,6 @@ impl Port {
     }
 
     /// Index among the Ethernet channels, 0 to 3; `None` for a serial port.
-    #[must_use]
     pub const fn ethernet_index(self) -> Option<usize> {
         match self {
             Port::Ip0 => Some(0),

@@ -3,31 +3,29 @@
 //! The control interface turns these values into documents.
 
 use crate::Controller;
-use crate::faults::Faults;
-use crate::network::NetworkConfig;
-use crate::parameters::ParameterError;
-use crate::time::Time;
-use ts3100_proto::parameter::SerialSettings;
-use ts3100_proto::status::position::CurrentPosition;
-
 use crate::alarm::Alarms;
 use crate::arm::{ArmPose, Frames};
 use crate::drive::Drive;
-use crate::endpoint::session::Exchange;
+use crate::endpoint::session::{Exchange, Session};
 pub use crate::executor::TaskView;
+use crate::faults::Faults;
 use crate::io::gripper::HANDS;
 use crate::io::signals::Signals;
+use crate::network::NetworkConfig;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::panel::PanelState;
+use crate::parameters::ParameterError;
 use crate::port::Port;
+use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::{Channel, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
-use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::position::CurrentPosition;
 
 /// Elements of one array that are shown at most.
 pub const MAX_ELEMENTS: usize = 1_000;
@@ -56,60 +54,48 @@ pub struct VariableView {
     pub value: Option<Vec<Number>>,
 }
 
-/// The highest number of an output.
-const LAST_OUTPUT: u16 = 264;
-
 impl Controller {
     /// Modes, key, buttons, and how long everything runs.
-    #[must_use]
     pub fn state(&self) -> &PanelState {
         self.robot.panel.state()
     }
 
     /// The digital lines.
-    #[must_use]
     pub fn signals(&self) -> &Signals {
         &self.robot.signals
     }
 
     /// Active alarms and the history.
-    #[must_use]
     pub fn alarms(&self) -> &Alarms {
         &self.robot.alarms
     }
 
     /// The RAM drive.
-    #[must_use]
     pub fn drive(&self) -> &Drive {
         &self.robot.drive
     }
 
     /// What it was made of.
-    #[must_use]
     pub fn config(&self) -> &Config {
         &self.robot.config
     }
 
     /// The Ethernet parameters in effect.
-    #[must_use]
     pub fn ethernet(&self) -> &EthernetParameters {
         self.robot.parameters.ethernet()
     }
 
     /// The user parameters in effect.
-    #[must_use]
     pub fn user(&self) -> &UserParameters {
         self.robot.parameters.user()
     }
 
     /// What PRINT has shown on the teach pendant.
-    #[must_use]
     pub fn pendant(&self) -> &str {
         self.robot.channels.pendant()
     }
 
     /// Name of the selected file; empty when none is.
-    #[must_use]
     pub fn selected(&self) -> &str {
         self.robot.executor.file()
     }
@@ -120,13 +106,11 @@ impl Controller {
     }
 
     /// Execution status, as SU and SF show it.
-    #[must_use]
     pub fn status(&self) -> ExecutionStatus {
         self.robot.executor.shown_status()
     }
 
     /// The content of SF as the host on this port would get it now, without EOF: 276 bytes, of a SCARA 250.
-    #[must_use]
     pub fn status_frame(&self, port: Port) -> Vec<u8> {
         let session = self.endpoints.sessions.get(&port);
         let asked = session.and_then(|session| session.last_status.as_ref());
@@ -134,87 +118,69 @@ impl Controller {
     }
 
     /// Nothing runs, nothing moves, and no host is owed or owes anything.
-    #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.robot.executor.shown_status() != ExecutionStatus::Running
+        let mut sessions = self.endpoints.sessions.values();
+        self.status() != ExecutionStatus::Running
             && !self.robot.arm.is_moving()
-            && self
-                .endpoints
-                .sessions
-                .values()
-                .all(|session| !session.awaits_host())
+            && !sessions.any(Session::awaits_host)
     }
 
     /// The main program, its tasks, and the statement of DO.
-    #[must_use]
     pub fn tasks(&self) -> Vec<TaskView> {
         self.robot.executor.task_views()
     }
 
     /// Lines of the selected file that are executed and analysed (SF-24).
-    #[must_use]
     pub fn steps(&self) -> (u32, u32) {
         self.robot.steps()
     }
 
     /// Hand 1 and hand 2: open, closed, or, when neither of its outputs is on or both are, neither.
-    #[must_use]
     pub fn hands(&self) -> [Option<bool>; 2] {
         HANDS.map(|(opens, closes)| {
-            let (open, closed) = (
-                self.robot.signals.output(opens),
-                self.robot.signals.output(closes),
-            );
+            let [open, closed] = [opens, closes].map(|line| self.robot.signals.output(line));
             (open != closed).then_some(open)
         })
     }
 
     /// The posture of the arm now.
-    #[must_use]
     pub fn arm_pose(&self) -> ArmPose {
         let conditions = self.robot.executor.memory().conditions();
         self.robot.arm.pose(self.robot.now, conditions)
     }
 
     /// Name of the work coordinate system in which the pose is given; empty if it has none.
-    #[must_use]
     pub fn work_name(&self) -> String {
         self.robot.arm.work_name(&self.frames())
     }
 
     /// The coordinate systems in force.
-    #[must_use]
     pub fn frames(&self) -> Frames {
         self.robot.arm.frames(self.robot.executor.memory().conditions())
     }
 
     /// Tool points in world coordinates along the path of the motion under way or else of the last one, at most
     /// [`PATH_POINTS`](crate::PATH_POINTS); empty before the first, and after a restore.
-    #[must_use]
     pub fn motion_path(&self) -> Vec<[f64; 3]> {
         self.robot.arm.path(&self.frames())
     }
 
     /// Whether a motion is under way or held.
-    #[must_use]
     pub fn is_arm_moving(&self) -> bool {
         self.robot.arm.is_moving()
     }
 
     /// Whether the arm moves because a host or somebody at the teach pendant guides it.
-    #[must_use]
     pub fn is_jogging(&self) -> bool {
         self.robot.arm.is_jogging()
     }
 
     /// Percentage of the motion completed; 100 if none is under way.
-    #[must_use]
     pub fn motion_percent(&self) -> f64 {
         self.robot.arm.percent(self.robot.now)
     }
 
     /// A communication port.
-    #[must_use]
     pub fn port(&self, port: Port) -> PortView {
         let session = self.endpoints.sessions.get(&port);
         let channel = self.robot.channels.get(port);
@@ -224,7 +190,7 @@ impl Controller {
                 Exchange::Sending { .. } => "sending",
                 Exchange::Receiving { .. } => "receiving",
             }),
-            partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
+            partial: session.is_some_and(Session::is_partial),
             buffer: channel
                 .map(crate::io::channel::Channel::bytes)
                 .unwrap_or_default(),
@@ -232,7 +198,6 @@ impl Controller {
     }
 
     /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
-    #[must_use]
     pub fn variables(&self) -> Vec<VariableView> {
         let variables = self.robot.executor.program().variables();
         let view = |(name, info, bounds): (&str, scol_mini::VariableInfo, &[u32])| VariableView {
@@ -245,20 +210,13 @@ impl Controller {
     }
 
     /// One variable, or the element its subscripts name; `None` when there is no such.
-    #[must_use]
     pub fn variable(&self, name: &str, subscripts: &[i32]) -> Option<VariableView> {
-        let mut view = self
-            .variables()
-            .into_iter()
-            .find(|view| view.name.eq_ignore_ascii_case(name))?;
+        let mut views = self.variables().into_iter();
+        let mut view = views.find(|view| view.name.eq_ignore_ascii_case(name))?;
         if !subscripts.is_empty() {
-            let fits = view.bounds.len() == subscripts.len()
-                && view
-                    .bounds
-                    .iter()
-                    .zip(subscripts)
-                    .all(|(bound, at)| u32::try_from(*at).is_ok_and(|at| at <= *bound));
-            if !fits {
+            let mut pairs = view.bounds.iter().zip(subscripts);
+            let within = pairs.all(|(bound, at)| u32::try_from(*at).is_ok_and(|at| at <= *bound));
+            if !within || view.bounds.len() != subscripts.len() {
                 return None;
             }
             view.value = self.value_of(name, subscripts);
@@ -268,32 +226,25 @@ impl Controller {
     }
 
     /// The values of an array of one subscript, in order, at most [`MAX_ELEMENTS`].
-    #[must_use]
     pub fn elements(&self, name: &str, bound: u32) -> Vec<Option<Vec<Number>>> {
         let subscripts = 0..=i32::try_from(bound).unwrap_or(i32::MAX);
-        subscripts
-            .take(MAX_ELEMENTS)
-            .map(|subscript| self.value_of(name, &[subscript]))
-            .collect()
+        let values = subscripts.map(|subscript| self.value_of(name, &[subscript]));
+        values.take(MAX_ELEMENTS).collect()
     }
 
     fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
-        let executor = &self.robot.executor;
-        let value = executor
-            .memory()
-            .global(executor.program(), name, subscripts)
-            .ok()?;
+        let (memory, program) = (self.robot.executor.memory(), self.robot.executor.program());
+        let value = memory.global(program, name, subscripts).ok()?;
         Some(numbers(&value, self.robot.arm.kind()))
     }
 
     /// From now on every statement of the program is told by
     /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
     pub fn trace(&mut self, on: bool) {
-        self.robot.traced = on;
+        self.robot.outputs.trace(on);
     }
 
     /// Whether texts have a checksum.
-    #[must_use]
     pub fn checksum(&self) -> ts3100_proto::text::Checksum {
         self.robot.config.options.text.checksum
     }
@@ -304,32 +255,27 @@ impl Controller {
     }
 
     /// Whether a program runs in automatic operation.
-    #[must_use]
     pub fn program_runs(&self) -> bool {
         self.robot.executor.program_runs()
     }
 
     /// File line at which the program stands; 0 when no file is selected.
-    #[must_use]
     pub fn line(&self) -> u32 {
         self.robot.executor.line()
     }
 
     /// The channel from which an INPUT waits for values.
-    #[must_use]
     pub fn waits_for(&self) -> Option<Channel> {
         self.robot.executor.reading().next()
     }
 
     /// User outputs that are on, in the order of their numbers.
-    #[must_use]
     pub fn outputs_on(&self) -> Vec<u16> {
-        let lines = (1..=LAST_OUTPUT).filter(|line| Signals::is_user_output(*line));
+        let lines = Signals::numbers().filter(|line| Signals::is_user_output(*line));
         lines.filter(|line| self.robot.signals.output(*line)).collect()
     }
 
     /// Date and time now, as the error history writes it.
-    #[must_use]
     pub fn calendar_now(&self) -> CalendarTime {
         self.robot.calendar()
     }
@@ -340,20 +286,17 @@ impl Controller {
     }
 
     /// The Ethernet channels as of the last power-on.
-    #[must_use]
     pub fn network(&self) -> &NetworkConfig {
         self.robot.parameters.network()
     }
 
     /// The virtual time up to which everything has happened.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.robot.now
     }
 
     /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
     /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
-    #[must_use]
     pub fn host_is_silent(&self) -> bool {
         !self.endpoints.host_owes_text()
             && self.robot.panel.state().watchdog.is_none()
@@ -361,7 +304,6 @@ impl Controller {
     }
 
     /// The faults that are armed or were.
-    #[must_use]
     pub fn faults(&self) -> &Faults {
         &self.endpoints.faults
     }
@@ -377,26 +319,22 @@ impl Controller {
     }
 
     /// Address and port of the peer on a port, as the edge gave it; `None` while there is none.
-    #[must_use]
     pub fn peer(&self, port: Port) -> Option<&str> {
         self.endpoints.peer(&self.robot, port)
     }
 
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
-    #[must_use]
     pub fn serial_line(&self, port: Port) -> Option<SerialSettings> {
         self.robot.parameters.serial_line(port)
     }
 
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
     /// host loses nothing. `None` for the Ethernet channels.
-    #[must_use]
     pub fn line_room(&self, port: Port) -> Option<usize> {
         self.endpoints.line_room(port)
     }
 
     /// The current position file of the SCARA edition (S28); no command is known that asks for it.
-    #[must_use]
     pub fn current_position(&self) -> CurrentPosition {
         self.robot.current_position()
     }

@@ -2,7 +2,7 @@
 //! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
 
 use crate::alarm::Alarms;
-use crate::arm::{Arm, Frames};
+use crate::arm::Arm;
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
 use crate::findings::{MAX_BYTES, Message, Rule};
@@ -11,17 +11,15 @@ use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::options::Config;
 use crate::output::{Event, Output};
-use crate::panel::KeySwitch;
-use crate::panel::Panel;
+use crate::outputs::Outputs;
+use crate::panel::{KeySwitch, Panel};
 use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
-use alloc::collections::VecDeque;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
-use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
 
@@ -47,13 +45,11 @@ pub(crate) struct Robot {
     pub(crate) executor: Executor,
     pub(crate) arm: Arm,
     pub(crate) parameters: Parameters,
-    /// Every statement of the program is told as an event.
-    pub(crate) traced: bool,
     pub(crate) maintenance: MaintenanceCounters,
     pub(crate) persistence: Persistence,
     /// Taken by `Endpoints::settle`; empty between two inputs.
     pub(crate) notices: Vec<RunNotice>,
-    pub(crate) outputs: VecDeque<Output>,
+    pub(crate) outputs: Outputs,
 }
 
 impl Robot {
@@ -82,11 +78,10 @@ impl Robot {
             executor: Executor::new(&config.language(), Time::ZERO),
             arm: Arm::new(config.model.clone()),
             parameters: Parameters::factory(config.options.open_mode),
-            traced: false,
             maintenance: MaintenanceCounters::default(),
             persistence: Persistence::default(),
             notices: Vec::new(),
-            outputs: VecDeque::new(),
+            outputs: Outputs::default(),
             config,
         };
         robot.make_parameter_files()?;
@@ -96,12 +91,6 @@ impl Robot {
         Ok(robot)
     }
 
-    /// The present position in the frames that are set: what teaching writes down.
-    pub(crate) fn present_position(&self) -> Position {
-        let frames = Frames::new(self.executor.memory().conditions());
-        self.arm.here(self.now, &frames)
-    }
-
     /// Lines of the selected file that are executed and analysed (SF-24).
     pub(crate) fn steps(&self) -> (u32, u32) {
         let (executed, _) = self.executor.executed(self.arm.is_moving());
@@ -109,17 +98,9 @@ impl Robot {
         (executed, analysed)
     }
 
-    pub(crate) fn push_output(&mut self, output: Output) {
-        self.outputs.push_back(output);
-    }
-
-    pub(crate) fn event(&mut self, event: Event) {
-        self.outputs.push_back(Output::Event(event));
-    }
-
     /// Bytes of a port go no further.
     pub(crate) fn dropped(&mut self, port: Port, bytes: usize, reason: &'static str) {
-        self.event(Event::Dropped { port, bytes, reason });
+        self.outputs.event(Event::Dropped { port, bytes, reason });
     }
 
     /// A rule was broken.
@@ -143,7 +124,7 @@ impl Robot {
         message: Message,
     ) {
         bytes.truncate(MAX_BYTES);
-        self.event(Event::Finding {
+        self.outputs.event(Event::Finding {
             rule: rule.id,
             port,
             at: self.now,
@@ -154,9 +135,8 @@ impl Robot {
 
     /// Date and time now, for the error history.
     pub(crate) fn calendar(&self) -> CalendarTime {
-        self.config
-            .calendar
-            .plus_seconds(self.now.as_micros() / 1_000_000)
+        let seconds = self.now.as_micros() / 1_000_000;
+        self.config.calendar.plus_seconds(seconds)
     }
 
     /// A file is about to be stored, or with no content erased.
@@ -167,7 +147,7 @@ impl Robot {
         let name = name.to_string();
         let answer = self.persistence.ask();
         if self.persistence.is_pending() {
-            self.push_output(Output::Persist {
+            self.outputs.push(Output::Persist {
                 name: name.clone(),
                 content: content.cloned(),
             });
@@ -183,7 +163,7 @@ impl Robot {
         self.drive.check(name, content)?;
         self.persist(name.as_str(), Some(content))?;
         self.drive.store_checked(name, content.clone());
-        self.push_output(Output::Stored {
+        self.outputs.push(Output::Stored {
             name: name.as_str().to_string(),
             content: content.clone(),
         });

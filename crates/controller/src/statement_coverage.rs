@@ -66,7 +66,6 @@ impl StatementCoverage {
     }
 
     /// The versions in the order in which they came.
-    #[must_use]
     pub fn versions(&self) -> &[FileVersion] {
         &self.versions
     }
@@ -87,10 +86,8 @@ impl StatementCoverage {
         let index = usize::from(self.selected == Some(0));
         if index < self.versions.len() {
             self.versions.remove(index);
-            self.selected = match self.selected {
-                Some(selected) if selected > index => Some(selected - 1),
-                other => other,
-            };
+            let behind = |selected: usize| selected - usize::from(selected > index);
+            self.selected = self.selected.map(behind);
         }
     }
 }
@@ -98,7 +95,6 @@ impl StatementCoverage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::format;
 
     fn stored(name: &str, content: &str) -> Output {
         Output::Stored {

@@ -14,19 +14,13 @@ pub struct Time(u64);
 
 /// A duration that a program gives in seconds, clamped to 0 to `longest` and rounded to the nearest microsecond:
 /// `0.1` is a real of 32 bits and slightly more than a tenth.
-#[must_use]
 pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
     let micros = libm::round(seconds.clamp(0.0, longest) * 1e6);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative, and the cast saturates"
-    )]
+    // Not negative, and the cast saturates.
     Duration::from_micros(micros as u64)
 }
 
 /// Reads a duration with its unit (`us`, `ms`, `s`, `min`), for example `250 ms` or `1.5s`, to the nearest microsecond.
-#[must_use]
 pub fn parse_duration(text: &str) -> Option<Duration> {
     let (number, micros) = split_duration(text, &["us", "ms", "s", "min"])?;
     let number = number.trim_end();
@@ -44,25 +38,21 @@ impl Time {
     pub const ZERO: Time = Time(0);
 
     /// The moment `micros` microseconds after [`Time::ZERO`].
-    #[must_use]
     pub const fn from_micros(micros: u64) -> Time {
         Time(micros)
     }
 
     /// The moment `millis` milliseconds after [`Time::ZERO`].
-    #[must_use]
     pub const fn from_millis(millis: u64) -> Time {
         Time(millis.saturating_mul(1_000))
     }
 
     /// Microseconds since [`Time::ZERO`].
-    #[must_use]
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
     /// The time since `earlier`; zero if `earlier` is later.
-    #[must_use]
     pub const fn since(self, earlier: Time) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))
     }
@@ -80,10 +70,8 @@ impl Add<Duration> for Time {
 impl Sub<Duration> for Time {
     type Output = Time;
     fn sub(self, rhs: Duration) -> Time {
-        Time(
-            self.0
-                .saturating_sub(u64::try_from(rhs.as_micros()).unwrap_or(u64::MAX)),
-        )
+        let micros = u64::try_from(rhs.as_micros()).unwrap_or(u64::MAX);
+        Time(self.0.saturating_sub(micros))
     }
 }
 

@@ -83,7 +83,6 @@ pub struct Variation {
 
 impl Variation {
     /// The variations of this seed.
-    #[must_use]
     pub fn new(seed: u64) -> Variation {
         let rng = |name| Rng::new(seed, name);
         Variation {
@@ -99,7 +98,6 @@ impl Variation {
     }
 
     /// The seed it was created with.
-    #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
     }
@@ -161,7 +159,6 @@ impl Variation {
     }
 
     /// `history-order`: whether EU lists the oldest entry first.
-    #[must_use]
     pub fn lists_oldest_first(&self) -> bool {
         self.oldest_first
     }

@@ -18,6 +18,23 @@ pub trait Word: Copy + 'static {
     fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|value| value.word() == word)
     }
+
+    /// The value of a word.
+    ///
+    /// # Errors
+    /// It is none of the words, of which each was expected.
+    fn read(word: &str) -> Result<Self, UnexpectedWord> {
+        let words = || Self::ALL.iter().map(|value| value.word()).collect::<Vec<_>>();
+        Self::from_word(word).ok_or_else(|| UnexpectedWord::new(one_of(&words()), word))
+    }
+}
+
+/// The words as one may be chosen of them: `on or off`, `teaching, internal or ext`.
+fn one_of(words: &[&str]) -> String {
+    match words {
+        [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        words => words.concat(),
+    }
 }
 
 impl Word for bool {

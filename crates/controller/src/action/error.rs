@@ -40,12 +40,16 @@ impl ActionError {
     }
 
     /// The state forbids it at `place`, or the value does not fit.
-    #[must_use]
     pub fn conflict(place: impl Display, sentence: impl Display) -> ActionError {
         let kind = ActionErrorKind::Conflict;
         ActionError {
             kind,
             ..ActionError::missing(place, sentence)
         }
+    }
+
+    /// The same in the usual words: `cannot VERB: REASON`.
+    pub(crate) fn cannot(place: impl Display, verb: impl Display, reason: impl Display) -> ActionError {
+        ActionError::conflict(place, format!("cannot {verb}: {reason}"))
     }
 }

@@ -22,7 +22,7 @@ impl Arm {
         pace: SpeedLimits,
     ) -> Result<bool, MotionError> {
         self.finish_due(now);
-        let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
+        let Some(active) = self.unlocked() else {
             return Ok(false);
         };
         let (start, end) = (active.start, active.motion.end());

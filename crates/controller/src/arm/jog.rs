@@ -27,7 +27,6 @@ pub enum JogFrame {
 
 impl JogFrame {
     /// The coordinate system by its number in SC and SF.
-    #[must_use]
     pub fn from_number(number: u16) -> JogFrame {
         match number {
             0 => JogFrame::Joint,
@@ -165,6 +164,13 @@ impl Arm {
         }
     }
 
+    /// The same, if it is the host at this port that guides it.
+    pub(crate) fn stop_jog_from(&mut self, port: Port, now: Time) {
+        if self.is_guided_from(port) {
+            self.stop(now);
+        }
+    }
+
     fn max_travel(&self, jog: &Jog, from: &Joints) -> f64 {
         let index = axis_index(jog.axis);
         match (jog.frame, self.model.axes.get(index), from.get(index)) {
@@ -216,13 +222,8 @@ impl Arm {
         };
         let moved = turn.compose(&step).compose(&turn.inverse());
         let there = centre.compose(&moved).compose(&centre.inverse()).compose(&here);
-        plan(
-            &self.model,
-            from,
-            &Target::Line(Pose::from_transform(&there, flange.uv), digits),
-            &transform(&frames.tool),
-            limits,
-        )
+        let target = Target::Line(Pose::from_transform(&there, flange.uv), digits);
+        plan(&self.model, from, &target, &transform(&frames.tool), limits)
     }
 
     /// Index of the jogged axis. In a coordinate system the fourth axis of a SCARA is C, the turn about Z.

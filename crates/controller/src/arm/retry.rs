@@ -21,7 +21,6 @@ impl Arm {
     }
 
     /// Whether a motion was interrupted that can go on.
-    #[must_use]
     pub fn is_interrupted(&self) -> bool {
         self.interrupted.is_some()
     }

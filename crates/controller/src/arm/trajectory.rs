@@ -14,7 +14,6 @@ pub const PATH_POINTS: u16 = 64;
 
 impl Arm {
     /// MOTIONT: how long the motion has gone on, a hold counted; of motions that overlap, the one begun last; zero when none is under way.
-    #[must_use]
     pub fn elapsed(&self, now: Time) -> Duration {
         self.active.as_ref().map_or(Duration::ZERO, |active| {
             active.motion.elapsed_at(now.since(active.start))
@@ -22,22 +21,19 @@ impl Arm {
     }
 
     /// REMAINT: how long the motion will go on; zero when none is under way, and while it is held.
-    #[must_use]
     pub fn remaining(&self, now: Time) -> Duration {
         self.ends_at().map_or(Duration::ZERO, |end| end.since(now))
     }
 
     /// When the motion put behind another begins; `None` when there is none, or all is held or given up.
-    #[must_use]
     pub fn last_begins_at(&self) -> Option<Time> {
         let active = self.active.as_ref()?;
         Some(active.start + active.motion.last_begins()?)
     }
 
     /// DEST: where the motion leads in the frames given, also while it is held; the present position when none is under way.
-    #[must_use]
     pub fn destination(&self, now: Time, frames: &Frames) -> Position {
-        match self.active.as_ref().filter(|active| !active.locked) {
+        match self.unlocked() {
             Some(active) => self.position_of(&active.motion.target(), frames),
             None => self.here(now, frames),
         }
@@ -45,7 +41,6 @@ impl Arm {
 
     /// Tool points in world coordinates along the path of the motion under way or else of the last one, in mm; empty
     /// before the first.
-    #[must_use]
     pub fn path(&self, frames: &Frames) -> Vec<[f64; 3]> {
         let active = self.active.as_ref().map(|active| (&active.motion, 1.0));
         let ended = self.memo.ended.as_ref().map(|(motion, part)| (motion, *part));

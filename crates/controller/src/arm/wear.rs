@@ -43,7 +43,6 @@ impl Wear {
 
 impl Arm {
     /// What the axes have done by `now`.
-    #[must_use]
     pub fn wear(&self, now: Time) -> Wear {
         let mut wear = self.wear.clone();
         wear.add(&self.effort_between(self.wear.until, now), now);
@@ -52,7 +51,6 @@ impl Arm {
 
     /// Torque of each axis from `now` on, percent: the mean over [`TORQUE_SPAN`]. What was before may belong to another
     /// motion.
-    #[must_use]
     pub fn torques(&self, now: Time) -> Joints {
         let effort = self.effort_between(now, now + TORQUE_SPAN);
         effort.torque.map(|torque| {
@@ -94,13 +92,12 @@ impl Arm {
     }
 
     fn effort_between(&self, from: Time, until: Time) -> Effort {
-        let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
+        let Some(active) = self.unlocked() else {
             return Effort::default();
         };
         let (from, to) = (from.since(active.start), until.since(active.start));
-        active
-            .motion
-            .effort(&self.model, active.settings.load_part, from, to)
+        let load = active.settings.load_part;
+        active.motion.effort(&self.model, load, from, to)
     }
 
     /// Power off: the arm rests where it is, and the counters since power-on are reset.

@@ -15,7 +15,6 @@ use crate::panel::PanelAction;
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::words::Word as _;
 
@@ -29,18 +28,17 @@ impl Endpoints {
         let not_persisted = robot.persistence.refusal();
         let again = robot.persistence.is_enabled().then(|| action.clone());
         let done = match action {
-            action if !robot.panel.state().powered && action.needs_power() => Err(ActionError::conflict(
-                "power",
-                format!("cannot do `{action}`: the power is off"),
-            )),
+            action if !robot.panel.state().powered && action.needs_power() => {
+                let verb = format!("do `{action}`");
+                Err(ActionError::cannot("power", verb, "the power is off"))
+            }
             Action::Panel(PanelAction::InputLine { line, .. }) if !Signals::exists(line) => {
                 Err(no_line(IoKind::Input, line))
             }
             Action::Panel(panel) => {
-                let (place, verb) = (place_at_panel(&panel), verb_at_panel(&panel));
-                let refused =
-                    |reason: OperateError| ActionError::conflict(place, format!("cannot {verb}: {reason}"));
-                self.do_at_panel(robot, panel).map_err(refused)
+                let (place, verb) = purpose(&panel);
+                let done = self.do_at_panel(robot, panel);
+                done.map_err(|reason| ActionError::cannot(place, verb, reason))
             }
             Action::FeedHold(on) => {
                 robot.set_feed_hold(on);
@@ -48,7 +46,7 @@ impl Endpoints {
             }
             Action::PowerOff => {
                 self.power_off(robot);
-                robot.push_output(Output::PowerOff);
+                robot.outputs.push(Output::PowerOff);
                 Ok(())
             }
             Action::PowerOn => {
@@ -89,10 +87,10 @@ impl Endpoints {
         if let Some(reason) = not_persisted {
             error = ActionError {
                 kind: ActionErrorKind::NotPersisted,
-                ..ActionError::conflict(&error.place, format!("cannot keep the change: {reason}"))
+                ..ActionError::cannot(&error.place, "keep the change", reason)
             };
         }
-        robot.event(Event::ActionRefused(error.clone()));
+        robot.outputs.event(Event::ActionRefused(error.clone()));
         Err(error)
     }
 
@@ -169,32 +167,17 @@ impl Endpoints {
     }
 }
 
-/// Where at the panel an action had no effect.
-fn place_at_panel(panel: &PanelAction) -> &'static str {
-    if let PanelAction::Servo(_) = panel {
-        "servo"
-    } else if let PanelAction::Key(_) = panel {
-        "key switch"
-    } else if *panel == PanelAction::Start {
-        "start"
-    } else if let PanelAction::Jog { .. } = panel {
-        "jog"
-    } else {
-        "panel"
-    }
-}
-
-/// What one who does this at the panel wants to do.
-fn verb_at_panel(panel: &PanelAction) -> String {
+/// Where at the panel an action had no effect, and what one who does it wants to do.
+fn purpose(panel: &PanelAction) -> (&'static str, String) {
     if let PanelAction::Servo(on) = panel {
-        format!("turn the servo {}", on.word())
+        ("servo", format!("turn the servo {}", on.word()))
     } else if let PanelAction::Key(key) = panel {
-        format!("turn the key switch to {}", key.word())
+        ("key switch", format!("turn the key switch to {}", key.word()))
     } else if *panel == PanelAction::Start {
-        "start the program".to_string()
+        ("start", "start the program".to_string())
     } else if let PanelAction::Jog { axis, .. } = panel {
-        format!("jog axis {axis}")
+        ("jog", format!("jog axis {axis}"))
     } else {
-        format!("do `{panel}`")
+        ("panel", format!("do `{panel}`"))
     }
 }

@@ -11,11 +11,9 @@ use crate::output::{Event, Verdict};
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::status::ExecutionStatus;
 
 impl Endpoints {
     /// Carries out a command and answers it, or holds it until the file that it changes is stored.
@@ -82,7 +80,7 @@ impl Endpoints {
                 Outcome::Held => return outcome,
                 Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Verdict::Served,
             };
-            robot.event(Event::Answered {
+            robot.outputs.event(Event::Answered {
                 port,
                 row,
                 mode,
@@ -105,7 +103,7 @@ impl Endpoints {
             last_status: &mut last_status,
         };
         let known = command.clone();
-        let outputs = robot.outputs.len();
+        let outputs = robot.outputs.count();
         let outcome = robot.operate(&mut context, command);
         self.session(port).last_status = last_status;
         if robot.persistence.is_pending() {
@@ -120,7 +118,7 @@ impl Endpoints {
 
 /// Why the permission tables do not have a command valid now.
 fn forbidden(robot: &mut Robot, port: Port, letters: &str, cell: Permission) -> Option<Outcome> {
-    let stopped = robot.executor.status() != ExecutionStatus::Running;
+    let stopped = !robot.executor.is_running();
     let reason = match cell {
         Permission::Valid => return None,
         Permission::WhenStopped if stopped => return None,

@@ -12,7 +12,6 @@ use bytes::Bytes;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::status::ExecutionStatus;
 
 impl Endpoints {
     /// The last text of a download has come: stores the file and answers (CMD-DL-02, CMD-DL-06).
@@ -24,7 +23,7 @@ impl Endpoints {
         content: Bytes,
         last: &[u8],
     ) {
-        if robot.executor.status() == ExecutionStatus::Running {
+        if robot.executor.is_running() {
             let reason = "the robot was started during the download";
             robot.report(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
             return self.refuse_block(robot, port, last, reason);

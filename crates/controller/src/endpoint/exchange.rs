@@ -5,7 +5,9 @@
 //! `command` takes a command to the robot, `sending` sends. Bytes of COM1 and IP1 to IP3 go to the ring buffers of INPUT
 //! (`io::channel`).
 
+use crate::alarm::ethernet_disconnected;
 use crate::endpoint::Endpoints;
+use crate::endpoint::serial_line::direction::Direction;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
 use crate::endpoint::session::{Exchange, Letters};
 use crate::findings::rules;
@@ -14,7 +16,6 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::format;
 use alloc::string::{String, ToString};
 use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};
@@ -25,11 +26,8 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextError};
 
 impl Endpoints {
     pub(crate) fn connected(&mut self, robot: &mut Robot, port: Port, peer: String) {
-        if let Some(leaving) = self
-            .lines
-            .get_mut(&port)
-            .and_then(|line| line.departed_peer.as_mut())
-        {
+        let line = self.lines.get_mut(&port);
+        if let Some(leaving) = line.and_then(|line| line.departed_peer.as_mut()) {
             leaving.next_peer = Some(peer);
             return;
         }
@@ -47,7 +45,7 @@ impl Endpoints {
     pub(crate) fn peer_left(&mut self, robot: &mut Robot, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
-                line.outbound.clear();
+                line.outbound = Direction::default();
                 line.sending = None;
                 line.departed_peer = Some(DepartedPeer {
                     bytes_left: line.inbound.queued(),
@@ -68,30 +66,27 @@ impl Endpoints {
             };
         }
         self.forget_peer(port);
-        if robot.arm.is_guided_from(port) {
-            robot.arm.stop_jog(robot.now);
-        }
+        robot.arm.stop_jog_from(port, robot.now);
         if port.protocol().is_some() {
             self.session(port).reset(robot.config.options.text, None);
         } else if let Some(channel) = robot.channels.get_mut(port) {
             channel.disconnect_peer();
         }
-        let level = port
-            .ethernet_index()
-            .and_then(|index| robot.parameters.ethernet().alarm_level[index]);
+        let levels = robot.parameters.ethernet().alarm_level;
+        let level = port.ethernet_index().and_then(|index| levels[index]);
         if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
-            robot.raise(
-                crate::alarm::ethernet_disconnected(level),
-                format!("{port}: the peer left"),
-            );
+            let detail = format!("{port}: the peer left");
+            robot.raise(ethernet_disconnected(level), detail);
         }
     }
 
     /// Bytes have come through, the last of them at `at`.
     pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) {
-        let Some(came) = self.inbound(robot, port, bytes) else {
-            return;
+        let came = match self.faults.are_quiet() {
+            true => Some(bytes.clone()),
+            false => self.inbound(robot, port, bytes),
         };
+        let Some(came) = came else { return };
         if port.protocol().is_some() {
             let session = self.session(port);
             session.heard_at = at;
@@ -120,15 +115,11 @@ impl Endpoints {
             rest = rest.get(taken..).unwrap_or_default();
             let before = channel.len();
             self.settle(robot);
-            let drained = robot
-                .channels
-                .get(port)
-                .is_some_and(|channel| channel.len() < before);
+            let channel = robot.channels.get(port);
+            let drained = channel.is_some_and(|channel| channel.len() < before);
             if !rest.is_empty() && !drained {
-                let message = format!(
-                    "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
-                    rest.len()
-                );
+                let (lost, full) = (rest.len(), "is full (256 bytes); send after the program asks");
+                let message = format!("{lost} bytes lost: the ring buffer of {port} {full}");
                 robot.report(&rules::INPUT_OVERFLOW, port, rest, message);
                 return;
             }
@@ -183,7 +174,7 @@ impl Endpoints {
     /// Serves a text: part of the file of an open download, or of a message.
     fn text(&mut self, robot: &mut Robot, port: Port, text: Text) {
         let Text { framing, data, error } = text;
-        robot.event(Event::TextIn {
+        robot.outputs.event(Event::TextIn {
             port,
             framing,
             data: data.clone(),
@@ -379,7 +370,7 @@ impl Endpoints {
         let session = self.session(port);
         session.set_exchange(Exchange::Idle);
         session.joiner.reset();
-        robot.event(Event::Refused {
+        robot.outputs.event(Event::Refused {
             port,
             command: command.to_string(),
             reason: reason.to_string(),

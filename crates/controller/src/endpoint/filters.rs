@@ -1,5 +1,5 @@
-//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them each filter hands
-//! on what it gets, and the protocol (`exchange`, `download`, `session`) is complete without this file.
+//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them bytes and texts do
+//! not pass here at all, and the protocol (`exchange`, `download`, `session`) is complete without this file.
 //!
 //! Which fault fires and what it does is in `faults`, what varies in `variation`.
 
@@ -112,6 +112,12 @@ impl Endpoints {
         }
     }
 
+    /// Whether a fault, variation or option `reply.delay` can change what is sent, or when.
+    pub(super) fn changes_output(&self, robot: &Robot) -> bool {
+        let delays = &robot.config.options.reply_delay;
+        !self.faults.are_quiet() || self.variation.is_some() || delays.iter().any(|delay| !delay.is_zero())
+    }
+
     /// What leaves when a text, or data of PRINT, is sent. `data` is the data section of the text.
     pub(super) fn outbound(
         &mut self,
@@ -173,23 +179,20 @@ impl Endpoints {
                     .check_can_fire()
                     .map_err(|error| ActionError::conflict(&spec, error))?;
                 let id = self.faults.arm(*fault).ok_or_else(|| {
-                    let reason = alloc::format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
+                    let reason = format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
                     ActionError::conflict(&spec, reason)
                 })?;
-                robot.event(Event::Fault {
+                robot.outputs.event(Event::Fault {
                     id,
                     kind,
                     port: None,
-                    message: alloc::format!("armed: {spec}"),
+                    message: format!("armed: {spec}"),
                     fired: false,
                 });
                 Ok(())
             }
             FaultAction::Disarm(id) if self.faults.disarm(id) => Ok(()),
-            FaultAction::Disarm(id) => Err(ActionError::missing(
-                "fault",
-                alloc::format!("there is no fault {id}"),
-            )),
+            FaultAction::Disarm(id) => Err(ActionError::missing("fault", format!("there is no fault {id}"))),
             FaultAction::Clear => {
                 self.faults.clear();
                 Ok(())
@@ -205,7 +208,7 @@ impl Endpoints {
         for action in at_once {
             self.perform(robot, action);
         }
-        robot.event(event);
+        robot.outputs.event(event);
         effect
     }
 

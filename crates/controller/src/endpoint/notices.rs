@@ -12,8 +12,6 @@ use crate::port::Port;
 use crate::robot::{Robot, RunNotice};
 use crate::time::Time;
 use crate::variation::Variation;
-use alloc::format;
-use core::time::Duration;
 use ts3100_proto::reply::Reply;
 
 impl Endpoints {
@@ -58,11 +56,8 @@ impl Endpoints {
             };
             if told && session.peer.is_some() {
                 session.waiting_sp = true;
-                session.sp_after = now
-                    + self
-                        .variation
-                        .as_mut()
-                        .map_or(Duration::ZERO, Variation::sp_delay);
+                let delay = self.variation.as_mut().map(Variation::sp_delay);
+                session.sp_after = now + delay.unwrap_or_default();
                 session.sp_by = now + MAX_SP_DELAY;
             }
         }

@@ -37,7 +37,6 @@ pub enum Departure {
 
 impl Departure {
     /// Number of bytes it sends.
-    #[must_use]
     pub fn length(&self) -> usize {
         match self {
             Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
@@ -53,7 +52,6 @@ impl Segment {
     }
 
     /// Something that happens after a pause.
-    #[must_use]
     pub fn after(delay: Duration, departure: Departure) -> Segment {
         Segment { delay, departure }
     }
@@ -68,14 +66,12 @@ pub struct SendQueue {
 
 impl SendQueue {
     /// When the next segment is due.
-    #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let fronts = self.queues.values().filter_map(VecDeque::front);
         fronts.map(|(due, _)| *due).min()
     }
 
     /// Whether a segment waits on this port.
-    #[must_use]
     pub fn is_busy(&self, port: Port) -> bool {
         self.queues.get(&port).is_some_and(|queue| !queue.is_empty())
     }
@@ -117,10 +113,8 @@ impl SendQueue {
 
     /// What is due next, from the port with the earliest.
     pub(super) fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
-        let due = self
-            .queues
-            .iter()
-            .filter_map(|(port, queue)| Some((queue.front()?.0, *port)));
+        let queues = self.queues.iter();
+        let due = queues.filter_map(|(port, queue)| Some((queue.front()?.0, *port)));
         let (_, port) = due.filter(|(due, _)| *due <= now).min()?;
         let (_, what) = self.queues.get_mut(&port)?.pop_front()?;
         Some((port, what))

@@ -30,13 +30,12 @@ impl Endpoints {
         debug_assert!(bytes.len() <= MAX_SEND);
         let begin = usize::from(framing == Framing::Stx);
         let section = bytes.slice(begin..begin + data.len());
-        robot.event(Event::TextOut {
+        robot.outputs.event(Event::TextOut {
             port,
             framing,
             data: section.clone(),
         });
-        let segments = self.outbound(robot, port, bytes, &section);
-        let sent = self.enqueue(robot, port, segments);
+        let sent = self.send(robot, port, bytes, &section);
         let session = self.session(port);
         session.sent_at = Some(sent);
         session.history.unsolicited_sp_sent = data == STOP;
@@ -45,16 +44,13 @@ impl Endpoints {
         }
     }
 
-    /// Sends bytes of PRINT.
-    pub(crate) fn send_bytes(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
-        let bytes = Bytes::copy_from_slice(bytes);
-        let segments = self.outbound(robot, port, bytes.clone(), &bytes);
-        self.enqueue(robot, port, segments);
-    }
-
-    /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
-    /// is sent, as far as known.
-    fn enqueue(&mut self, robot: &mut Robot, port: Port, segments: Vec<Segment>) -> Time {
+    /// Sends the bytes of a text, or those of PRINT, which are their own data section: at once, or what the filters make of
+    /// them after what waits on the port. Returns when the last of them is sent, as far as known.
+    pub(crate) fn send(&mut self, robot: &mut Robot, port: Port, bytes: Bytes, data: &Bytes) -> Time {
+        let segments = match self.changes_output(robot) {
+            true => self.outbound(robot, port, bytes, data),
+            false => Vec::from([Segment::bytes(bytes)]),
+        };
         if let [
             Segment {
                 delay: Duration::ZERO,
@@ -90,7 +86,7 @@ impl Endpoints {
                 Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {
-                        robot.push_output(Output::Stall { port });
+                        robot.outputs.push(Output::Stall { port });
                     }
                 }
                 // A serial line has no connection to end.
@@ -99,7 +95,7 @@ impl Endpoints {
                     // Send nothing more until the embedding program reports that the peer is gone.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
-                    robot.push_output(Output::Disconnect { port, how });
+                    robot.outputs.push(Output::Disconnect { port, how });
                 }
             }
         }
@@ -110,7 +106,7 @@ impl Endpoints {
         if self.lines.contains_key(&port) {
             return self.put_on_line(robot, port, bytes);
         }
-        robot.push_output(Output::Send { port, bytes });
+        robot.outputs.push(Output::Send { port, bytes });
         robot.now
     }
 }

@@ -14,7 +14,6 @@ use crate::output::Output;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::format;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
@@ -22,7 +21,6 @@ use ts3100_proto::parameter::SerialSettings;
 impl Endpoints {
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
     /// host loses nothing. `None` for the Ethernet channels.
-    #[must_use]
     pub fn line_room(&self, port: Port) -> Option<usize> {
         let line = self.lines.get(&port)?;
         Some(LINE_QUEUE.saturating_sub(line.inbound.queued()))
@@ -69,13 +67,8 @@ impl Endpoints {
         if robot.config.options.serial_pacing {
             return self.push_inbound(robot, port, &bytes, far);
         }
-        let arrivals = receive_unpaced(&bytes, far, own)
-            .into_iter()
-            .map(|character| Arrival {
-                character,
-                begin: now,
-                end: now,
-            });
+        let read = receive_unpaced(&bytes, far, own).into_iter();
+        let arrivals = read.map(|character| Arrival::new(character, now, now));
         self.received_characters(robot, port, arrivals.collect());
     }
 
@@ -260,7 +253,7 @@ impl Endpoints {
             return now;
         };
         let Some(far) = line.host_settings(own) else {
-            robot.push_output(Output::Send { port, bytes });
+            robot.outputs.push(Output::Send { port, bytes });
             return now;
         };
         if line.departed_peer.is_some() && port.protocol().is_some() {
@@ -277,11 +270,8 @@ impl Endpoints {
             return now;
         };
         if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
-            robot.dropped(
-                port,
-                bytes.len(),
-                "the robot has more to send than its buffer holds",
-            );
+            let reason = "the robot has more to send than its buffer holds";
+            robot.dropped(port, bytes.len(), reason);
             return now;
         }
         let (begin, end) = line.outbound.push(now, &bytes, own);
@@ -318,6 +308,6 @@ impl Endpoints {
 fn send_read(robot: &mut Robot, port: Port, read: impl IntoIterator<Item = Character>) {
     let bytes: Bytes = read.into_iter().map(|character| character.byte).collect();
     if !bytes.is_empty() {
-        robot.push_output(Output::Send { port, bytes });
+        robot.outputs.push(Output::Send { port, bytes });
     }
 }

@@ -83,7 +83,6 @@ pub struct Session {
 
 impl Session {
     /// A port without a peer.
-    #[must_use]
     pub fn new(port: Port, options: TextOptions) -> Session {
         Session {
             port,
@@ -115,19 +114,16 @@ impl Session {
     }
 
     /// Whether a text or a message has begun and is not complete.
-    #[must_use]
     pub fn is_partial(&self) -> bool {
         self.decoder.is_partial() || self.joiner.is_partial()
     }
 
     /// Whether the host owes something: the rest of a text, an answer, a block.
-    #[must_use]
     pub fn awaits_host(&self) -> bool {
         self.is_partial() || self.exchange != Exchange::Idle
     }
 
     /// When the port gives up waiting (SER-06, SER-08).
-    #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
         self.awaits_host().then(|| since + HOST_TIMEOUT)
@@ -136,7 +132,6 @@ impl Session {
     /// When a waiting SP may be sent, unless an exchange is open: a host that compares a reply by its length must
     /// not find SP glued to its OK (hosts.md 1.3), so it keeps the pause that is asked of hosts (TRN-04). A host that
     /// never pauses gets it at `sp_by`.
-    #[must_use]
     pub fn sp_due(&self) -> Option<Time> {
         let pause = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
         let due = pause.max(self.sp_after).min(self.sp_by);
@@ -145,13 +140,11 @@ impl Session {
 
     /// Whether a waiting SP goes between two texts that the host has sent in one go: it waits for no answer, so there
     /// is no better moment.
-    #[must_use]
     pub fn sp_overdue(&self, now: Time) -> bool {
         self.waiting_sp && self.exchange == Exchange::Idle && self.sp_by <= now
     }
 
     /// The open exchange.
-    #[must_use]
     pub fn exchange(&self) -> &Exchange {
         &self.exchange
     }
@@ -203,14 +196,12 @@ impl Session {
     }
 
     /// Whether a file of this name is being received here (TRN-11).
-    #[must_use]
     pub fn receives(&self, file: &FileName) -> bool {
         matches!(&self.exchange, Exchange::Receiving { name, .. } if name == file)
     }
 
     /// Whether a run with these options can lead to this state of the conversation.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self, options: TextOptions) -> bool {
         let exchange = match &self.exchange {
             Exchange::Idle => true,

@@ -78,11 +78,9 @@ impl Executor {
     /// the line for which there is none.
     pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), u32> {
         let statements = self.program().statement_lines();
-        let found = lines
-            .iter()
-            .map(|line| next_statement(&statements, *line).ok_or(*line));
-        let found = found.take(MAX_BREAKPOINTS).collect::<Result<_, _>>()?;
-        self.breakpoints.lines = found;
+        let lines = lines.iter().take(MAX_BREAKPOINTS);
+        let found = lines.map(|line| next_statement(&statements, *line).ok_or(*line));
+        self.breakpoints.lines = found.collect::<Result<_, _>>()?;
         Ok(())
     }
 

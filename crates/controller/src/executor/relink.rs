@@ -4,7 +4,6 @@
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
 use crate::snapshot::error::{SnapshotError, check};
-use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
 use scol_mini::{Diagnostic, MAX_TASKS, Program, compile_direct};
@@ -46,30 +45,17 @@ impl Executor {
         check(main == MAIN_TASK, place, "task 1", format!("task {main}"))?;
         let (place, count) = ("execution.tasks", self.tasks.len());
         let expected = format!("fewer than {MAX_TASKS} tasks of a selected file");
-        check(
-            count < MAX_TASKS && (count == 0 || selected),
-            place,
-            &expected,
-            count,
-        )?;
-        let expected = "breakpoints within their bounds";
-        check(
-            self.breakpoints.is_valid(),
-            "execution.breakpoints",
-            expected,
-            "more",
-        )?;
+        let fits = count < MAX_TASKS && (count == 0 || selected);
+        check(fits, place, &expected, count)?;
+        let (place, expected) = ("execution.breakpoints", "breakpoints within their bounds");
+        check(self.breakpoints.is_valid(), place, expected, "more")?;
         let last = self.tasks.keys().next_back().copied().unwrap_or_default();
         let (place, next) = ("execution.next_task", self.next_task);
         check(next >= last, place, &format!("more than {last}"), next)?;
         check(next > MAIN_TASK, place, "2 or more", next)?;
-        let (expected, state) = ("no operation without a file", self.operation.state());
-        check(
-            selected || !runs,
-            "execution.course",
-            expected,
-            format!("{state:?}"),
-        )?;
+        let (place, expected) = ("execution.course", "no operation without a file");
+        let state = format!("{:?}", self.operation.state());
+        check(selected || !runs, place, expected, state)?;
         let (place, expected) = ("execution.direct", "none while a program runs");
         check(self.direct.is_none() || !runs, place, expected, "one")?;
         let (place, ended) = ("execution.direct_ended", self.direct_ended);

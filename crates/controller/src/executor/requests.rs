@@ -18,9 +18,9 @@ use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::time::Duration;
 use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
 
@@ -69,13 +69,8 @@ impl Robot {
     /// How fast the arm may move now.
     pub(crate) fn pace(&self) -> SpeedLimits {
         let state = self.panel.state();
-        let most = if self.is_slow() {
-            self.config.options.low_speed
-        } else {
-            u8::MAX
-        };
         SpeedLimits {
-            override_percent: state.override_percent.min(most),
+            override_percent: state.override_percent.min(self.speed_limit()),
             tool_speed_cap: (state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }
@@ -100,9 +95,9 @@ impl Robot {
         };
         let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
         let begun = if !self.arm.is_moving() {
-            self.arm
-                .start(self.now, motion, self.pace(), self.panel.state().machine_lock)
-                .map(|()| true)
+            let locked = self.panel.state().machine_lock;
+            let started = self.arm.start(self.now, motion, self.pace(), locked);
+            started.map(|()| true)
         } else if self.executor.pass > 0.0 {
             let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());
             if taken == Ok(true) {
@@ -171,7 +166,9 @@ impl Robot {
         let line = task.line();
         let Some(port) = Port::from_channel(channel) else {
             self.tell_cut(None, line, data, cut);
-            self.show_on_pendant(data);
+            let text = String::from_utf8_lossy(data).into_owned();
+            self.channels.show(&text);
+            self.outputs.push(Output::Pendant(text));
             return self.executor.done(task);
         };
         if let Some(until) = endpoints.line_free_at(port, data.len()) {
@@ -181,7 +178,8 @@ impl Robot {
         self.tell_cut(Some(port), line, data, cut);
         if !self.missing_peer(port) {
             if !data.is_empty() {
-                endpoints.send_bytes(self, port, data);
+                let bytes = Bytes::copy_from_slice(data);
+                endpoints.send(self, port, bytes.clone(), &bytes);
             }
             return self.executor.done(task);
         }
@@ -228,11 +226,8 @@ impl Robot {
         let (channel, wanted) = (*channel, *wanted);
         let mut values = got.clone();
         while values.len() < wanted {
-            let datum = self
-                .channels
-                .input(channel)
-                .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
-            match datum {
+            let buffer = self.channels.input(channel);
+            match buffer.map_or(Datum::Incomplete, |buffer| buffer.take(malformed)) {
                 Datum::Value(value) => values.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";
@@ -287,12 +282,6 @@ impl Robot {
             self.signals.set_output(output, on);
         }
         self.executor.done(task)
-    }
-
-    fn show_on_pendant(&mut self, data: &[u8]) {
-        let text = String::from_utf8_lossy(data).into_owned();
-        self.channels.show(&text);
-        self.push_output(Output::Pendant(text));
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.

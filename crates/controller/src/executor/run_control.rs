@@ -6,8 +6,7 @@
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
 use crate::io::line_names::dout;
-use crate::output::{Event, Output};
-use crate::panel::PanelState;
+use crate::output::Event;
 use crate::robot::{Robot, RunNotice};
 use alloc::string::String;
 use ts3100_proto::status::AlarmLevel;
@@ -72,14 +71,14 @@ impl Robot {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: StopCause) {
         self.interrupt(by);
-        self.outputs.extend(self.panel.servo_off().map(Output::Event));
+        self.outputs.event(self.panel.servo_off());
     }
 
     /// Raises an alarm and lets its level act (D6).
     pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
         let at = self.calendar();
         let alarm = Alarm { code, detail, at };
-        self.event(Event::Alarm {
+        self.outputs.event(Event::Alarm {
             number: code.number(),
             text: alarm.message(),
         });
@@ -90,28 +89,26 @@ impl Robot {
             AlarmLevel::L1 => {}
         }
         if code.level == AlarmLevel::L8 {
-            self.outputs.extend(self.panel.servo_off().map(Output::Event));
+            self.outputs.event(self.panel.servo_off());
         }
     }
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        let PanelState {
-            emergency_stop,
-            safety_open,
-            ..
-        } = *self.panel.state();
-        let persists = |code: &AlarmCode| {
-            emergency_stop && *code == alarm::EMERGENCY_STOP || safety_open && *code == alarm::SAFETY_STOP
-        };
+        let state = self.panel.state();
+        let causes = [
+            (state.emergency_stop, alarm::EMERGENCY_STOP),
+            (state.safety_open, alarm::SAFETY_STOP),
+        ];
+        let persists = |code: &AlarmCode| causes.contains(&(true, *code));
         if self.alarms.reset(persists) {
-            self.event(Event::AlarmsReset);
+            self.outputs.event(Event::AlarmsReset);
         }
     }
 
     /// Tells the log where the program stands.
     pub(crate) fn report_status(&mut self) {
-        self.event(Event::Status {
+        self.outputs.event(Event::Status {
             status: self.executor.shown_status(),
             line: self.executor.line(),
         });

@@ -5,11 +5,12 @@
 
 use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
-use crate::executor::step::Step;
+use crate::executor::step::{Step, alarm_of};
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
 use crate::robot::Robot;
-use scol_mini::Pause;
+use alloc::boxed::Box;
+use scol_mini::{MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 
 impl Robot {
@@ -31,7 +32,7 @@ impl Robot {
         let RunState::Running { stop } = self.executor.operation.state() else {
             return false;
         };
-        let single = self.traced
+        let single = self.outputs.is_traced()
             || self.panel.state().run_mode == RunMode::Step
             || self.executor.breakpoints().are_set();
         let mut standing = true;
@@ -136,6 +137,36 @@ impl Robot {
         self.carry(endpoints, task, single || task.machine().has_monitors())
     }
 
+    /// ON ... DO: looks at the monitors of a task, between its statements, when something changes, and once a scan while time
+    /// alone can change them. `None` when nothing comes of it.
+    fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
+        let seen = task.monitors_see(self.now)?;
+        let view = ScolInputs::new(
+            &self.signals,
+            &self.arm,
+            &self.executor,
+            self.panel.state().run_mode,
+            self.config.options.din_unknown,
+            seen,
+        );
+        match task.check_monitors(self.executor.memory_mut(), &view) {
+            Ok(None) => None,
+            Ok(Some(MonitorAction::Jump(jump))) => {
+                // The motion is given up with its statement; one that nobody waits for goes on.
+                if let TaskState::Moving { .. } = task.state() {
+                    self.arm.stop(self.now);
+                }
+                task.jump(self.executor.memory_mut(), jump);
+                Some(Step::DONE)
+            }
+            Ok(Some(MonitorAction::Handler(machine))) => {
+                task.put_handler(Box::new(Task::new(*machine, self.now)));
+                Some(Step::Begun)
+            }
+            Err(fault) => Some(Step::Trouble(alarm_of(fault.kind), format!("{fault}"))),
+        }
+    }
+
     fn end_step(&mut self, task: &mut Task) -> bool {
         task.end_step(self.executor.memory_mut(), self.config.options.wait_after_stop)
     }
@@ -172,9 +203,9 @@ impl Robot {
         if self.executor.stops_before(task) {
             return Step::Stopped;
         }
-        if self.traced && task.begins_statement() {
+        if self.outputs.is_traced() && task.begins_statement() {
             let (line, task) = (task.line(), task.id());
-            self.event(Event::Statement { line, task });
+            self.outputs.event(Event::Statement { line, task });
         }
         let inputs = ScolInputs::new(
             &self.signals,

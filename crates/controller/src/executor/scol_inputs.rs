@@ -107,11 +107,6 @@ impl Inputs for ScolInputs<'_> {
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.
     fn mode(&self) -> i32 {
-        match self.run_mode {
-            RunMode::Continuous => 0,
-            RunMode::Cycle => 1,
-            RunMode::Step => 2,
-            RunMode::Segment => 3,
-        }
+        self.run_mode as i32
     }
 }

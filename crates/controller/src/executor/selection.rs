@@ -121,9 +121,7 @@ impl Executor {
 
     /// Name of the selected file, empty if none.
     pub(crate) fn file(&self) -> &str {
-        self.selected
-            .as_ref()
-            .map_or("", |selected| selected.name.as_str())
+        self.selected.as_ref().map_or("", Selected::name)
     }
 
     /// A variable of GLOBAL or DATA of the selected file.
@@ -163,22 +161,22 @@ impl Robot {
     /// See [`SelectError`].
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
         let label = || name.as_str().to_string();
-        if self.executor.status() == ts3100_proto::status::ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Err(SelectError::Running);
         }
         if name.is_parameter() {
             return Err(SelectError::Parameter(label()));
         }
-        let content = self
-            .drive
-            .get(name.as_str())
-            .ok_or_else(|| SelectError::Missing(label()))?;
+        let content = self.drive.get(name.as_str());
+        let content = content.ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
         let compilation = self.config.compile(&source);
         let Some(program) = compilation.program else {
+            let found = compilation.diagnostics.iter();
+            let errors = found.filter(|found| found.severity == Severity::Error);
             return Err(SelectError::Errors {
                 name: label(),
-                rendered: render(&compilation.diagnostics, &source, name),
+                rendered: render(errors, &source, name.as_str()),
             });
         };
         let memory = Memory::new(&program);
@@ -193,7 +191,7 @@ impl Robot {
             stale: false,
         });
         self.executor.rewind(self.now);
-        self.event(Event::Selected(Some(label())));
+        self.outputs.event(Event::Selected(Some(label())));
         Ok(())
     }
 
@@ -216,16 +214,12 @@ impl Robot {
         self.executor.main = None;
         self.executor.drop_tasks();
         self.executor.operation.stand(Standstill::FirstStep);
-        self.event(Event::Selected(None));
+        self.outputs.event(Event::Selected(None));
     }
 }
 
-fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {
-    let errors = diagnostics
-        .iter()
-        .filter(|diagnostic| diagnostic.severity == Severity::Error);
-    errors
-        .map(|diagnostic| diagnostic.render(source, name.as_str()))
-        .collect::<Vec<_>>()
-        .join("\n")
+/// Diagnostics with carets, one below the other.
+pub(crate) fn render<'a>(found: impl Iterator<Item = &'a Diagnostic>, source: &str, name: &str) -> String {
+    let rendered: Vec<String> = found.map(|found| found.render(source, name)).collect();
+    rendered.join("\n")
 }

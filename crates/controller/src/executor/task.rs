@@ -11,7 +11,6 @@ use crate::options::WaitAfterStop;
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::boxed::Box;
-use alloc::format;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Display;
@@ -391,9 +390,8 @@ impl Task {
     pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
         let due = self.look_at.take();
         let due = due.filter(|due| *due > now && self.doing != TaskState::Ready);
-        self.machine
-            .has_monitors()
-            .then(|| due.map_or(now, |due| due - SCAN))
+        let seen = due.map_or(now, |due| due - SCAN);
+        self.machine.has_monitors().then_some(seen)
     }
 
     /// What a monitor wants done.

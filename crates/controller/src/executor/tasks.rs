@@ -5,7 +5,6 @@ use crate::executor::step::Step;
 use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::format;
 use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
 

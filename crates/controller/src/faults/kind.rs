@@ -10,7 +10,7 @@ use crate::faults::error::FaultError;
 use crate::input::PanelAction;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use core::fmt;
@@ -36,7 +36,6 @@ pub enum InjectionPoint {
 
 impl InjectionPoint {
     /// The phrase for lists and messages.
-    #[must_use]
     pub const fn description(self) -> &'static str {
         match self {
             InjectionPoint::Command => "an incoming command or FL text",
@@ -102,7 +101,6 @@ pub struct ParameterValues(pub(super) BTreeMap<&'static str, ParameterValue>);
 
 impl ParameterValues {
     /// A number, if it is set.
-    #[must_use]
     pub fn number(&self, name: &str) -> Option<u64> {
         match self.0.get(name) {
             Some(ParameterValue::Number(number)) => Some(*number),
@@ -111,19 +109,16 @@ impl ParameterValues {
     }
 
     /// A number of milliseconds as a duration; zero if it is not set.
-    #[must_use]
     pub fn millis(&self, name: &str) -> Duration {
         Duration::from_millis(self.number(name).unwrap_or(0))
     }
 
     /// A number of bytes, if it is set.
-    #[must_use]
     pub fn bytes(&self, name: &str) -> Option<usize> {
         usize::try_from(self.number(name)?).ok()
     }
 
     /// A word; empty if it is not set.
-    #[must_use]
     pub fn word(&self, name: &str) -> &str {
         match self.0.get(name) {
             Some(ParameterValue::Word(word)) => word,
@@ -132,7 +127,6 @@ impl ParameterValues {
     }
 
     /// A data section, if it is set.
-    #[must_use]
     pub fn text(&self, name: &str) -> Option<&[u8]> {
         match self.0.get(name) {
             Some(ParameterValue::Text(text)) => Some(text),
@@ -212,24 +206,23 @@ impl FaultSite<'_> {
             data: Bytes::new(),
         }
     }
+}
 
-    /// The phrase for messages: `the answer to SU`.
-    #[must_use]
-    pub fn description(&self) -> String {
+/// The phrase for messages: `the answer to SU`.
+impl fmt::Display for FaultSite<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.point, self.command, self.block) {
-            (InjectionPoint::Command, command, 0) => command.to_string(),
-            (InjectionPoint::Command, command, block) => alloc::format!("text {block} of {command}"),
-            (InjectionPoint::Reply, "", _) => "the text".to_string(),
+            (InjectionPoint::Command, command, 0) => f.write_str(command),
+            (InjectionPoint::Command, command, block) => write!(f, "text {block} of {command}"),
+            (InjectionPoint::Reply, "", _) => f.write_str("the text"),
             // A text of a download is answered OK or NG, never by a text of its own number.
-            (InjectionPoint::Reply, "DL", 1..) => alloc::format!("the answer to text {} of DL", self.block),
-            (InjectionPoint::Reply, command, 0 | 1) => alloc::format!("the answer to {command}"),
-            (InjectionPoint::Reply, command, block) => {
-                alloc::format!("text {block} of the answer to {command}")
-            }
-            (InjectionPoint::Print, ..) => "what PRINT sends".to_string(),
-            (InjectionPoint::Bytes, ..) => "the bytes that came in".to_string(),
-            (InjectionPoint::Character, ..) => "the characters that came in".to_string(),
-            (InjectionPoint::Record, ..) => "the record".to_string(),
+            (InjectionPoint::Reply, "DL", block @ 1..) => write!(f, "the answer to text {block} of DL"),
+            (InjectionPoint::Reply, command, 0 | 1) => write!(f, "the answer to {command}"),
+            (InjectionPoint::Reply, command, block) => write!(f, "text {block} of the answer to {command}"),
+            (InjectionPoint::Print, ..) => f.write_str("what PRINT sends"),
+            (InjectionPoint::Bytes, ..) => f.write_str("the bytes that came in"),
+            (InjectionPoint::Character, ..) => f.write_str("the characters that came in"),
+            (InjectionPoint::Record, ..) => f.write_str("the record"),
         }
     }
 }

@@ -29,12 +29,11 @@ pub use kinds::KINDS;
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
+#[cfg(feature = "serde")]
+use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::format;
 use alloc::string::String;
-#[cfg(feature = "serde")]
-use alloc::string::ToString;
 use alloc::vec::Vec;
 use kind::{Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
@@ -99,24 +98,19 @@ pub struct FaultReport {
 
 impl FaultReport {
     /// One line for people: the fault and what has happened.
-    #[must_use]
     pub fn summary(&self) -> String {
-        let Fault { id, .. } = self.fault;
-        match (self.fired, self.at.first()) {
-            (0, _) if self.seen == 0 => {
-                format!("fault {id} `{}` never fired: it saw no occasion", self.fault)
+        let FaultReport {
+            fault, seen, fired, ..
+        } = self;
+        let outcome = match (fired, self.at.first()) {
+            (0, _) if *seen == 0 => "never fired: it saw no occasion".into(),
+            (0, _) => format!("never fired: {seen} occasions passed (after, probability)"),
+            (_, first) => {
+                let first = first.copied().unwrap_or_default();
+                format!("fired {fired} of {seen} times, first at {first} s")
             }
-            (0, _) => format!(
-                "fault {id} `{}` never fired: {} occasions passed (after, probability)",
-                self.fault, self.seen
-            ),
-            (fired, first) => format!(
-                "fault {id} `{}` fired {fired} of {} times, first at {} s",
-                self.fault,
-                self.seen,
-                first.copied().unwrap_or_default()
-            ),
-        }
+        };
+        format!("fault {} `{fault}` {outcome}", fault.id)
     }
 }
 
@@ -156,7 +150,6 @@ pub(crate) enum RecordState {
 
 impl Faults {
     /// No fault armed; probabilities and random parameters follow from the seed.
-    #[must_use]
     pub(crate) fn new(seed: u64) -> Faults {
         Faults {
             reports: Vec::new(),
@@ -174,9 +167,13 @@ impl Faults {
     }
 
     /// Whether no fault was armed.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.reports.is_empty()
+    }
+
+    /// Whether no fault can change what passes a port.
+    pub(crate) fn are_quiet(&self) -> bool {
+        self.reports.is_empty() && self.stalled.is_empty()
     }
 
     /// The reports of the faults that never fired.
@@ -190,7 +187,6 @@ impl Faults {
     }
 
     /// Whether nothing is read or written on this port.
-    #[must_use]
     pub fn is_stalled(&self, port: Port) -> bool {
         self.stalled.contains(&port)
     }
@@ -210,40 +206,26 @@ impl Faults {
     /// # Errors
     /// The field, what was expected, and what was found.
     #[cfg(feature = "serde")]
-    pub(crate) fn validate(&self) -> Result<(), (&'static str, String, String)> {
-        let at_most = |place, found: usize, most: usize| match found <= most {
-            true => Ok(()),
-            false => Err((place, format!("at most {most}"), found.to_string())),
+    pub(crate) fn validate(&self) -> Result<(), SnapshotError> {
+        let at_most = |place, found: usize, most: usize| {
+            let expected = format!("at most {most}");
+            check(found <= most, place, &expected, found)
         };
-        at_most("reports", self.reports.len(), MAX_FAULTS)?;
-        at_most("strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
+        at_most("faults.reports", self.reports.len(), MAX_FAULTS)?;
+        at_most("faults.strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
         let ids: Vec<u32> = self.reports.iter().map(|report| report.fault.id).collect();
-        if !(ids.first().is_none_or(|first| *first > 0) && ids.is_sorted_by(|one, other| one < other)) {
-            return Err((
-                "reports",
-                "numbers that rise from 1".to_string(),
-                format!("{ids:?}"),
-            ));
-        }
-        for FaultReport {
-            fault,
-            armed,
-            seen,
-            fired,
-            at,
-        } in &self.reports
-        {
-            at_most("reports.at", at.len(), MAX_FAULT_TIMES)?;
-            let beyond_times = fault.times > 0 && (*fired > fault.times || *armed && *fired == fault.times);
-            if fired > seen || at.len() > *fired as usize || beyond_times {
-                let expected =
-                    "no more bites than occasions and times, and a moment for each of the first".to_string();
-                return Err((
-                    "reports",
-                    expected,
-                    format!("{seen} seen, {fired} fired, {} moments", at.len()),
-                ));
-            }
+        let rise = ids.first() != Some(&0) && ids.is_sorted_by(|one, other| one < other);
+        let (place, found) = ("faults.reports", format!("{ids:?}"));
+        check(rise, place, "numbers that rise from 1", found)?;
+        for report in &self.reports {
+            let (seen, fired, times) = (report.seen, report.fired, report.fault.times);
+            let moments = report.at.len();
+            at_most("faults.reports.at", moments, MAX_FAULT_TIMES)?;
+            let beyond_times = times > 0 && (fired > times || report.armed && fired == times);
+            let fits = fired <= seen && moments <= fired as usize && !beyond_times;
+            let expected = "no more bites than occasions and times, and a moment for each of the first";
+            let found = format!("{seen} seen, {fired} fired, {moments} moments");
+            check(fits, place, expected, found)?;
         }
         Ok(())
     }
@@ -287,11 +269,8 @@ impl Faults {
 
     /// The next action that is due, in the order of their times.
     pub(crate) fn take_due(&mut self, now: Time) -> Option<ScheduledAction> {
-        let due = self
-            .scheduled
-            .iter()
-            .enumerate()
-            .filter(|(_, (due, _))| *due <= now);
+        let actions = self.scheduled.iter().enumerate();
+        let due = actions.filter(|(_, (due, _))| *due <= now);
         let (place, _) = due.min_by_key(|(_, (due, _))| *due)?;
         Some(self.scheduled.remove(place).1)
     }
@@ -360,21 +339,16 @@ impl Fault {
     }
 
     fn waits_for(&self, site: &FaultSite<'_>) -> bool {
-        let kind = self.kind;
-        let FaultFilter {
-            command,
-            channel,
-            block,
-        } = &self.filter;
+        let (kind, filter) = (self.kind, &self.filter);
+        let command = filter.command.as_ref();
         kind.points.contains(&site.point)
             && (kind.applies)(&self.values, site.point, site.block)
-            && command.as_ref().is_none_or(|command| command == site.command)
-            && channel.is_none_or(|channel| channel == site.port)
-            && block.is_none_or(|block| block == site.block)
+            && command.is_none_or(|command| command == site.command)
+            && filter.channel.is_none_or(|channel| channel == site.port)
+            && filter.block.is_none_or(|block| block == site.block)
     }
 
     /// The probability as a number from 0 to 1.
-    #[must_use]
     pub fn chance(&self) -> f64 {
         f64::from(self.probability) / f64::from(MILLION)
     }

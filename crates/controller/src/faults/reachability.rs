@@ -7,7 +7,6 @@ use super::kind::{InjectionPoint, ParameterType, ParameterValue};
 use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
@@ -72,7 +71,7 @@ fn max_texts(command: &str) -> u32 {
     let alarms = |count: usize| {
         let (number, message) = ("8-999".to_string(), "x".repeat(MAX_MESSAGE));
         let record = AlarmRecord { number, message, at };
-        encode_alarms(&alloc::vec![record; count]).len()
+        encode_alarms(&vec![record; count]).len()
     };
     match command {
         // The host decides into how many texts it cuts its file.
@@ -85,7 +84,7 @@ fn max_texts(command: &str) -> u32 {
                 attribute: None,
             };
             let blanks = " ".repeat(usize::try_from(MAX_VARIED_BLANKS).unwrap_or(1));
-            texts(encode_directory(&alloc::vec![entry; MAX_FILES], &blanks).len())
+            texts(encode_directory(&vec![entry; MAX_FILES], &blanks).len())
         }
         "EU" => {
             let (level, code) = (AlarmLevel::L8, 999);
@@ -138,15 +137,10 @@ impl Fault {
             return Ok(());
         }
         let points: Vec<&str> = self.points().map(InjectionPoint::description).collect();
-        let filters: Vec<String> = self
-            .active_filters()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect();
-        let reason = format!(
-            "no occasion has {} (it waits for {})",
-            filters.join(" and "),
-            points.join(" or ")
-        );
+        let filters = self.active_filters().map(|(key, value)| format!("{key}={value}"));
+        let filters: Vec<String> = filters.collect();
+        let (filters, points) = (filters.join(" and "), points.join(" or "));
+        let reason = format!("no occasion has {filters} (it waits for {points})");
         Err(never(reason, self.advice()))
     }
 
@@ -161,15 +155,11 @@ impl Fault {
     }
 
     pub(super) fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let FaultFilter {
-            command,
-            channel,
-            block,
-        } = &self.filter;
+        let filter = &self.filter;
         let pairs = [
-            ("command", command.clone()),
-            ("channel", channel.map(|port| port.to_string())),
-            ("block", block.map(|block| block.to_string())),
+            ("command", filter.command.clone()),
+            ("channel", filter.channel.map(|port| port.to_string())),
+            ("block", filter.block.map(|block| block.to_string())),
         ];
         pairs.into_iter().filter_map(|(key, value)| Some((key, value?)))
     }
@@ -194,10 +184,8 @@ impl Fault {
             };
             for word in words {
                 let mut other = self.clone();
-                other
-                    .values
-                    .0
-                    .insert(parameter.name, ParameterValue::Word((*word).to_string()));
+                let value = ParameterValue::Word((*word).to_string());
+                other.values.0.insert(parameter.name, value);
                 if other.can_fire() {
                     ways.push(format!("give {}={word}", parameter.name));
                 }

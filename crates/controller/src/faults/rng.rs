@@ -12,12 +12,9 @@ pub struct Rng(u64);
 
 impl Rng {
     /// The generator for this seed and purpose. Generators of different purposes are independent of each other.
-    #[must_use]
     pub fn new(seed: u64, purpose: &str) -> Rng {
-        let mixed = purpose
-            .bytes()
-            .fold(seed, |mixed, byte| Rng(mixed ^ u64::from(byte)).next_u64());
-        Rng(mixed)
+        let mix = |mixed, byte| Rng(mixed ^ u64::from(byte)).next_u64();
+        Rng(purpose.bytes().fold(seed, mix))
     }
 
     /// The next number of the sequence.

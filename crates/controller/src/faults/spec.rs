@@ -6,10 +6,9 @@
 use super::kind::{FaultKind, Parameter, ParameterType, ParameterValue, ParameterValues};
 use super::rng::MILLION;
 use super::{Fault, FaultError, FaultFilter, KINDS};
-use crate::alarm::ALARMS;
+use crate::alarm::AlarmCode;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
@@ -35,7 +34,6 @@ const COMMON: [&str; 7] = [
 
 impl ParameterType {
     /// The phrase for error messages, after "expected".
-    #[must_use]
     pub fn description(&self) -> String {
         match self {
             ParameterType::Number { unit, min, max } => {
@@ -59,17 +57,18 @@ impl ParameterType {
                 let fits = (*min..=*max).contains(&number);
                 fits.then_some(ParameterValue::Number(number))
             }
-            ParameterType::Word(words) => words
-                .iter()
-                .find(|word| word.eq_ignore_ascii_case(text))
-                .map(|word| ParameterValue::Word((*word).to_string())),
-            ParameterType::Text { most } => parse_escaped(text)
-                .filter(|bytes| bytes.len() <= *most)
-                .map(ParameterValue::Text),
-            ParameterType::Alarm => ALARMS
-                .iter()
-                .any(|row| row.number() == text)
-                .then(|| ParameterValue::Word(text.to_string())),
+            ParameterType::Word(words) => {
+                let word = words.iter().find(|word| word.eq_ignore_ascii_case(text))?;
+                Some(ParameterValue::Word((*word).to_string()))
+            }
+            ParameterType::Text { most } => {
+                let bytes = parse_escaped(text)?;
+                (bytes.len() <= *most).then_some(ParameterValue::Text(bytes))
+            }
+            ParameterType::Alarm => {
+                let row = AlarmCode::from_number(text)?;
+                Some(ParameterValue::Word(row.number()))
+            }
         }
     }
 }
@@ -82,11 +81,7 @@ fn parse_millis(text: &str) -> Option<u64> {
     let millis = number.trim().parse::<f64>().ok()? * f64::from(micros / 1_000);
     let whole = libm::round(millis);
     let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "whole, not negative, and below 1e15"
-    )]
+    // Whole, not negative, and below 1e15.
     fits.then_some(whole as u64)
 }
 
@@ -177,9 +172,11 @@ impl fmt::Display for Fault {
 /// A fault from its keys, without checking that it can fire.
 pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
-    let kind = kind.ok_or_else(|| FaultError::UnknownKind {
-        found: name.to_string(),
-        hint: kind_hint(name),
+    let kind = kind.ok_or_else(|| {
+        let list = "; `ts3100 faults list` shows the kinds".to_string();
+        let hint = hint(name, KINDS.iter().map(|kind| kind.name), list);
+        let found = name.to_string();
+        FaultError::UnknownKind { found, hint }
     })?;
     let mut fault = Fault {
         id: 0,
@@ -207,29 +204,16 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
     Ok(fault)
 }
 
-/// The kinds that may be meant by a name that none has, as the end of a message.
-fn kind_hint(name: &str) -> String {
-    let hint = did_you_mean(name, KINDS.iter().map(|kind| kind.name));
-    if hint.is_empty() {
-        "; `ts3100 faults list` shows the kinds".to_string()
-    } else {
-        hint
+/// The words that may be meant, or else something that helps: the end of a message.
+fn hint<'a>(found: &str, known: impl IntoIterator<Item = &'a str>, otherwise: String) -> String {
+    match did_you_mean(found, known) {
+        hint if hint.is_empty() => otherwise,
+        hint => hint,
     }
 }
 
 impl FaultKind {
-    /// The keys that may be meant by one that it does not have, as the end of a message.
-    fn key_hint(&self, key: &str) -> String {
-        let hint = did_you_mean(key, self.keys());
-        if hint.is_empty() {
-            format!("; it takes {}", self.keys().join(", "))
-        } else {
-            hint
-        }
-    }
-
     /// The keys of this kind, the common ones first.
-    #[must_use]
     pub fn keys(&self) -> Vec<&'static str> {
         let own = self.parameters.iter().map(|parameter| parameter.name);
         COMMON.into_iter().chain(own).collect()
@@ -265,12 +249,10 @@ impl Fault {
             "id" => self.id = count(1)?,
             "command" => self.filter.command = Some(parse_command(kind, value)?),
             "channel" => {
-                let port = Port::ALL
-                    .into_iter()
-                    .find(|port| port.name().eq_ignore_ascii_case(value));
-                let port =
-                    port.ok_or_else(|| kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value))?;
-                self.filter.channel = Some(port);
+                let mut ports = Port::ALL.into_iter();
+                let port = ports.find(|port| port.name().eq_ignore_ascii_case(value));
+                let wrong = || kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value);
+                self.filter.channel = Some(port.ok_or_else(wrong)?);
             }
             "block" => self.filter.block = Some(count(0)?),
             "after" => self.after = count(0)?,
@@ -279,15 +261,15 @@ impl Fault {
             _ => {
                 let parameter = kind.parameters.iter().find(|parameter| parameter.name == key);
                 let Some(Parameter { name, value_type, .. }) = parameter else {
+                    let list = format!("; it takes {}", kind.keys().join(", "));
                     return Err(FaultError::UnknownKey {
                         kind: kind.name,
                         key: key.to_string(),
-                        hint: kind.key_hint(key),
+                        hint: hint(key, kind.keys(), list),
                     });
                 };
-                let parsed = value_type
-                    .parse(value)
-                    .ok_or_else(|| kind.invalid_value(key, value_type.description(), value))?;
+                let wrong = || kind.invalid_value(key, value_type.description(), value);
+                let parsed = value_type.parse(value).ok_or_else(wrong)?;
                 self.values.0.insert(name, parsed);
             }
         }
@@ -316,20 +298,18 @@ impl Fault {
     }
 
     fn check_channel(&self) -> Result<(), FaultError> {
+        let kind = self.kind;
         match self.filter.channel {
-            Some(port) if !self.kind.supports(port) => {
-                let reached = Port::ALL.into_iter().filter(|port| self.kind.supports(*port));
+            Some(port) if !kind.supports(port) => {
+                let reached = Port::ALL.into_iter().filter(|port| kind.supports(*port));
                 let reached: Vec<&str> = reached.map(Port::name).collect();
-                Err(self
-                    .kind
-                    .invalid_value("channel", reached.join(" or "), port.name()))
+                Err(kind.invalid_value("channel", reached.join(" or "), port.name()))
             }
             _ => Ok(()),
         }
     }
 
     /// The parameters of the kind in text form, for reports.
-    #[must_use]
     pub fn parameters(&self) -> BTreeMap<&'static str, String> {
         let pairs = self.values.iter();
         pairs.map(|(key, value)| (key, value.to_string())).collect()
@@ -346,15 +326,9 @@ fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultE
 }
 
 fn parse_probability(kind: &'static FaultKind, value: &str) -> Result<u32, FaultError> {
-    let chance = value
-        .parse::<f64>()
-        .ok()
-        .filter(|chance| (0.0..=1.0).contains(chance));
+    let chance = value.parse::<f64>().ok();
+    let chance = chance.filter(|chance| (0.0..=1.0).contains(chance));
     let chance = chance.ok_or_else(|| kind.invalid_value("probability", "a number from 0 to 1", value))?;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between 0 and a million"
-    )]
+    // Between 0 and a million.
     Ok(libm::round(chance * f64::from(MILLION)) as u32)
 }

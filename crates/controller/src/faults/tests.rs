@@ -2,10 +2,9 @@
 //! them is tested in the suites.
 
 use super::*;
-use crate::Controller;
 use crate::output::{DisconnectMode, Output};
 use crate::panel::PanelAction;
-use crate::{Config, Dialect, HostEnd, Input};
+use crate::{Config, Controller, Dialect, HostEnd, Input};
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use bytes::Bytes;

@@ -3,17 +3,14 @@
 //! Nothing here changes an answer: the exchange of commands itself is in `exchange`, which calls these checks.
 //! `history` is what they remember of a host between texts.
 
-use super::rules;
-use super::{MAX_BYTES, Message, Rule};
+use super::{MAX_BYTES, Message, Rule, rules};
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
 use crate::limits::HOST_DELAY;
 use crate::ops::OperateError;
-use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::ToString;
 use bytes::Bytes;
 use core::time::Duration;
@@ -21,7 +18,6 @@ use ts3100_proto::command::{Answer, Command, InternalCommand};
 use ts3100_proto::file::FileError;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
 /// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04).
@@ -75,21 +71,16 @@ impl Robot {
             return;
         }
         let letters = command.letters();
+        let lower_case = message.iter().take(2).any(u8::is_ascii_lowercase);
+        let commas = command.row().separates_by_blanks() && outer_commas(message) > 1;
+        let allowed = |byte: &u8| byte.is_ascii_alphanumeric() || SYMBOLS.contains(byte);
+        let odd = !message.iter().all(allowed);
         let checks = [
-            (
-                &rules::LOWER_CASE,
-                message.iter().take(2).any(u8::is_ascii_lowercase),
-            ),
+            (&rules::LOWER_CASE, lower_case),
             (&rules::BLANK_AFTER_COMMA, message.get(2..4) == Some(b", ")),
             (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
-            (
-                &rules::COMMA_FOR_BLANK,
-                command.row().separates_by_blanks() && outer_commas(message) > 1,
-            ),
-            (
-                &rules::ODD_CHARACTER,
-                message.iter().any(|byte| !is_allowed_character(*byte)),
-            ),
+            (&rules::COMMA_FOR_BLANK, commas),
+            (&rules::ODD_CHARACTER, odd),
             (&rules::ABBREVIATED, is_abbreviated(message, command)),
         ];
         for (rule, _) in checks.into_iter().filter(|(_, broken)| *broken) {
@@ -100,7 +91,7 @@ impl Robot {
 
     /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
     pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
-        if *command == Command::Br && self.executor.status() == ExecutionStatus::Running {
+        if *command == Command::Br && self.executor.is_running() {
             let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
             return Some((&rules::SERVO_OFF_RUNNING, text));
         }
@@ -116,8 +107,7 @@ impl Robot {
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
     /// says why.
     pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
-        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
-        if self.outputs.iter().skip(outputs).any(finding) {
+        if self.outputs.has_finding_after(outputs) {
             return;
         }
         let rule = if *command == Command::Rn && reason == OperateError::ServoOff.to_string() {
@@ -127,12 +117,8 @@ impl Robot {
         } else {
             &rules::REFUSED_BY_STATE
         };
-        self.report(
-            rule,
-            port,
-            &command.encode(),
-            format!("{}: {reason}", command.letters()),
-        );
+        let message = format!("{}: {reason}", command.letters());
+        self.report(rule, port, &command.encode(), message);
     }
 
     /// Reports a text of a file that is refused.
@@ -192,12 +178,8 @@ impl Robot {
             self.report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
         }
         if bytes.contains(&LF) {
-            self.report(
-                &rules::INPUT_LINE_FEED,
-                port,
-                bytes,
-                "LF in a record; it is left out",
-            );
+            let text = "LF in a record; it is left out";
+            self.report(&rules::INPUT_LINE_FEED, port, bytes, text);
         }
         if !self.executor.reads_from(port) {
             let text = format!(
@@ -279,16 +261,10 @@ impl Endpoints {
                 Exchange::Idle if session.is_partial() => "in the middle of a text",
                 Exchange::Idle => return,
             };
-            robot.report(
-                &rules::LEFT_IN_EXCHANGE,
-                port,
-                &[],
-                format!("the connection ended {what}"),
-            );
-        } else if let Some(channel) = robot
-            .channels
-            .get(port)
-            .filter(|channel| channel.peer().is_some())
+            let text = format!("the connection ended {what}");
+            robot.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
+        } else if let Some(channel) = robot.channels.get(port)
+            && channel.peer().is_some()
         {
             let half = channel.partial_value();
             if !half.is_empty() {
@@ -322,10 +298,6 @@ fn outer_commas(message: &[u8]) -> usize {
         }
     }
     commas
-}
-
-fn is_allowed_character(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || SYMBOLS.contains(&byte)
 }
 
 /// Whether a mode is abbreviated, as in `EC,MODE CYC`. CONT is not reported: the maker's own library sends it.

@@ -1,6 +1,5 @@
 //! What a finding says: words, or what becomes words when somebody reads it.
 
-use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
 use core::fmt;

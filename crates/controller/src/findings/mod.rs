@@ -41,7 +41,6 @@ impl Severity {
     pub const ALL: [Severity; 3] = [Severity::Note, Severity::Warning, Severity::Error];
 
     /// `note`, `warning` or `error`.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Severity::Note => "note",
@@ -71,7 +70,6 @@ pub struct Rule {
 
 impl Rule {
     /// The rule of this name.
-    #[must_use]
     pub fn by_id(id: &str) -> Option<&'static Rule> {
         RULES.iter().copied().find(|rule| rule.id == id)
     }
@@ -136,20 +134,17 @@ impl Findings {
     }
 
     /// How often a rule was broken.
-    #[must_use]
     pub fn count(&self, rule: &Rule) -> u64 {
         self.tallies.get(rule.id).map_or(0, |tally| tally.count)
     }
 
     /// The rules that were broken, in the order of [`RULES`].
     pub fn broken(&self) -> impl Iterator<Item = (&'static Rule, &Tally)> {
-        RULES
-            .iter()
-            .filter_map(|rule| Some((*rule, self.tallies.get(rule.id)?)))
+        let rules = RULES.iter().copied();
+        rules.filter_map(|rule| Some((rule, self.tallies.get(rule.id)?)))
     }
 
     /// Whether no rule was broken.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.tallies.is_empty()
     }

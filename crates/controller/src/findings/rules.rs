@@ -6,10 +6,12 @@
 
 use super::{Rule, Severity};
 
-/// Makes each rule a documented static; `$timed` is [`Rule::timed`].
+/// Makes each rule a documented static and a row of [`RULES`]; `$timed` is [`Rule::timed`].
 macro_rules! rules {
-    ($timed:literal: $($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
-        $(
+    ($($timed:literal: {
+        $($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*
+    })*) => {
+        $($(
             #[doc = $title]
             pub static $name: Rule = Rule {
                 id: $id,
@@ -19,11 +21,14 @@ macro_rules! rules {
                 remedy: $remedy,
                 timed: $timed,
             };
-        )*
+        )*)*
+        /// Every rule, in the order of docs/reference/findings.md: pace, texts, commands, exchanges and files, connections,
+        /// SCOL channels, what is done at the controller itself.
+        pub static RULES: &[&Rule] = &[$($(&$name),*),*];
     };
 }
 
-rules! { true:
+rules! { true: {
     ANSWER_EARLY "answer-early" Warning "5.1 [TRN-04]"
         "OK or NG within 50 ms of the controller's text"
         "Wait 50 ms after a text of the controller before you answer it."
@@ -37,8 +42,7 @@ rules! { true:
         "The same status is asked for again within 100 ms"
         "Two pauses of 50 ms make 100 ms an exchange; the maker's own tool asks once in 1000 ms."
 }
-
-rules! { false:
+false: {
     NO_STX "no-stx" Note "5.2.1 [FRM-01, D0]"
         "A text without STX"
         "Send STX (02) before the data; a controller set to the letter of the manual ignores such a text."
@@ -237,76 +241,4 @@ rules! { false:
     SELECTION_LOST "selection-lost" Warning "5.3.1 SL [CMD-SL-02]"
         "The selected file could not be selected again at power-on"
         "The message gives the reason. Select a file with SL."
-}
-
-/// Every rule, in the order of docs/reference/findings.md: pace, texts, commands, exchanges and files, connections, SCOL
-/// channels, what is done at the controller itself.
-pub static RULES: [&Rule; 67] = [
-    &ANSWER_EARLY,
-    &COMMAND_EARLY,
-    &COMMAND_BEFORE_ANSWER,
-    &POLL_FAST,
-    &NO_STX,
-    &BYTES_OUTSIDE,
-    &TEXT_OVER_LONG,
-    &TEXT_UNFINISHED,
-    &BAD_CHECKSUM,
-    &NO_CR,
-    &MESSAGE_TOO_LONG,
-    &LOWER_CASE,
-    &BLANK_AFTER_COMMA,
-    &BLANK_AT_END,
-    &COMMA_FOR_BLANK,
-    &ODD_CHARACTER,
-    &ABBREVIATED,
-    &UNKNOWN_COMMAND,
-    &MALFORMED_COMMAND,
-    &EXTENSION_COMMAND,
-    &MODE_FORBIDS,
-    &START_SERVO_OFF,
-    &PROGRAM_ERRORS,
-    &REFUSED_BY_STATE,
-    &REPEATED_REFUSAL,
-    &SERVO_OFF_RUNNING,
-    &WRITE_WHILE_RUNNING,
-    &COMMAND_IN_EXCHANGE,
-    &UNEXPECTED_ANSWER,
-    &ANSWER_MISSING,
-    &DOWNLOAD_ABANDONED,
-    &LEFT_IN_EXCHANGE,
-    &FILE_WITHOUT_DOWNLOAD,
-    &FILE_BAD_LINE,
-    &FILE_MALFORMED,
-    &FILE_TOO_LARGE,
-    &FILE_LINE_ENDS,
-    &CR_AFTER_EOF,
-    &SELECTED_OVERWRITTEN,
-    &LONG_FILE_NAME,
-    &PARAMETER_PENDING,
-    &PARAMETER_BROKEN,
-    &WATCHDOG_LATE,
-    &LEFT_JOGGING,
-    &SECOND_CONNECTION,
-    &ANSWERS_UNREAD,
-    &HALF_DUPLEX,
-    &LINE_SETTINGS,
-    &LINE_GARBLED,
-    &LINE_OVERFLOW,
-    &DATA_BEFORE_INPUT,
-    &DATA_CLEARED,
-    &INPUT_OVERFLOW,
-    &PRINT_CUT,
-    &INPUT_NOT_A_NUMBER,
-    &INPUT_EMPTY,
-    &INPUT_LINE_FEED,
-    &HALF_VALUE,
-    &PEER_LEFT,
-    &PRINT_WITHOUT_PEER,
-    &INPUT_WITHOUT_PEER,
-    &PROTOCOL_ON_CHANNEL,
-    &DATA_TO_IP3,
-    &PANEL_REFUSED,
-    &SIGNAL_REFUSED,
-    &NO_SUCH_LINE,
-    &SELECTION_LOST,
-];
+}}

@@ -61,31 +61,26 @@ impl Channel {
     }
 
     /// Address of the peer, while one is connected.
-    #[must_use]
     pub fn peer(&self) -> Option<&str> {
         self.peer.as_deref()
     }
 
     /// Number of bytes in the buffer.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.ring.len()
     }
 
     /// The bytes in the buffer, oldest first.
-    #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
         self.ring.iter().copied().collect()
     }
 
     /// Whether the buffer is empty.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ring.is_empty()
     }
 
     /// The bytes after the last comma or CR, without blanks.
-    #[must_use]
     pub fn partial_value(&self) -> Vec<u8> {
         let rest = self.ring.iter().rev().take_while(|&&byte| !is_separator(byte));
         let mut half: Vec<u8> = rest.copied().filter(|byte| !matches!(byte, b' ' | &LF)).collect();
@@ -96,12 +91,8 @@ impl Channel {
     /// Clears the peer and drops its incomplete last value, so that it does not become part of the next peer's.
     pub fn disconnect_peer(&mut self) {
         self.peer = None;
-        let complete = self
-            .ring
-            .iter()
-            .rposition(|&byte| is_separator(byte))
-            .map_or(0, |last| last + 1);
-        self.ring.truncate(complete);
+        let last = self.ring.iter().rposition(|&byte| is_separator(byte));
+        self.ring.truncate(last.map_or(0, |last| last + 1));
     }
 
     /// Removes the next value from the buffer.
@@ -156,10 +147,8 @@ enum ParsedNumber {
 }
 
 fn number(token: &str) -> Option<ParsedNumber> {
-    let figures = token
-        .bytes()
-        .all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e'));
-    if !figures || !token.bytes().any(|byte| byte.is_ascii_digit()) {
+    let is_figure = |byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e');
+    if !token.bytes().all(is_figure) || !token.bytes().any(|byte| byte.is_ascii_digit()) {
         return None;
     }
     if let Ok(integer) = token.parse::<i32>() {
@@ -179,11 +168,9 @@ fn number(token: &str) -> Option<ParsedNumber> {
 }
 
 fn leading_number(token: &str) -> ParsedNumber {
-    (1..=token.len())
-        .rev()
-        .filter_map(|end| token.get(..end))
-        .find_map(number)
-        .unwrap_or(ParsedNumber::Number(Number::Integer(0)))
+    let mut beginnings = (1..=token.len()).rev().filter_map(|end| token.get(..end));
+    let longest = beginnings.find_map(number);
+    longest.unwrap_or(ParsedNumber::Number(Number::Integer(0)))
 }
 
 #[cfg(test)]

@@ -61,7 +61,6 @@ line_names! {
 }
 
 /// The name of a line: `STROBE`, `OPEN1`; `None` for one that has only a number.
-#[must_use]
 pub fn line_name(kind: IoKind, line: u16) -> Option<&'static str> {
     let names = match kind {
         IoKind::Input => din::NAMES,

@@ -61,10 +61,6 @@ pub struct Signals {
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
-fn within(ranges: &[(u16, u16)], line: u16) -> bool {
-    ranges.iter().any(|&(first, last)| (first..=last).contains(&line))
-}
-
 fn set_line(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
     if on {
         lines.insert(line);
@@ -88,17 +84,15 @@ fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
 
 impl Signals {
     /// Whether an input and an output of this number exist.
-    #[must_use]
     pub fn exists(line: u16) -> bool {
-        RANGES
-            .iter()
-            .any(|&(first, last, _)| (first..=last).contains(&line))
+        let mut ranges = RANGES.iter();
+        ranges.any(|&(first, last, _)| (first..=last).contains(&line))
     }
 
     /// Whether a program or IW may set this output.
-    #[must_use]
     pub fn is_user_output(line: u16) -> bool {
-        within(&USER_OUTPUTS, line)
+        let mut ranges = USER_OUTPUTS.into_iter();
+        ranges.any(|(first, last)| (first..=last).contains(&line))
     }
 
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.
@@ -142,7 +136,6 @@ impl Signals {
     }
 
     /// The state a line is forced to; `None` if it is not forced.
-    #[must_use]
     pub fn forced(&self, kind: IoKind, line: u16) -> Option<bool> {
         self.forced.get(&(kind, line)).copied()
     }
@@ -153,14 +146,12 @@ impl Signals {
     }
 
     /// State of an input as the controller reads it.
-    #[must_use]
     pub fn input(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Input, line);
         forced.unwrap_or_else(|| self.inputs.contains(&line))
     }
 
     /// State of an output as it is seen from outside.
-    #[must_use]
     pub fn output(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Output, line);
         forced.unwrap_or_else(|| self.outputs.contains(&line))
@@ -186,13 +177,11 @@ impl Signals {
     }
 
     /// When the pulse of an output ends; `None` if it is not pulsed.
-    #[must_use]
     pub fn pulse_end(&self, line: u16) -> Option<Time> {
         self.pulses.get(&line).copied()
     }
 
     /// When the next pulse ends or the next scheduled input changes.
-    #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let drives = self.scheduled_inputs.values().map(|(at, _)| *at);
         self.pulses.values().copied().chain(drives).min()
@@ -239,7 +228,6 @@ impl Signals {
     }
 
     /// The words of IO; SF sends the first sixteen of each direction.
-    #[must_use]
     pub fn line_words(&self) -> LineWords {
         LineWords {
             inputs: pack_words(|line| self.input(line)),

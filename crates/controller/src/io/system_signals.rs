@@ -10,10 +10,9 @@ use crate::ops::OperateError;
 use crate::options::Strobe;
 use crate::panel::{ControlRight, KeySwitch};
 use crate::robot::Robot;
-use alloc::format;
 use alloc::vec::Vec;
 use ts3100_proto::command::{Reset, RunMode};
-use ts3100_proto::status::{ExecutionStatus, MasterMode};
+use ts3100_proto::status::MasterMode;
 
 /// Inputs that ACK answers when they are processed, in every master mode; of several at once the first alone is
 /// processed (S40).
@@ -108,7 +107,7 @@ impl Robot {
 
     fn reset_by_signal(&mut self, reset: Reset) -> Result<(), OperateError> {
         self.first_at_once()?;
-        if self.executor.status() == ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Err(OperateError::NotStopped);
         }
         self.reset_program(reset)

@@ -3,7 +3,6 @@
 //! Model files are read by the emulator; this module names the table and key of the first wrong number.
 
 use super::{ArmKind, ArmModel, Axis};
-use alloc::format;
 use alloc::string::String;
 
 /// Longest name of a model.

@@ -6,7 +6,7 @@
 mod chain;
 
 use super::arch::Arch;
-use super::kinematics::{follow, place};
+use super::kinematics::{Place, follow, place};
 use super::pose::{
     Transform, cross, degrees, dot, minus, norm, pairwise, plus, plus_times, product, sin_cos, transposed,
 };
@@ -178,7 +178,7 @@ pub(super) struct ToolPath {
 
 impl ToolPath {
     /// Flange and additional axes.
-    pub(super) fn flange_at(&self, part: f64) -> (Transform, [f64; 2]) {
+    pub(super) fn flange_at(&self, part: f64) -> Place {
         let (origin, part) = self.shape.at(part);
         let [from, to] = self.uv;
         let uv = plus_times(from, minus(to, from), part);
@@ -193,8 +193,7 @@ impl ToolPath {
     /// fully stretched, within rounding), the value between theirs.
     fn joints_at(&self, part: f64) -> Joints {
         let between = self.between_samples(part);
-        let (flange, uv) = self.flange_at(part);
-        follow(&self.kind, &flange, uv, self.digits, &between).unwrap_or(between)
+        follow(&self.kind, &self.flange_at(part), self.digits, &between).unwrap_or(between)
     }
 
     fn between_samples(&self, part: f64) -> Joints {

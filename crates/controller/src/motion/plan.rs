@@ -4,7 +4,7 @@
 //! The result is a [`Motion`], whose course in time is in `run`.
 
 use super::arch::{Arch, Gate, Stretch};
-use super::kinematics::{digits, follow, is_linear, place, singularity};
+use super::kinematics::{Place, digits, follow, is_linear, place, singularity};
 use super::path::{AxisAngle, Path, Shape, ToolPath, tool_way};
 use super::pose::{Pose, Transform, minus, pairwise, plus, plus_times, product, radians, transposed};
 use super::profile::Ability;
@@ -53,7 +53,7 @@ pub fn plan(
     match target {
         Target::Joint(pose, config) => {
             let flange = pose.transform().compose(&tool.inverse());
-            planner.joint_motion(&model.inverse_of(&flange, pose.uv, *config, from)?)
+            planner.joint_motion(&model.inverse_of(&(flange, pose.uv), *config, from)?)
         }
         Target::Axis { axis, value } => {
             let (mut to, axes) = (*from, model.axes.len());
@@ -79,9 +79,6 @@ pub fn plan(
         Target::Arch { end, config, gate } => planner.arch(&planner.ends(end, *config)?, gate),
     }
 }
-
-/// A place of the tool point, with the additional axes.
-type Place = (Transform, [f64; 2]);
 
 /// The start and end of a motion whose tool point follows a path.
 struct Ends {
@@ -137,9 +134,9 @@ impl Planner<'_> {
         let kind = &self.model.kind;
         let end = (end.transform(), end.uv);
         let [shoulder, elbow, wrist, ..] = config;
-        let flange = end.0.compose(&self.tool.inverse());
-        self.model
-            .inverse_of(&flange, end.1, [shoulder, elbow, wrist, 0, 0], self.from)?;
+        let flange = (end.0.compose(&self.tool.inverse()), end.1);
+        let posture = [shoulder, elbow, wrist, 0, 0];
+        self.model.inverse_of(&flange, posture, self.from)?;
         check_digits(0..3, digits(kind, self.from), config)?;
         let (flange, uv) = place(kind, self.from);
         let start = (flange.compose(self.tool), uv);
@@ -202,18 +199,12 @@ impl Planner<'_> {
         let tool_path = self.whole_path(ends, Shape::Arch(Box::new(arch)))?;
         // Seconds in which no axis would have to be faster than it can.
         let axes = self.axes(sampled_ways(&tool_path));
-        let least = axes
-            .map(|(axis, way, _)| way / axis.max_speed)
-            .fold(0.0, f64::max);
+        let times = axes.map(|(axis, way, _)| way / axis.max_speed);
+        let least = times.fold(0.0, f64::max);
         let path = Path::Tool(Box::new(tool_path));
         let seconds = if duration > 0.0 { duration.max(least) } else { 0.0 };
-        Ok(Motion::timed(
-            path,
-            self.model,
-            seconds,
-            speed * duration,
-            self.limits,
-        ))
+        let way = speed * duration;
+        Ok(Motion::timed(path, self.model, seconds, way, self.limits))
     }
 
     /// A path between two places of the tool point, checked at its samples.
@@ -288,8 +279,8 @@ fn samples(model: &ArmModel, from: &Joints, tool_path: &ToolPath) -> Result<Vec<
     for step in 1..=steps {
         let part = f64::from(step) / f64::from(steps);
         let percent = part * 100.0;
-        let (flange, uv) = tool_path.flange_at(part);
-        let joints = follow(&tool_path.kind, &flange, uv, tool_path.digits, &last)
+        let flange = tool_path.flange_at(part);
+        let joints = follow(&tool_path.kind, &flange, tool_path.digits, &last)
             .and_then(|joints| model.check_limits(&joints).map(|()| joints))
             .map_err(|reason| MotionError::OnPath { percent, reason })?;
         for (index, (joint, last)) in joints.iter().zip(&last).enumerate() {

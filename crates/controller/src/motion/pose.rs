@@ -24,7 +24,6 @@ pub struct Pose {
 
 impl Pose {
     /// The pose with these coordinates, in the order in which positions of this kind of arm have them.
-    #[must_use]
     pub fn from_coords(kind: Arm, [x, y, z, fourth, fifth, sixth, u, v]: [f64; 8]) -> Pose {
         let (abc, uv) = match kind {
             Arm::SixAxis => ([fourth, fifth, sixth], [u, v]),
@@ -35,7 +34,6 @@ impl Pose {
     }
 
     /// Its coordinates in that order: X Y Z A B C U V; of a SCARA X Y Z C T, and zeros.
-    #[must_use]
     pub fn coords(&self, kind: Arm) -> [f64; 8] {
         let ([x, y, z], [a, b, c], [u, v]) = (self.xyz, self.abc, self.uv);
         match kind {
@@ -45,14 +43,12 @@ impl Pose {
     }
 
     /// The same place and orientation as a transform, U and V aside.
-    #[must_use]
     pub fn transform(&self) -> Transform {
         let ([x, y, z], [a, b, c]) = (self.xyz, self.abc);
         Transform::from_coords([x, y, z, a, b, c])
     }
 
     /// The pose of a transform, with the additional axes given.
-    #[must_use]
     pub fn from_transform(transform: &Transform, uv: [f64; 2]) -> Pose {
         let [x, y, z, a, b, c] = transform.to_coords();
         Pose {
@@ -85,7 +81,6 @@ impl Transform {
     };
 
     /// From X, Y, Z in mm and A, B, C in degrees.
-    #[must_use]
     pub fn from_coords([x, y, z, a, b, c]: [f64; 6]) -> Transform {
         Transform {
             rotation: product(&about_z(c), &product(&about_y(b), &about_x(a))),
@@ -94,7 +89,6 @@ impl Transform {
     }
 
     /// X, Y, Z in mm and A, B, C in degrees, angles in (-180, 180] and B in [-90, 90].
-    #[must_use]
     pub fn to_coords(&self) -> [f64; 6] {
         let ([x, y, z], r) = (self.origin, &self.rotation);
         let cos_b = sqrt(r[0][0] * r[0][0] + r[1][0] * r[1][0]);
@@ -127,7 +121,6 @@ impl Transform {
 }
 
 /// Degrees brought into (-180, 180].
-#[must_use]
 pub fn normalised(angle: f64) -> f64 {
     let rest = match fmod(angle, 360.0) {
         rest if rest > 180.0 => rest - 360.0,

@@ -74,7 +74,6 @@ impl Ability {
     }
 
     /// Rates with these parts of speed, acceleration and deceleration.
-    #[must_use]
     pub fn rates(&self, speed: f64, accel: f64, decel: f64) -> Rates {
         Rates {
             speed: (self.speed * speed).min(self.most_speed),
@@ -95,7 +94,6 @@ pub struct PathState {
 
 impl PathState {
     /// At rest at a place.
-    #[must_use]
     pub const fn at_rest(place: f64) -> PathState {
         PathState { place, speed: 0.0 }
     }
@@ -152,14 +150,12 @@ pub struct Profile {
 
 impl Profile {
     /// At rest at a place.
-    #[must_use]
     pub fn resting(place: f64) -> Profile {
         Profile::new(PathState::at_rest(place), place, &[])
     }
 
     /// The quickest way from a state to rest at `length`. A state faster than the cruising speed is slowed to it
     /// first; one that can no longer stop at `length` at the deceleration given brakes as much harder as it takes.
-    #[must_use]
     pub fn to_end(from: PathState, length: f64, rates: &Rates) -> Profile {
         let way = length - from.place;
         if way <= 0.0 {
@@ -186,7 +182,6 @@ impl Profile {
     }
 
     /// From a state at the cruising speed through `length`: for a path that comes to rest there by itself.
-    #[must_use]
     pub fn through(from: PathState, length: f64, rates: &Rates) -> Profile {
         let way = length - from.place;
         if way <= 0.0 {
@@ -206,7 +201,6 @@ impl Profile {
     }
 
     /// Slowing from a state to rest at this deceleration, at `length` at the latest.
-    #[must_use]
     pub fn to_rest(from: PathState, length: f64, decel: f64) -> Profile {
         let way = from.speed * from.speed / (2.0 * decel);
         if from.place + way >= length {
@@ -228,7 +222,6 @@ impl Profile {
     }
 
     /// Seconds until rest.
-    #[must_use]
     pub fn duration(&self) -> f64 {
         self.phases.iter().map(|phase| phase.duration).sum()
     }
@@ -245,13 +238,11 @@ impl Profile {
     }
 
     /// Where it rests.
-    #[must_use]
     pub fn end(&self) -> f64 {
         self.end
     }
 
     /// Seconds until `place` is reached; until rest, if it is not.
-    #[must_use]
     pub fn time_at(&self, place: f64) -> f64 {
         let (mut left, mut time) = (place - self.start, 0.0);
         if left <= 0.0 {
@@ -271,7 +262,6 @@ impl Profile {
     }
 
     /// Seconds of changing speed at the beginning, and of braking at the end.
-    #[must_use]
     pub fn ramps(&self) -> (f64, f64) {
         let mut phases = self.phases.iter().filter(|phase| phase.duration > 0.0);
         let begins = phases.clone().next().filter(|phase| phase.accel > 0.0);
@@ -281,7 +271,6 @@ impl Profile {
     }
 
     /// The state `time` seconds after the start.
-    #[must_use]
     pub fn state_at(&self, time: f64) -> PathState {
         let (mut place, mut left) = (self.start, time.max(0.0));
         for phase in &self.phases {

@@ -3,8 +3,7 @@
 //! `plan` creates motions. Times count from the start of the motion; the caller has the clock.
 
 use super::effort::{Effort, between};
-use super::path::Path;
-use super::path::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
+use super::path::{Chain, ChainedMotion, Path, SAMPLED_SPEED_MARGIN};
 use super::pose::Transform;
 use super::profile::{Ability, PathState, Profile, Rates};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
@@ -173,15 +172,12 @@ impl Motion {
 
     /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
     /// blended, or held.
-    #[must_use]
     pub fn last_begins(&self) -> Option<Duration> {
-        matches!(self.path, Path::Chain(_))
-            .then_some(self.joined)
-            .filter(|_| self.phase == MotionPhase::Moving)
+        let goes_on = matches!(self.path, Path::Chain(_)) && self.phase == MotionPhase::Moving;
+        goes_on.then_some(self.joined)
     }
 
     /// How long the motion under way at `t`, the one begun last, has gone on by then.
-    #[must_use]
     pub fn elapsed_at(&self, t: Duration) -> Duration {
         t.checked_sub(self.joined)
             .unwrap_or(t.saturating_sub(self.before))
@@ -200,21 +196,18 @@ impl Motion {
     }
 
     /// Joints at `t` after the start; from [`Motion::duration`] on, where the motion rests.
-    #[must_use]
     pub fn joints_at(&self, t: Duration) -> Joints {
         self.path.joints_at(self.state_at(t).place)
     }
 
     /// Joints at this part of the path, 0 to 1, whenever the motion gets there; of motions blended or of an arch, at
     /// this part of the time.
-    #[must_use]
     pub fn joints_along(&self, part: f64) -> Joints {
         self.path.joints_at(part)
     }
 
     /// What the axes do between two times after the start. `load` is the part of their acceleration that the load
     /// leaves them.
-    #[must_use]
     pub fn effort(&self, model: &ArmModel, load: f64, from: Duration, to: Duration) -> Effort {
         let (from, to) = (self.course_seconds(from), self.course_seconds(to));
         between(model, &self.path, &self.profile, load, (from, to))
@@ -222,7 +215,6 @@ impl Motion {
 
     /// When, after its start, the motion rests: at its end, or where feed hold or stop lets it rest. Rounded up to
     /// a whole microsecond.
-    #[must_use]
     pub fn duration(&self) -> Duration {
         let micros = ceil(self.profile.duration() * 1e6 - MICROSECOND_SLACK);
         // A float converts to the nearest integer there is: nothing wraps.
@@ -230,7 +222,6 @@ impl Motion {
     }
 
     /// Part of the path gone, 0 to 100; of an arch, of its time; of motions blended, of the one begun last.
-    #[must_use]
     pub fn percent_at(&self, t: Duration) -> f64 {
         let place = self.state_at(t).place;
         match &self.path {
@@ -248,13 +239,11 @@ impl Motion {
     }
 
     /// Whether feed hold is on.
-    #[must_use]
     pub fn is_held(&self) -> bool {
         self.phase == MotionPhase::Held
     }
 
     /// When, after its start, a held motion rests; `None` when it is not held.
-    #[must_use]
     pub fn rest_at(&self) -> Option<Duration> {
         self.is_held().then(|| self.duration())
     }
@@ -288,7 +277,6 @@ impl Motion {
     }
 
     /// Whether it was given up.
-    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.phase == MotionPhase::Stopped
     }
@@ -303,13 +291,11 @@ impl Motion {
     }
 
     /// Joints at rest: the target's, or where feed hold or stop lets it rest.
-    #[must_use]
     pub fn end(&self) -> Joints {
         self.path.joints_at(self.profile.end())
     }
 
     /// Where it leads: its target, also while feed hold lets it rest before; of one given up, where it rests.
-    #[must_use]
     pub fn target(&self) -> Joints {
         match self.phase {
             MotionPhase::Stopped => self.end(),
@@ -319,7 +305,6 @@ impl Motion {
 
     /// Whether its times and places are numbers, with an end; for a motion that was read.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self, model: &ArmModel) -> bool {
         let longest = Duration::from_micros(u64::MAX);
         let times = [self.since, self.joined, self.before];
@@ -373,11 +358,8 @@ fn to_end(path: &Path, state: PathState, rates: &Rates) -> Profile {
 
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
 pub(super) fn nominal_rates(full: &Ability, limits: &Limits) -> Rates {
-    full.rates(
-        clamp_fraction(limits.speed),
-        clamp_fraction(limits.accel),
-        clamp_fraction(limits.decel),
-    )
+    let [speed, accel, decel] = [limits.speed, limits.accel, limits.decel].map(clamp_fraction);
+    full.rates(speed, accel, decel)
 }
 
 fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {

@@ -5,11 +5,11 @@
 use super::Outcome;
 use crate::action::ActionError;
 use crate::alarm::{ALARMS, AlarmCode};
+use crate::arm::Frames;
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::limits::MAX_BREAKPOINTS;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -18,7 +18,6 @@ use core::time::Duration;
 use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
-use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{Word, did_you_mean};
 
 fn no_statement(line: u32) -> String {
@@ -35,17 +34,14 @@ impl Robot {
 
     /// Sets the breakpoints of the selected file.
     pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), ActionError> {
-        let refused = |reason: String| {
-            ActionError::conflict("breakpoints", format!("cannot set the breakpoints: {reason}"))
-        };
+        let refused = |reason: String| ActionError::cannot("breakpoints", "set the breakpoints", reason);
         if self.executor.selected().is_none() && !lines.is_empty() {
             return Err(refused("no file is selected".into()));
         }
-        if lines.len() > MAX_BREAKPOINTS {
-            return Err(refused(format!(
-                "there can be {MAX_BREAKPOINTS}, and these are {}",
-                lines.len()
-            )));
+        let count = lines.len();
+        if count > MAX_BREAKPOINTS {
+            let reason = format!("there can be {MAX_BREAKPOINTS}, and these are {count}");
+            return Err(refused(reason));
         }
         let set = self.executor.set_breakpoints(lines);
         set.map_err(|line| refused(no_statement(line)))
@@ -53,8 +49,7 @@ impl Robot {
 
     /// Runs one step of the program.
     pub(crate) fn step(&mut self) -> Result<(), ActionError> {
-        let refused =
-            |reason: &dyn Display| ActionError::conflict("step", format!("cannot run a step: {reason}"));
+        let refused = |reason: &dyn Display| ActionError::cannot("step", "run a step", reason);
         if self.executor.program_runs() {
             return Err(refused(&"the program is running"));
         }
@@ -65,9 +60,8 @@ impl Robot {
 
     /// Runs the program until it comes to the line.
     pub(crate) fn run_to(&mut self, line: u32) -> Result<(), ActionError> {
-        let refused = |reason: &dyn Display| {
-            ActionError::conflict("run-to", format!("cannot run to line {line}: {reason}"))
-        };
+        let verb = format!("run to line {line}");
+        let refused = |reason: &dyn Display| ActionError::cannot("run-to", &verb, reason);
         if !self.executor.stop_before_line(line) {
             return Err(refused(&no_statement(line)));
         }
@@ -106,17 +100,16 @@ impl Robot {
                 self.drive_input(line, on);
                 self.signals.schedule_input(line, until, !on);
             }
-            IoKind::Output => {
-                if !Signals::is_user_output(line) || !on {
-                    let reason = if on {
-                        "user outputs are 1-64, 101-164 and 201-208"
-                    } else {
-                        "an output is pulsed to on only"
-                    };
-                    let sentence = format!("cannot give output {line} a pulse: {reason}");
-                    return Err(ActionError::conflict("output", sentence));
-                }
+            IoKind::Output if on && Signals::is_user_output(line) => {
                 self.signals.pulse_output(line, until);
+            }
+            IoKind::Output => {
+                let reason = match on {
+                    true => "user outputs are 1-64, 101-164 and 201-208",
+                    false => "an output is pulsed to on only",
+                };
+                let verb = format!("give output {line} a pulse");
+                return Err(ActionError::cannot("output", verb, reason));
             }
         }
         Ok(())
@@ -152,7 +145,7 @@ impl Robot {
             values,
         };
         self.write_variable(&write, None)
-            .map_err(|reason| ActionError::conflict(name, format!("cannot set {name}: {reason}")))
+            .map_err(|reason| ActionError::cannot(name, format!("set {name}"), reason))
     }
 
     /// The name of a variable that exists.
@@ -174,20 +167,14 @@ impl Robot {
 
     pub(crate) fn teach(&mut self, name: &str, restore: bool) -> Result<(), ActionError> {
         let variable = self.variable_name(name)?;
-        let kind = self
-            .executor
-            .program()
-            .variable(&variable.name)
-            .and_then(|info| info.kind);
+        let info = self.executor.program().variable(&variable.name);
+        let kind = info.and_then(|info| info.kind);
         if let Some(kind) = kind.filter(|kind| *kind != ValueKind::Position) {
-            let sentence = format!(
-                "cannot teach {name}: it is {}, not positional data",
-                kind.description()
-            );
-            return Err(ActionError::conflict(name, sentence));
+            let reason = format!("it is {}, not positional data", kind.description());
+            return Err(ActionError::cannot(name, format!("teach {name}"), reason));
         }
-        let position = self.present_position();
-        let values = position.listed(self.arm.kind());
+        let frames = Frames::new(self.executor.memory().conditions());
+        let values = self.arm.here(self.now, &frames).listed(self.arm.kind());
         // The configuration stands last and is whole; the others may be written as reals throughout.
         let values = values.into_iter().map(Number::Real).collect();
         self.set_variable(name, values, restore)
@@ -196,12 +183,15 @@ impl Robot {
     pub(crate) fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), ActionError> {
         let name = file_name(name)?;
         let place = name.as_str();
-        if self.executor.status() == ExecutionStatus::Running && self.executor.file() == place {
-            let sentence = format!("cannot replace {place}: it is running; stop the program first");
-            return Err(ActionError::conflict(place, sentence));
+        if self.executor.is_running() && self.executor.file() == place {
+            let (verb, reason) = (
+                format!("replace {place}"),
+                "it is running; stop the program first",
+            );
+            return Err(ActionError::cannot(place, verb, reason));
         }
         self.store(&name, &Bytes::copy_from_slice(content))
-            .map_err(|error| ActionError::conflict(place, format!("cannot store {place}: {error}")))
+            .map_err(|error| ActionError::cannot(place, format!("store {place}"), error))
     }
 
     pub(crate) fn erase_file(&mut self, name: &str) -> Result<(), ActionError> {
@@ -212,10 +202,7 @@ impl Robot {
             return Err(ActionError::missing(place, sentence));
         }
         match self.op_erase(&name) {
-            Outcome::Ng(reason) => Err(ActionError::conflict(
-                place,
-                format!("cannot erase {place}: {reason}"),
-            )),
+            Outcome::Ng(reason) => Err(ActionError::cannot(place, format!("erase {place}"), reason)),
             Outcome::Ok | Outcome::Held | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
         }
     }
@@ -228,7 +215,7 @@ impl Robot {
                 ActionError::missing(place, format!("cannot select {place}: {error}"))
             }
             SelectError::Parameter(_) | SelectError::Running | SelectError::Errors { .. } => {
-                ActionError::conflict(place, format!("cannot select {place}: {error}"))
+                ActionError::cannot(place, format!("select {place}"), error)
             }
         };
         self.select_file(&name).map_err(refused)?;

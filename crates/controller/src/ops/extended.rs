@@ -10,11 +10,10 @@ use crate::io::signals::Signals;
 use crate::motion::Pose;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
-use ts3100_proto::command::{PositionQuery, RunMode, ZsFrame};
+use ts3100_proto::command::{PositionQuery, ZsFrame};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
 use ts3100_proto::status::pr::encode_position;
@@ -42,12 +41,7 @@ impl Robot {
                 MasterMode::ExtRs232c => 4,
                 MasterMode::ExtEther => 5,
             },
-            run_mode: match self.panel.state().run_mode {
-                RunMode::Continuous => 0,
-                RunMode::Cycle => 1,
-                RunMode::Step => 2,
-                RunMode::Segment => 3,
-            },
+            run_mode: self.panel.state().run_mode as u8,
             run_status: self.executor.shown_status().code(),
             override_percent: self.panel.state().override_percent,
             alarm_level: self.alarms.worst_level().map_or(0, AlarmLevel::number),
@@ -83,10 +77,8 @@ impl Robot {
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
     pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
         let pose = self.arm.pose(self.now, self.executor.memory().conditions());
-        let config = Configuration {
-            digits: pose.configuration,
-        }
-        .number_on(self.arm.kind());
+        let digits = pose.configuration;
+        let config = Configuration { digits }.number_on(self.arm.kind());
         let (values, config) = match query {
             PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (pose.joints.to_vec(), None),
             PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
@@ -162,7 +154,8 @@ fn no_such_line(line: u16) -> Outcome {
 /// AC and AH: these alarms, newest first.
 pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome {
     let records = alarms.map(|alarm| AlarmRecord {
-        number: alarm.code.wide_number(),
+        // `002-046` (ste80722 S21, S22).
+        number: format!("{:03}-{:03}", alarm.code.level.number(), alarm.code.code),
         message: alarm.message(),
         at: alarm.at,
     });
@@ -171,8 +164,6 @@ pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome
 
 /// Without the rounding noise of the kinematics, which would print as `-0.000`.
 fn quiet(values: Vec<f64>) -> Vec<f64> {
-    values
-        .into_iter()
-        .map(|value| if value.abs() < NOISE { 0.0 } else { value })
-        .collect()
+    let quiet = |value: f64| if value.abs() < NOISE { 0.0 } else { value };
+    values.into_iter().map(quiet).collect()
 }

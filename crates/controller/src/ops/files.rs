@@ -1,11 +1,9 @@
 //! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
-use super::CommandContext;
-use super::Outcome;
+use super::{CommandContext, Outcome};
 use crate::drive::Drive;
 use crate::output::Output;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
@@ -49,7 +47,7 @@ impl Robot {
             return Outcome::Ng(error.to_string());
         }
         self.drive.erase(name.as_str());
-        self.push_output(Output::Erased {
+        self.outputs.push(Output::Erased {
             name: name.as_str().to_string(),
         });
         Outcome::Ok

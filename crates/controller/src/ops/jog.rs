@@ -1,7 +1,7 @@
 //! Jogging from the host (MD RT SC JG) and by the keys of the teach pendant. The arm moves until JG ! or the key that is
 //! let go ends it, or the host disconnects.
 
-use super::{Outcome, first_reason};
+use super::{Outcome, refuse_if};
 use crate::arm::{Guide, Jog, JogError, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::panel::{JogMode, KeySwitch};
@@ -9,7 +9,6 @@ use crate::port::Port;
 use crate::robot::Robot;
 use thiserror::Error;
 use ts3100_proto::command::JogDirection;
-use ts3100_proto::status::ExecutionStatus;
 
 /// Why the arm was not jogged.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -62,16 +61,14 @@ impl Robot {
     }
 
     fn jog(&mut self, by: Guide, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
-        let running = self.executor.status() == ExecutionStatus::Running;
-        if let Some(reason) = first_reason([
+        let running = self.executor.is_running();
+        refuse_if([
             (running, JogRefusal::Running),
             (!self.panel.state().servo, JogRefusal::ServoOff),
             (self.panel.state().feed_hold, JogRefusal::FeedHold),
             (mode.mode == JogMode::FREE, JogRefusal::Free),
             (self.arm.is_jogging(), JogRefusal::Guided),
-        ]) {
-            return Err(reason);
-        }
+        ])?;
         let rate = usize::from(mode.rate).min(JOG_SPEED.len() - 1);
         let jog = Jog {
             by,

@@ -41,12 +41,8 @@ impl Robot {
 fn truncated(joints: &Joints) -> [i32; POSITION_AXES] {
     let mut parts = [0; POSITION_AXES];
     for (part, joint) in parts.iter_mut().zip(joints) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "the cast saturates; what is behind the point is left out"
-        )]
-        let whole = *joint as i32;
-        *part = whole;
+        // The cast saturates; what is behind the point is left out.
+        *part = *joint as i32;
     }
     parts
 }

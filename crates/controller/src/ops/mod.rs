@@ -15,7 +15,6 @@ mod parameters;
 mod reset;
 mod status;
 mod variables;
-mod watchdog;
 
 pub(crate) use actions::no_line;
 pub(crate) use panel::OperateError;
@@ -60,16 +59,15 @@ impl Outcome {
     }
 
     /// FL with a body that is cut into texts as needed.
-    #[must_use]
     pub(crate) fn file(content: Vec<u8>) -> Outcome {
         Outcome::File(FlSender::new(content))
     }
 }
 
-/// The first of the conditions that holds: it forbids something for its reason.
-fn first_reason<T>(conditions: impl IntoIterator<Item = (bool, T)>) -> Option<T> {
-    let mut conditions = conditions.into_iter();
-    conditions.find_map(|(holds, reason)| holds.then_some(reason))
+/// The reason of the first condition that holds forbids something.
+fn refuse_if<E>(conditions: impl IntoIterator<Item = (bool, E)>) -> Result<(), E> {
+    let mut holding = conditions.into_iter().filter(|(holds, _)| *holds);
+    holding.next().map_or(Ok(()), |(_, reason)| Err(reason))
 }
 
 /// What a command finds at the port it came on.

@@ -1,20 +1,22 @@
-//! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
+//! RN SP BR SO FD EC DO IW WD: the commands that move the robot, stop it, set its lines, or watch over its host.
+//!
+//! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
-use super::{Outcome, first_reason};
+use super::{Outcome, refuse_if};
+use crate::executor::selection::render;
 use crate::executor::{Standstill, StopCause};
 use crate::io::signals::Signals;
+use crate::panel::Watchdog;
 use crate::robot::Robot;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
+use core::time::Duration;
 use ts3100_proto::command::{InternalCommand, LineWrite};
-use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
-        if self.is_held() && self.executor.status() == ExecutionStatus::Running {
+        if self.is_held() && self.executor.is_running() {
             self.interrupt(StopCause::Host);
             self.set_feed_hold(false);
         } else {
@@ -41,7 +43,7 @@ impl Robot {
 
     /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
     pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
-        if let Some(reason) = first_reason([
+        if let Err(reason) = refuse_if([
             (self.executor.program_runs(), "a program is running"),
             (self.arm.is_jogging(), "the arm is being jogged"),
             (self.executor.has_direct(), "another DO statement is under way"),
@@ -55,13 +57,7 @@ impl Robot {
                 self.report_status();
                 Outcome::Ok
             }
-            Err(diagnostics) => {
-                let rendered: Vec<String> = diagnostics
-                    .iter()
-                    .map(|found| found.render(statement, "DO"))
-                    .collect();
-                Outcome::Ng(rendered.join("\n"))
-            }
+            Err(diagnostics) => Outcome::Ng(render(diagnostics.iter(), statement, "DO")),
         }
     }
 
@@ -79,9 +75,43 @@ impl Robot {
         Outcome::Ok
     }
 
+    /// WD (ste80722 S11): from now on a text is expected at least so often; without one an alarm of the level follows.
+    pub(super) fn op_watchdog(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
+        let watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
+            timeout: Duration::from_millis(u64::from(timeout_ms)),
+            level,
+            fed_at: self.now,
+        });
+        self.panel.set_watchdog(watchdog);
+        Outcome::Ok
+    }
+
     /// The robot stands at step 1 from here on; used by the resets and SL.
     pub(super) fn stand_at(&mut self, place: Standstill) {
         self.executor.stand(place);
         self.report_status();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, Controller, Dialect, Input, Port, Time};
+    use alloc::vec::Vec;
+
+    #[test]
+    fn time_is_not_jumped_over_while_a_host_has_promised_to_be_heard() {
+        let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        robot.feed(
+            Time::ZERO,
+            Input::Connected {
+                port: Port::Ip0,
+                peer: "test".into(),
+            },
+        );
+        for (millis, text, silent) in [(1, "WD,60000 2", false), (2, "WD,0 0", true)] {
+            let bytes = format!("{text}\r\x03").into_bytes();
+            robot.feed(Time::from_millis(millis), Input::received(Port::Ip0, bytes));
+            assert_eq!(robot.host_is_silent(), silent, "{text}");
+        }
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
-use super::first_reason;
 use super::jog::JogRefusal;
+use super::refuse_if;
 use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
@@ -13,12 +13,10 @@ use crate::io::channels::Channels;
 use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::String;
 use thiserror::Error;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::name::FileName;
-use ts3100_proto::status::ExecutionStatus;
 
 /// Why something at the panel had no effect, or the command or signal that does the same.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -82,7 +80,7 @@ impl Robot {
 
     /// The operation mode (CMD-EC-02).
     pub(crate) fn set_run_mode(&mut self, mode: RunMode) -> Result<(), OperateError> {
-        if self.executor.status() == ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Err(OperateError::Running);
         }
         self.panel.set_run_mode(mode);
@@ -92,22 +90,19 @@ impl Robot {
     /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
     /// the same (assumed).
     pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
-        if let Some(reason) = first_reason([
+        refuse_if([
             (self.panel.state().emergency_stop, OperateError::EmergencyStop),
             (self.panel.state().safety_open, OperateError::SafetyOpen),
             (self.alarms.blocks_servo(), OperateError::ServoAlarm),
-        ]) {
-            return Err(reason);
-        }
-        let event = self.panel.servo_on(self.now, self.config.options.servo_interval);
-        self.outputs.extend(event.map(Output::Event));
+        ])?;
+        let interval = self.config.options.servo_interval;
+        self.outputs.event(self.panel.servo_on(self.now, interval));
         Ok(())
     }
 
     /// Servo power that was held back comes if its time has come.
     pub(crate) fn end_servo_interval(&mut self) {
-        let event = self.panel.end_servo_interval(self.now);
-        self.outputs.extend(event.map(Output::Event));
+        self.outputs.event(self.panel.end_servo_interval(self.now));
     }
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
@@ -138,7 +133,7 @@ impl Robot {
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
-        let reason = first_reason([
+        refuse_if([
             (self.executor.selected().is_none(), OperateError::NoFile),
             (self.executor.has_direct(), OperateError::Direct),
             (self.arm.is_jogging(), OperateError::Jogging),
@@ -147,8 +142,7 @@ impl Robot {
             (self.alarms.blocks_start(), OperateError::StartAlarm),
             (!self.panel.state().servo, OperateError::ServoOff),
             (self.panel.state().feed_hold, OperateError::FeedHold),
-        ]);
-        reason.map_or(Ok(()), Err)
+        ])
     }
 
     /// FEED HOLD: alternate action (CMD-FD-02).
@@ -208,6 +202,6 @@ impl Robot {
         for (_, alarm) in causes.into_iter().filter(|(there, _)| *there) {
             self.raise(alarm, String::new());
         }
-        self.push_output(Output::PowerCycled);
+        self.outputs.push(Output::PowerCycled);
     }
 }

@@ -4,7 +4,6 @@ use crate::alarm;
 use crate::drive::DriveError;
 use crate::parameters::{ETHERNET_PAR, ParameterError, USER_PAR};
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
@@ -25,9 +24,8 @@ impl Robot {
     ) -> Result<(), ParameterError> {
         let name = FileName::parse(file)?;
         let content = self.drive.get(name.as_str()).filter(|_| name.is_parameter());
-        let content = content
-            .ok_or_else(|| ParameterError::File(name.to_string()))?
-            .to_vec();
+        let content = content.ok_or_else(|| ParameterError::File(name.to_string()))?;
+        let content = content.to_vec();
         let changed = rewrite(&content, section, key, value)?;
         let before = self.problems(name.as_str(), &content);
         let problems = self.problems(name.as_str(), &changed);

@@ -9,12 +9,11 @@ use crate::robot::Robot;
 use alloc::string::ToString;
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
-use ts3100_proto::status::ExecutionStatus;
 
 impl Robot {
     /// RS, and RS,ERR with no reset of the program, in stop mode only (CMD-RS-01 to CMD-RS-10, decision D6).
     pub(super) fn op_reset(&mut self, reset: Option<Reset>) -> Outcome {
-        if self.executor.status() == ExecutionStatus::Running {
+        if self.executor.is_running() {
             return Outcome::ng("RS is accepted only in stop mode");
         }
         if let Some(reset) = reset {
@@ -71,15 +70,12 @@ impl Robot {
                 Outcome::Ok
             }
             Err(error) => {
+                let reason = error.to_string();
                 if let SelectError::Errors { .. } = &error {
-                    self.report(
-                        &rules::PROGRAM_ERRORS,
-                        port,
-                        name.as_str().as_bytes(),
-                        error.to_string(),
-                    );
+                    let name = name.as_str().as_bytes();
+                    self.report(&rules::PROGRAM_ERRORS, port, name, reason.as_str());
                 }
-                Outcome::Ng(error.to_string())
+                Outcome::Ng(reason)
             }
         }
     }

@@ -1,7 +1,6 @@
 //! SU SF EU VR: what the controller tells about itself. The layouts are in `ts3100_proto::status`.
 
-use super::CommandContext;
-use super::Outcome;
+use super::{CommandContext, Outcome};
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
 use crate::robot::Robot;
@@ -10,7 +9,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
-use ts3100_proto::status::eu::encode_history;
+use ts3100_proto::status::eu::{ErrorEntry, encode_history};
 use ts3100_proto::status::io::WORDS;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::status::su::StatusBody;
@@ -45,7 +44,7 @@ impl Robot {
 
     /// How fast the robot may be now, in percent of its full speed: LOW_SPD lowers it (D5). TEACHING sets a limit
     /// in mm/s instead, which no percentage states.
-    fn speed_limit(&self) -> u8 {
+    pub(crate) fn speed_limit(&self) -> u8 {
         if self.is_slow() {
             self.config.options.low_speed
         } else {
@@ -124,12 +123,14 @@ impl Robot {
 
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self, context: &CommandContext<'_>) -> Outcome {
-        let mut entries: Vec<_> = self.alarms.history().map(Alarm::history_entry).collect();
-        if context
-            .variation
-            .as_deref()
-            .is_some_and(Variation::lists_oldest_first)
-        {
+        let entry = |alarm: &Alarm| ErrorEntry {
+            level: alarm.code.level,
+            code: alarm.code.code,
+            at: alarm.at,
+        };
+        let mut entries: Vec<_> = self.alarms.history().map(entry).collect();
+        let variation = context.variation.as_deref();
+        if variation.is_some_and(Variation::lists_oldest_first) {
             entries.reverse();
         }
         Outcome::file(encode_history(&entries))
@@ -138,14 +139,8 @@ impl Robot {
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).
     pub(super) fn op_version(&mut self) -> Outcome {
         let system = self.config.controller.name();
-        let arm = self
-            .arm
-            .model()
-            .name
-            .rsplit('-')
-            .next()
-            .unwrap_or_default()
-            .to_uppercase();
+        let arm = self.arm.model().name.rsplit('-').next();
+        let arm = arm.unwrap_or_default().to_uppercase();
         let names = match self.config.options.vr_layout {
             VrLayout::Blanks => Vec::from([system.to_string()]),
             VrLayout::Packed => Vec::from([system.to_string(), arm]),
@@ -176,7 +171,7 @@ fn sf_words(words: [u16; WORDS]) -> [u16; 16] {
     core::array::from_fn(|index| words.get(index).copied().unwrap_or_default())
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
+/// SF carries single floats.
 fn single(values: [f64; 8]) -> [f32; 8] {
     values.map(|value| if value.abs() < NOISE { 0.0 } else { value as f32 })
 }

@@ -6,7 +6,6 @@ use crate::drive::DriveError;
 use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -90,14 +89,10 @@ impl Robot {
         let arm = self.arm.kind();
         let name = &write.variable.name;
         self.executor.selected().ok_or(VariableError::NoFile)?;
-        let info = self
-            .executor
-            .program()
-            .variable(name)
-            .ok_or_else(|| VariableError::Unknown(name.clone()))?;
-        let kind = kind_of(write.kind)
-            .or(info.kind)
-            .ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
+        let info = self.executor.program().variable(name);
+        let info = info.ok_or_else(|| VariableError::Unknown(name.clone()))?;
+        let kind = kind_of(write.kind).or(info.kind);
+        let kind = kind.ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
         self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
         let changed = if write.restore {
@@ -176,7 +171,7 @@ impl Robot {
     fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
         let name = self.executor.file().to_string();
         self.executor.take_rewritten(source.clone(), program);
-        self.push_output(Output::Stored {
+        self.outputs.push(Output::Stored {
             name,
             content: source.into_bytes().into(),
         });
@@ -222,20 +217,15 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, Variabl
     if kind == ValueKind::Real && !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }
-    match (kind, numbers) {
-        (ValueKind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
-        (ValueKind::Integer, _) => Err(wrong("one integer")),
-        #[expect(clippy::cast_possible_truncation, reason = "reals of the language are single")]
-        (ValueKind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
-        (ValueKind::Real, _) => Err(wrong("one number")),
-        (ValueKind::Load, _) => Payload::from_listed(arm, &reals)
-            .map(Value::from)
-            .ok_or_else(|| wrong("a load")),
-        (ValueKind::Coordinate, _) => Trans::from_listed(arm, &reals)
-            .map(Value::from)
-            .ok_or_else(|| wrong("a coordinate")),
-        (ValueKind::Position, _) => Position::from_listed(arm, &reals)
-            .map(Value::from)
-            .ok_or_else(|| wrong("a position")),
-    }
+    let (expected, value) = match (kind, numbers) {
+        (ValueKind::Integer, [Number::Integer(integer)]) => ("", Some(Value::Integer(*integer))),
+        (ValueKind::Integer, _) => ("one integer", None),
+        // Reals of the language are single.
+        (ValueKind::Real, [number]) => ("", Some(Value::Real(number.as_f64() as f32))),
+        (ValueKind::Real, _) => ("one number", None),
+        (ValueKind::Load, _) => ("a load", Payload::from_listed(arm, &reals).map(Value::from)),
+        (ValueKind::Coordinate, _) => ("a coordinate", Trans::from_listed(arm, &reals).map(Value::from)),
+        (ValueKind::Position, _) => ("a position", Position::from_listed(arm, &reals).map(Value::from)),
+    };
+    value.ok_or_else(|| wrong(expected))
 }

@@ -1,14 +1,12 @@
 //! What a host and those who hold the controller see of a change that is kept, and of one that is not.
 
 use super::*;
-use crate::Controller;
 use crate::action::ActionErrorKind;
 use crate::options::WhileSending;
 use crate::output::{Event, Output};
 use crate::panel::{ControlRight, PanelAction};
-use crate::{Config, Dialect};
+use crate::{Config, Controller, Dialect};
 use alloc::collections::VecDeque;
-use alloc::format;
 use alloc::string::ToString;
 use core::time::Duration;
 
@@ -180,10 +178,7 @@ fn texts_of_one_segment_are_answered_in_their_order() {
 #[test]
 fn an_action_is_refused_as_one_that_cannot_be_kept() {
     let name = || "A".to_string();
-    let (values, content) = (
-        alloc::vec![ts3100_proto::command::Number::Integer(3)],
-        b"X\n".to_vec(),
-    );
+    let (values, content) = (vec![ts3100_proto::command::Number::Integer(3)], b"X\n".to_vec());
     let restore = true;
     for action in [
         Action::PutFile {

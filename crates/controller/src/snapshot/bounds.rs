@@ -18,7 +18,6 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;
 use alloc::collections::BTreeSet;
-use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::fmt::Display;
@@ -100,8 +99,7 @@ pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckRes
     check_signals(&robot.signals)?;
     check_channels(robot)?;
     check_endpoints(endpoints, &robot.config)?;
-    let arm = robot.arm.validate(robot.now);
-    arm.map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
+    robot.arm.validate(robot.now)?;
     if let Some(Guide::Host(port)) = robot.arm.guide() {
         check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
@@ -129,12 +127,8 @@ fn check_state(robot: &Robot) -> CheckResult {
     check(!(state.servo && due), "state.servo_due", expected, "one")?;
     let stopped = state.emergency_stop || state.safety_open;
     let expected = "no servo power in an emergency stop or with the safety switch open";
-    check(
-        !(stopped && (state.servo || due)),
-        "state.servo",
-        expected,
-        "servo power",
-    )?;
+    let holds = !(stopped && (state.servo || due));
+    check(holds, "state.servo", expected, "servo power")?;
     check_key("state.key", &robot.config, state.key)
 }
 
@@ -205,10 +199,7 @@ fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {
 }
 
 fn check_faults(endpoints: &Endpoints, config: &Config) -> CheckResult {
-    let faults = endpoints.faults.validate();
-    faults.map_err(|(place, expected, found)| {
-        SnapshotError::value(&format!("faults.{place}"), &expected, found)
-    })?;
+    endpoints.faults.validate()?;
     let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
     let found = endpoints.variation.as_ref().map(Variation::seed);
     let expected = format!("{}, as config.vary", seed(config.vary));

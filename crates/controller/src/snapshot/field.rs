@@ -1,43 +1,15 @@
-//! Fields whose form in a snapshot differs from that in memory: files as text, an alarm as its number, a fault as its
-//! specification.
+//! Fields whose form in a snapshot differs from that in memory: a map as a list, letters as one of the commands, an alarm
+//! as its number.
 //!
 //! The modules are for `serde(with = ...)`.
 
 use crate::alarm::AlarmCode;
 use alloc::collections::BTreeMap;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use bytes::Bytes;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use ts3100_proto::command::COMMANDS;
-
-/// The content of a file.
-#[derive(Serialize, Deserialize)]
-#[serde(transparent)]
-struct Content(#[serde(with = "ts3100_proto::serde_latin1")] Bytes);
-
-/// The files of the RAM drive.
-pub mod files {
-    use super::{BTreeMap, Bytes, Content, Deserialize, Deserializer, Serializer, String};
-
-    pub fn serialize<S: Serializer>(files: &BTreeMap<String, Bytes>, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_map(
-            files
-                .iter()
-                .map(|(name, content)| (name, Content(content.clone()))),
-        )
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Bytes>, D::Error> {
-        let files = BTreeMap::<String, Content>::deserialize(from)?;
-        Ok(files
-            .into_iter()
-            .map(|(name, Content(content))| (name, content))
-            .collect())
-    }
-}
 
 /// A map whose keys are no text, as a list of pairs.
 pub mod pairs {
@@ -62,7 +34,7 @@ pub mod pairs {
 
 /// The letters of a command, none for no command.
 pub mod letters {
-    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String, format};
+    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String};
     use serde::de::Error as _;
 
     pub fn serialize<S: Serializer>(letters: &&'static str, to: S) -> Result<S::Ok, S::Error> {

@@ -30,6 +30,7 @@ use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
+use crate::outputs::Outputs;
 use crate::panel::Panel;
 use crate::parameters::Parameters;
 use crate::persistence::Persistence;
@@ -37,7 +38,7 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
-use alloc::collections::{BTreeMap, VecDeque};
+use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
 
@@ -105,7 +106,6 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The moment it was taken.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.now
     }
@@ -113,7 +113,6 @@ impl Snapshot {
 
 impl Controller {
     /// A snapshot of this controller.
-    #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let (channels, keys, pendant) = self.robot.channels.saved();
         Snapshot {
@@ -136,7 +135,7 @@ impl Controller {
             ethernet: self.robot.parameters.ethernet().clone(),
             user: *self.robot.parameters.user(),
             network: *self.robot.parameters.network(),
-            traced: self.robot.traced,
+            traced: self.robot.outputs.is_traced(),
             upkeep: self.robot.maintenance,
             faults: self.endpoints.faults.clone(),
             variation: self.endpoints.variation.clone(),
@@ -157,7 +156,7 @@ impl Controller {
         let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
         executor.relink(&config)?;
-        let robot = Robot {
+        let mut robot = Robot {
             now: snapshot.now,
             panel: snapshot.panel,
             drive: snapshot.drive,
@@ -167,13 +166,13 @@ impl Controller {
             executor,
             arm: snapshot.arm.with_model(config.model.clone(), snapshot.jogging),
             parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
-            traced: snapshot.traced,
             maintenance: snapshot.upkeep,
             persistence: Persistence::default(),
             notices: alloc::vec::Vec::new(),
-            outputs: VecDeque::new(),
+            outputs: Outputs::default(),
             config,
         };
+        robot.outputs.trace(snapshot.traced);
         let mut endpoints = Endpoints {
             sessions: snapshot.sessions,
             lines: snapshot.lines,

@@ -19,7 +19,6 @@ pub struct Clock {
 
 impl Clock {
     /// The line becomes busy at `now`.
-    #[must_use]
     pub fn start(now: Time, speed: u32) -> Clock {
         Clock {
             since: now,
@@ -29,7 +28,6 @@ impl Clock {
     }
 
     /// When the characters counted have been transmitted, rounded up to a whole microsecond.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.since + bit_time(self.bits, self.speed)
     }
@@ -49,7 +47,6 @@ impl Clock {
 }
 
 /// Time a character takes on this line.
-#[must_use]
 pub fn frame_time(line: SerialSettings) -> Duration {
     bit_time(u64::from(frame_bits(line)), line.speed)
 }

@@ -45,15 +45,24 @@ pub struct Direction {
     last: u8,
 }
 
+impl Arrival {
+    /// A character that was on the line from `begin` to `end`.
+    pub fn new(character: Character, begin: Time, end: Time) -> Arrival {
+        Arrival {
+            character,
+            begin,
+            end,
+        }
+    }
+}
+
 impl Direction {
     /// Number of bytes not yet transmitted.
-    #[must_use]
     pub fn queued(&self) -> usize {
         self.queued
     }
 
     /// Whether a character is being transmitted or received.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         self.queued > 0 || self.receiver.as_ref().is_some_and(Receiver::is_busy)
     }
@@ -90,7 +99,6 @@ impl Direction {
     }
 
     /// When at most `most` bytes will be left.
-    #[must_use]
     pub fn drained_to_at(&self, most: usize) -> Time {
         let mut surplus = self.queued.saturating_sub(most);
         let mut clock = self.clock;
@@ -105,7 +113,6 @@ impl Direction {
     /// When the next characters should be taken: at the end of a text or value, at the byte after an ETX (a
     /// checksum), at the last character, or after [`UART_FIFO`] characters. If the settings of both ends differ, at
     /// every character, because its value is not known before.
-    #[must_use]
     pub fn deadline(&self, own: SerialSettings) -> Option<Time> {
         let mut clock = self.clock;
         let Some(burst) = self.bursts.front() else {
@@ -117,7 +124,11 @@ impl Direction {
         } else {
             1
         };
-        let end = burst.bytes.iter().take(most).position(|&byte| is_boundary(byte));
+        let end = burst
+            .bytes
+            .iter()
+            .take(most)
+            .position(|byte| matches!(*byte, ETX | CR | LF | b','));
         clock.pass(burst.sender, end.map_or(most, |end| end + 1));
         Some(clock.now())
     }
@@ -156,11 +167,10 @@ impl Direction {
             receiver.set(sender, own);
             receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
             receiver.receive(byte, &mut read);
-            arrivals.extend(read.drain(..).map(|character| Arrival {
-                character,
-                begin,
-                end,
-            }));
+            arrivals.extend(
+                read.drain(..)
+                    .map(|character| Arrival::new(character, begin, end)),
+            );
         }
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
@@ -168,18 +178,16 @@ impl Direction {
         {
             receiver.flush(&mut read);
             let (begin, end) = (ended, ended + frame_time(receiver.own()));
-            arrivals.extend(read.into_iter().map(|character| Arrival {
-                character,
-                begin,
-                end,
-            }));
+            arrivals.extend(
+                read.into_iter()
+                    .map(|character| Arrival::new(character, begin, end)),
+            );
         }
         arrivals
     }
 
     /// Whether the count matches the queue and the receiver is in a possible state; for a snapshot.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         let bursts = &self.bursts;
         bursts.iter().all(|burst| !burst.bytes.is_empty())
@@ -197,15 +205,9 @@ impl Direction {
         self.queued = begun;
         self.bursts.truncate(begun);
     }
-
-    /// Drops everything queued.
-    pub fn clear(&mut self) {
-        *self = Direction::default();
-    }
 }
 
 /// What a receiver reads when the line takes no time (option `serial.pacing` off).
-#[must_use]
 pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();
@@ -214,8 +216,4 @@ pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings
     }
     receiver.flush(&mut read);
     read
-}
-
-fn is_boundary(byte: u8) -> bool {
-    matches!(byte, ETX | CR | LF | b',')
 }

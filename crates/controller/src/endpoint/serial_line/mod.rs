@@ -9,7 +9,6 @@ pub mod direction;
 pub mod uart;
 
 use crate::time::Time;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
@@ -59,25 +58,19 @@ impl From<SerialSettings> for HostSettings {
 
 impl HostSettings {
     /// These settings; the robot's where one is unknown. Values that no port can have count as unknown.
-    #[must_use]
     pub fn or_robot(&self, robot: SerialSettings) -> SerialSettings {
+        let length = self.length.filter(|length| (5..=8).contains(length));
+        let stop = self.stop.filter(|stop| (1..=2).contains(stop));
         SerialSettings {
             speed: self.speed.filter(|speed| *speed > 0).unwrap_or(robot.speed),
-            length: self
-                .length
-                .filter(|length| (5..=8).contains(length))
-                .unwrap_or(robot.length),
+            length: length.unwrap_or(robot.length),
             parity: self.parity.unwrap_or(robot.parity),
-            stop: self
-                .stop
-                .filter(|stop| (1..=2).contains(stop))
-                .unwrap_or(robot.stop),
+            stop: stop.unwrap_or(robot.stop),
         }
     }
 
     /// A message for the author of the host program: what differs from the robot's settings and what to do about
     /// it; `None` if nothing differs.
-    #[must_use]
     pub fn difference(&self, port: &str, robot: SerialSettings) -> Option<String> {
         let host = self.or_robot(robot);
         if host == robot {
@@ -171,7 +164,6 @@ pub struct DepartedPeer {
 
 impl SerialLine {
     /// Settings of the host's port; `None` for a real cable, where they are not known.
-    #[must_use]
     pub fn host_settings(&self, robot: SerialSettings) -> Option<SerialSettings> {
         match self.host {
             HostEnd::Modelled(host) => Some(host.or_robot(robot)),
@@ -180,7 +172,6 @@ impl SerialLine {
     }
 
     /// When bytes of either direction are next due.
-    #[must_use]
     pub fn deadline(&self, robot: SerialSettings) -> Option<Time> {
         let far = self.host_settings(robot).unwrap_or(robot);
         let inbound = self.inbound.deadline(robot);
@@ -188,13 +179,11 @@ impl SerialLine {
     }
 
     /// Whether characters are on the line in either direction.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         self.inbound.is_busy() || self.outbound.is_busy()
     }
 
     /// Whether the robot was sending at any time between `begin` and `end`.
-    #[must_use]
     pub fn was_sending(&self, begin: Time, end: Time) -> bool {
         self.sending
             .is_some_and(|(first, last)| begin < last && end > first)

@@ -17,7 +17,6 @@ pub enum CharacterError {
 
 impl CharacterError {
     /// In words, for the log.
-    #[must_use]
     pub const fn description(self) -> &'static str {
         match self {
             CharacterError::Parity => "parity error",
@@ -36,13 +35,11 @@ pub struct Character {
 }
 
 /// Bits one character takes on the line: start, data, parity, stop.
-#[must_use]
 pub fn frame_bits(line: SerialSettings) -> u32 {
     1 + u32::from(line.length) + u32::from(has_parity(line)) + u32::from(line.stop)
 }
 
 /// What remains of a byte on a line of so many data bits.
-#[must_use]
 pub fn mask(line: SerialSettings) -> u8 {
     u8::MAX
         .checked_shr(8_u32.saturating_sub(u32::from(line.length)))
@@ -103,7 +100,6 @@ pub struct Receiver {
 
 impl Receiver {
     /// On an idle line.
-    #[must_use]
     pub fn new(sender: SerialSettings, own: SerialSettings) -> Receiver {
         Receiver {
             sender,
@@ -120,20 +116,12 @@ impl Receiver {
     }
 
     /// Its own settings.
-    #[must_use]
     pub fn own(&self) -> SerialSettings {
         self.own
     }
 
-    /// Whether every byte arrives as it was sent, but for the bits the length takes away.
-    #[must_use]
-    pub fn is_matched(&self) -> bool {
-        self.sender == self.own
-    }
-
     /// Whether no more bits have been taken than a character has.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         let samples = 2 + self.own.length + u8::from(has_parity(self.own));
         match self.state {
@@ -143,14 +131,14 @@ impl Receiver {
     }
 
     /// Whether it is inside a character.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         matches!(self.state, ReceiverState::Frame { .. })
     }
 
     /// The next byte of the sender, without a pause; what the receiver has read by its end is added to `read`.
     pub fn receive(&mut self, byte: u8, read: &mut Vec<Character>) {
-        if self.is_matched() && self.state == ReceiverState::Idle {
+        // Between equal settings every byte arrives as it was sent, but for the bits the length takes away.
+        if self.sender == self.own && self.state == ReceiverState::Idle {
             read.push(Character {
                 byte: byte & mask(self.own),
                 fault: None,

@@ -2,9 +2,8 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::super::kind::{Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
-use super::{DELAY, MACHINE};
-use crate::alarm::ALARMS;
+use super::{DELAY, Effect, FaultKind, MACHINE, ParameterType, ScheduledAction, parameter};
+use crate::alarm::AlarmCode;
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -13,21 +12,18 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It notices the unsolicited SP or the changed status, reads the alarm (EU, SF), resets it, \
              and starts again where that is safe.",
     parameters: &[
-        Parameter {
-            name: "number",
-            value_type: ParameterType::Alarm,
-            default: Some("2-046"),
-            description: "its level and code",
-        },
+        parameter("number", ParameterType::Alarm)
+            .or("2-046")
+            .help("its level and code"),
         DELAY,
     ],
     points: MACHINE,
     apply: |context, values, site| {
         let number = values.word("number");
-        if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
-            context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
+        if let Some(code) = AlarmCode::from_number(number) {
+            context.schedule(values.millis("delay"), ScheduledAction::Alarm(code));
         }
-        let message = alloc::format!("alarm {number} follows {}", site.description());
+        let message = format!("alarm {number} follows {site}");
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

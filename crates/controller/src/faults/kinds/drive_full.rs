@@ -2,9 +2,8 @@
 //!
 //! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
 use super::super::{FaultError, FaultFilter};
-use super::number;
+use super::{Effect, FaultKind, InjectionPoint, number};
 use crate::limits::MAX_FILE;
 
 /// Commands that store a file.
@@ -17,13 +16,9 @@ pub const KIND: FaultKind = FaultKind {
              The text that does not fit gets NG, and the file stays as it was.",
     remedy: "It checks every reply inside a download. After NG it reads the directory, erases what is \
              not needed, and begins with DL again.",
-    parameters: &[number(
-        "free",
-        "bytes",
-        (0, MAX_FILE as u64),
-        Some("0"),
-        "free bytes",
-    )],
+    parameters: &[number("free", "bytes", (0, MAX_FILE as u64))
+        .or("0")
+        .help("free bytes")],
     points: &[InjectionPoint::Command],
     command: Some("DL"),
     block: Some(0),
@@ -33,7 +28,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);
         *context.room = Some(free);
-        let message = alloc::format!("{} finds {free} bytes free on the RAM drive", site.description());
+        let message = format!("{site} finds {free} bytes free on the RAM drive");
         (Effect::Unchanged, message)
     },
 };
@@ -42,9 +37,7 @@ fn check_stores_file(filter: &FaultFilter, _: &super::super::ParameterValues) ->
     match filter.command.as_deref() {
         Some(command) if STORING.contains(&command) => match filter.block {
             None | Some(0) => Ok(()),
-            Some(block) => {
-                Err(KIND.invalid_value("block", "0, the command itself", &alloc::format!("{block}")))
-            }
+            Some(block) => Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}"))),
         },
         other => Err(KIND.invalid_value("command", "DL or MW", other.unwrap_or(""))),
     }

@@ -2,20 +2,18 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "duplicate-text",
     summary: "Sends a text twice.",
     remedy: "It drops unexpected bytes before it sends a command, and compares each reply with its command.",
-    parameters: &[millis("pause", "10", "pause between the two")],
+    parameters: &[millis("pause", "10").help("pause between the two")],
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
-        let message = alloc::format!("{} leaves twice", site.description());
+        let message = format!("{site} leaves twice");
         let twice = [Segment::bytes(site.bytes.clone()), again];
         (Effect::ReplaceOutput(twice.into()), message)
     },

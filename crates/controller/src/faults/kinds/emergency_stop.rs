@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE, millis};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction, millis};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
@@ -14,11 +13,7 @@ pub const KIND: FaultKind = FaultKind {
              and starts.",
     parameters: &[
         DELAY,
-        millis(
-            "release",
-            "0",
-            "how long it stays pressed; 0: until it is released by hand",
-        ),
+        millis("release", "0").help("how long it stays pressed; 0: until it is released by hand"),
     ],
     points: MACHINE,
     apply: |context, values, site| {
@@ -30,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );
         }
-        let message = alloc::format!("the emergency stop follows {}", site.description());
+        let message = format!("the emergency stop follows {site}");
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

@@ -2,10 +2,7 @@
 //!
 //! It applies to sent or to received bytes. Byte and bit are random by default.
 
-use super::super::ParameterValues;
-use super::super::kind::{Effect, FaultContext, FaultKind, InjectionPoint};
-use super::{number, word};
-use crate::endpoint::send_queue::Segment;
+use super::{Effect, FaultContext, FaultKind, InjectionPoint, ParameterValues, Segment, number, word};
 
 /// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";
@@ -21,21 +18,10 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It checks the form of every reply, and sends the command again if the form is wrong. It \
              reads a stored file back. A checksum (text.checksum) finds the other errors.",
     parameters: &[
-        word("way", &[OUT, IN], "out: towards the host; in: towards the robot"),
-        number(
-            "byte",
-            "bytes",
-            (0, FARTHEST),
-            None,
-            "how many bytes precede it, STX included; random by default",
-        ),
-        number(
-            "bit",
-            "bits",
-            (0, 7),
-            None,
-            "0 is the lowest, 7 the highest; random by default",
-        ),
+        word("way", &[OUT, IN]).help("out: towards the host; in: towards the robot"),
+        number("byte", "bytes", (0, FARTHEST))
+            .help("how many bytes precede it, STX included; random by default"),
+        number("bit", "bits", (0, 7)).help("0 is the lowest, 7 the highest; random by default"),
     ],
     points: &[
         InjectionPoint::Reply,
@@ -47,16 +33,12 @@ pub const KIND: FaultKind = FaultKind {
         let mut bytes = site.bytes.to_vec();
         let (byte, bit) = position(context, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
-            let message = alloc::format!("{} has no byte {byte}", site.description());
+            let message = format!("{site} has no byte {byte}");
             return (Effect::Unchanged, message);
         };
         let before = *found;
         *found ^= 1 << bit;
-        let message = alloc::format!(
-            "byte {byte} of {} is {:02X}, not {before:02X}",
-            site.description(),
-            *found
-        );
+        let message = format!("byte {byte} of {site} is {:02X}, not {before:02X}", *found);
         let effect = if site.point == InjectionPoint::Bytes {
             Effect::ReplaceInput(bytes.into())
         } else {

@@ -2,9 +2,7 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
 use crate::output::DisconnectMode;
 use core::time::Duration;
 
@@ -14,17 +12,13 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Stops reading and writing on a connection without closing it, and resets it later.",
     remedy: "It has a time limit for every reply. After it, it closes the connection, connects again \
              until the robot answers, and reads the status.",
-    parameters: &[millis(
-        "lasts",
-        "5000",
-        "how long until the robot resets the connection and accepts another one",
-    )],
+    parameters: &[millis("lasts", "5000")
+        .help("how long until the robot resets the connection and accepts another one")],
     points: OUTGOING,
     apply: |_, values, site| {
         let lasts = values.millis("lasts");
-        let message = alloc::format!(
-            "{} and all that follows is lost for {} ms; the connection stays open",
-            site.description(),
+        let message = format!(
+            "{site} and all that follows is lost for {} ms; the connection stays open",
             lasts.as_millis()
         );
         let stall = Segment::after(Duration::ZERO, Departure::Stall);

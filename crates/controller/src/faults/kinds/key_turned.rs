@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{MACHINE, millis, word};
+use super::{Effect, FaultKind, MACHINE, ScheduledAction, millis, word};
 use crate::input::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;
 
@@ -14,13 +13,9 @@ pub const KIND: FaultKind = FaultKind {
              stops after its step, and commands that the new mode forbids get NG.",
     remedy: "After SP or NG it reads the mode (SU), waits until it is external again, and starts again.",
     parameters: &[
-        word("to", &["teaching", "internal", "ext"], "the new position"),
-        millis("delay", "500", "delay after the occasion"),
-        millis(
-            "back",
-            "0",
-            "how long until it is turned back to EXT; 0: it is turned back by hand",
-        ),
+        word("to", &["teaching", "internal", "ext"]).help("the new position"),
+        millis("delay", "500").help("delay after the occasion"),
+        millis("back", "0").help("how long until it is turned back to EXT; 0: it is turned back by hand"),
     ],
     points: MACHINE,
     command: Some("RN"),
@@ -35,11 +30,7 @@ pub const KIND: FaultKind = FaultKind {
                 ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
             );
         }
-        let message = alloc::format!(
-            "the key is turned to {to} {} ms behind {}",
-            delay.as_millis(),
-            site.description()
-        );
+        let message = format!("the key is turned to {to} {} ms behind {site}", delay.as_millis());
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

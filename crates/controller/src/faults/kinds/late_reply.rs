@@ -2,9 +2,7 @@
 //!
 //! The default delay is longer than the time-out of most hosts.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -12,12 +10,12 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Delays a text by `delay`.",
     remedy: "Its time limit is longer than the delay, or it drops a late reply before it sends the \
              command again.",
-    parameters: &[millis("delay", "6000", "how late the text is sent")],
+    parameters: &[millis("delay", "6000").help("how late the text is sent")],
     points: OUTGOING,
     apply: |_, values, site| {
         let delay = values.millis("delay");
         let segment = Segment::after(delay, Departure::Bytes(site.bytes.clone()));
-        let message = alloc::format!("{} leaves {} ms late", site.description(), delay.as_millis());
+        let message = format!("{site} leaves {} ms late", delay.as_millis());
         (Effect::ReplaceOutput([segment].into()), message)
     },
     ..FaultKind::DEFAULT

@@ -2,8 +2,7 @@
 //!
 //! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
-use crate::endpoint::send_queue::Segment;
+use super::{Effect, FaultKind, InjectionPoint, Segment};
 use ts3100_proto::text::ETX;
 
 /// The row of this kind in [`super::KINDS`].
@@ -18,7 +17,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(end) = end {
             bytes.remove(end);
         }
-        let message = alloc::format!("{} leaves without ETX", site.description());
+        let message = format!("{site} leaves without ETX");
         (Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
     },
     ..FaultKind::DEFAULT

@@ -2,7 +2,7 @@
 //!
 //! `Faults` drops the bytes of the record up to its CR.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
+use super::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -12,7 +12,7 @@ pub const KIND: FaultKind = FaultKind {
              the record again.",
     points: &[InjectionPoint::Record],
     apply: |_, _, site| {
-        let message = alloc::format!("a record for INPUT on {} is lost", site.port);
+        let message = format!("a record for INPUT on {} is lost", site.port);
         (Effect::Lost, message)
     },
     ..FaultKind::DEFAULT

@@ -2,9 +2,7 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -12,11 +10,11 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Holds a text until the next one of its port, and sends both in one packet. After `hold` the \
              text is sent alone.",
     remedy: "It splits received bytes at each ETX (on channels at each CR) and keeps the rest.",
-    parameters: &[millis("hold", "1000", "longest wait")],
+    parameters: &[millis("hold", "1000").help("longest wait")],
     points: OUTGOING,
     apply: |_, values, site| {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
-        let message = alloc::format!("{} waits for what is sent next", site.description());
+        let message = format!("{site} waits for what is sent next");
         (Effect::ReplaceOutput([held].into()), message)
     },
     ..FaultKind::DEFAULT

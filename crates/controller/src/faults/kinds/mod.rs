@@ -23,7 +23,11 @@ mod slow_line;
 mod split_bytes;
 mod wrong_reply;
 
-use super::kind::{FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::kind::{
+    Effect, FaultContext, FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues,
+    ScheduledAction,
+};
+use crate::endpoint::send_queue::{Departure, Segment};
 
 /// Every kind, in the order in which lists show them.
 pub const KINDS: &[&FaultKind] = &[
@@ -56,37 +60,46 @@ const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Re
 /// Longest duration of a parameter: ten minutes, in ms.
 const LONGEST: u64 = 600_000;
 
-/// A whole number, at least the first and at most the second of `bounds`.
-const fn number(
-    name: &'static str,
-    unit: &'static str,
-    bounds: (u64, u64),
-    default: Option<&'static str>,
-    description: &'static str,
-) -> Parameter {
-    let (min, max) = bounds;
+/// A parameter without a default.
+const fn parameter(name: &'static str, value_type: ParameterType) -> Parameter {
     Parameter {
         name,
-        value_type: ParameterType::Number { unit, min, max },
-        default,
-        description,
+        value_type,
+        default: None,
+        description: "",
     }
 }
 
+/// A whole number, at least the first and at most the second of the bounds.
+const fn number(name: &'static str, unit: &'static str, (min, max): (u64, u64)) -> Parameter {
+    parameter(name, ParameterType::Number { unit, min, max })
+}
+
 /// A duration.
-const fn millis(name: &'static str, default: &'static str, description: &'static str) -> Parameter {
-    number(name, "ms", (0, LONGEST), Some(default), description)
+const fn millis(name: &'static str, default: &'static str) -> Parameter {
+    number(name, "ms", (0, LONGEST)).or(default)
 }
 
 /// One of some words, the first if the fault does not say which.
-const fn word(name: &'static str, words: &'static [&'static str], description: &'static str) -> Parameter {
+const fn word(name: &'static str, words: &'static [&'static str]) -> Parameter {
     Parameter {
-        name,
-        value_type: ParameterType::Word(words),
         default: words.first().copied(),
-        description,
+        ..parameter(name, ParameterType::Word(words))
+    }
+}
+
+impl Parameter {
+    /// The same with a default.
+    const fn or(self, default: &'static str) -> Parameter {
+        let default = Some(default);
+        Parameter { default, ..self }
+    }
+
+    /// The same with its line for help.
+    const fn help(self, description: &'static str) -> Parameter {
+        Parameter { description, ..self }
     }
 }
 
 /// Delay between the triggering site and a fault of the machine.
-const DELAY: Parameter = millis("delay", "0", "delay after the occasion");
+const DELAY: Parameter = millis("delay", "0").help("delay after the occasion");

@@ -2,7 +2,7 @@
 //!
 //! The command has no effect.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
+use super::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -11,7 +11,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It sends the command again after NG. After NG inside a download it begins with DL again.",
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
-        let message = alloc::format!("{} is refused", site.description());
+        let message = format!("{site} is refused");
         (Effect::Refused("a fault on purpose (ng)".into()), message)
     },
     ..FaultKind::DEFAULT

@@ -2,8 +2,7 @@
 //!
 //! The parameter `lost` selects which of the two.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
-use super::word;
+use super::{Effect, FaultKind, InjectionPoint, word};
 
 /// Value of `lost`: the reply is lost.
 const REPLY: &str = "reply";
@@ -16,11 +15,9 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Loses the reply to a command, a text of a file, or the command itself.",
     remedy: "It waits for the reply with a time limit, then sends the command again. Before it repeats a \
              command that must not be done twice, it reads the status.",
-    parameters: &[word(
-        "lost",
-        &[REPLY, COMMAND],
-        "reply: the robot obeys the command; command: it never gets it",
-    )],
+    parameters: &[
+        word("lost", &[REPLY, COMMAND]).help("reply: the robot obeys the command; command: it never gets it")
+    ],
     points: &[InjectionPoint::Command, InjectionPoint::Reply],
     applies: |values, point, _| (values.word("lost") == COMMAND) == (point == InjectionPoint::Command),
     apply: |_, _, site| {
@@ -28,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
             true => "lost before the robot sees it",
             false => "not sent",
         };
-        (Effect::Lost, alloc::format!("{} is {lost}", site.description()))
+        (Effect::Lost, format!("{site} is {lost}"))
     },
     ..FaultKind::DEFAULT
 };

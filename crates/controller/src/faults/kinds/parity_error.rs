@@ -2,8 +2,7 @@
 //!
 //! What the controller does with such a character is the option `serial.bad_character`.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint};
-use super::number;
+use super::{Effect, FaultKind, InjectionPoint, number};
 
 /// Largest value of `character`.
 const FARTHEST: u64 = 15;
@@ -15,20 +14,15 @@ pub const KIND: FaultKind = FaultKind {
              decides what happens to it.",
     remedy: "On HOST it sends the command again without a reply or after NG. On COM1 the program prints \
              what it has read, and the host compares.",
-    parameters: &[number(
-        "character",
-        "characters",
-        (0, FARTHEST),
-        None,
-        "how many characters of one reading precede it; random by default",
-    )],
+    parameters: &[number("character", "characters", (0, FARTHEST))
+        .help("how many characters of one reading precede it; random by default")],
     points: &[InjectionPoint::Character],
     apply: |context, values, site| {
         let last = site.bytes.len().saturating_sub(1);
         let index = values.bytes("character").map(|index| index.min(last));
         let index = index.unwrap_or_else(|| context.rng.index(site.bytes.len()));
         let byte = site.bytes.get(index).copied().unwrap_or_default();
-        let message = alloc::format!("a character on {} ({byte:02X}) has a parity error", site.port);
+        let message = format!("a character on {} ({byte:02X}) has a parity error", site.port);
         (Effect::ParityError(index), message)
     },
     ..FaultKind::DEFAULT

@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a power cycle by hand.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
@@ -19,7 +18,7 @@ pub const KIND: FaultKind = FaultKind {
     block: Some(1),
     apply: |context, values, site| {
         let delay = values.millis("delay");
-        let message = alloc::format!("the power goes at {}", site.description());
+        let message = format!("the power goes at {site}");
         context.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
         let effect = if delay.is_zero() {
             Effect::Lost

@@ -2,9 +2,7 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, number, word};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number, word};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
 use core::time::Duration;
@@ -19,18 +17,9 @@ pub const KIND: FaultKind = FaultKind {
              text is lost.",
     remedy: "It connects again, drops the unfinished text, reads the status, and repeats what was not done.",
     parameters: &[
-        number(
-            "bytes",
-            "bytes",
-            (0, MAX_SEND as u64),
-            None,
-            "how many bytes are sent; half of the text by default",
-        ),
-        word(
-            "how",
-            &["reset", "close"],
-            "reset: RST; close: an orderly end (FIN)",
-        ),
+        number("bytes", "bytes", (0, MAX_SEND as u64))
+            .help("how many bytes are sent; half of the text by default"),
+        word("how", &["reset", "close"]).help("reset: RST; close: an orderly end (FIN)"),
     ],
     points: OUTGOING,
     apply: |_, values, site| {
@@ -45,7 +34,7 @@ pub const KIND: FaultKind = FaultKind {
             Some(_) => "the connection ends",
             None => "the rest is lost",
         };
-        let message = alloc::format!("{what} behind {count} bytes of {}", site.description());
+        let message = format!("{what} behind {count} bytes of {site}");
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
         let segments = [Segment::bytes(part), disconnect];
         (Effect::ReplaceOutput(segments.into()), message)

@@ -2,8 +2,7 @@
 //!
 //! The alarm is ours: its real number is not known.
 
-use super::super::kind::{Effect, FaultKind, ScheduledAction};
-use super::{DELAY, MACHINE};
+use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 use crate::alarm::SERVO_FAILURE;
 
 /// The row of this kind in [`super::KINDS`].
@@ -16,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        let message = alloc::format!("the servo drops out behind {}", site.description());
+        let message = format!("the servo drops out behind {site}");
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

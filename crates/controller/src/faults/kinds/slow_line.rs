@@ -2,9 +2,7 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, number};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number};
 use bytes::Bytes;
 use core::time::Duration;
 
@@ -17,13 +15,9 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Sends a text byte by byte, as a line of `speed` would.",
     remedy: "Its time limit counts from the last byte received, as the robot's does (10 s), not from the \
              command.",
-    parameters: &[number(
-        "speed",
-        "bit/s",
-        (1, 115_200),
-        Some("50"),
-        "speed of the line",
-    )],
+    parameters: &[number("speed", "bit/s", (1, 115_200))
+        .or("50")
+        .help("speed of the line")],
     points: OUTGOING,
     apply: |_, values, site| {
         let speed = values.number("speed").unwrap_or(1).max(1);
@@ -31,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
         let bytes = site.bytes.iter();
         let segments =
             bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
-        let message = alloc::format!("{} leaves at {speed} bit/s", site.description());
+        let message = format!("{site} leaves at {speed} bit/s");
         (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT

@@ -2,9 +2,7 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::super::kind::{Effect, FaultKind};
-use super::{OUTGOING, millis, number};
-use crate::endpoint::send_queue::{Departure, Segment};
+use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis, number};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
 
@@ -14,14 +12,10 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Sends a text in portions, with a pause before each.",
     remedy: "It reads until ETX (SF: until its length), however many reads that takes.",
     parameters: &[
-        number(
-            "size",
-            "bytes",
-            (1, MAX_SEND as u64),
-            Some("1"),
-            "bytes of a portion",
-        ),
-        millis("pause", "20", "the pause before each portion but the first"),
+        number("size", "bytes", (1, MAX_SEND as u64))
+            .or("1")
+            .help("bytes of a portion"),
+        millis("pause", "20").help("the pause before each portion but the first"),
     ],
     points: OUTGOING,
     apply: |_, values, site| {
@@ -31,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
             let after = if index == 0 { Duration::ZERO } else { pause };
             Segment::after(after, Departure::Bytes(site.bytes.slice_ref(portion)))
         });
-        let message = alloc::format!("{} leaves in portions of {size} bytes", site.description());
+        let message = format!("{site} leaves in portions of {size} bytes");
         (Effect::ReplaceOutput(segments.collect()), message)
     },
     ..FaultKind::DEFAULT

@@ -2,8 +2,7 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::super::kind::{Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
-use crate::endpoint::send_queue::Segment;
+use super::{Effect, FaultKind, InjectionPoint, ParameterType, Segment, parameter};
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
 
@@ -18,12 +17,8 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Sends another text instead of the reply.",
     remedy: "It compares the reply with all that the command can get, not with NG alone. On anything \
              else it waits for silence and sends the command again.",
-    parameters: &[Parameter {
-        name: "text",
-        value_type: ParameterType::Text { most: MAX_DATA },
-        default: None,
-        description: "its data section; by default OK instead of a file, and an empty file instead of OK and NG",
-    }],
+    parameters: &[parameter("text", ParameterType::Text { most: MAX_DATA })
+        .help("its data section; by default OK instead of a file, and an empty file instead of OK and NG")],
     points: &[InjectionPoint::Reply],
     apply: |_, values, site| {
         let usual = match site.data.as_ref() {
@@ -31,11 +26,7 @@ pub const KIND: FaultKind = FaultKind {
             _ => OK,
         };
         let data = values.text("text").unwrap_or(usual);
-        let message = alloc::format!(
-            "in place of {} leaves \"{}\"",
-            site.description(),
-            data.escape_ascii()
-        );
+        let message = format!("in place of {site} leaves \"{}\"", data.escape_ascii());
         let instead = Segment::bytes(reframed(&site.bytes, &site.data, data));
         (Effect::ReplaceOutput([instead].into()), message)
     },

@@ -2,12 +2,10 @@
 //! finds its occasion there, and what is refused finds none.
 
 use super::*;
-use crate::Controller;
 use crate::faults::spec::parse;
 use crate::options::SfTexts;
-use crate::{ControlRight, KeySwitch};
+use crate::{ControlRight, Controller, KeySwitch};
 use alloc::boxed::Box;
-use alloc::vec;
 use ts3100_proto::command::COMMANDS;
 
 /// Prints on each channel and reads from each.

@@ -33,7 +33,6 @@ impl ArmModel {
     ///
     /// Digits (DATA-04): shoulder, elbow, wrist, axis 4, axis 6, each 1 or 2. SCARA: the first alone, the
     /// others 0.
-    #[must_use]
     pub fn forward(&self, joints: &Joints) -> (Pose, [u8; 5]) {
         let (transform, uv) = place(&self.kind, joints);
         (Pose::from_transform(&transform, uv), digits(&self.kind, joints))
@@ -48,27 +47,23 @@ impl ArmModel {
     /// # Errors
     /// [`Unreachable`] names the axis and its limit, the reach, or the value that does not fit the arm.
     pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> Result<Joints, Unreachable> {
-        self.inverse_of(&pose.transform(), pose.uv, config, near)
+        self.inverse_of(&(pose.transform(), pose.uv), config, near)
     }
 
     pub(crate) fn inverse_of(
         &self,
-        flange: &Transform,
-        uv: [f64; 2],
+        flange: &Place,
         config: [u8; 5],
         near: &Joints,
     ) -> Result<Joints, Unreachable> {
         let wanted = self.resolved(config, near)?;
-        let mut joints = solve(&self.kind, flange, uv, wanted, near)?;
-        for (index, joint) in joints.iter_mut().enumerate().skip(self.axes.len()) {
+        let mut joints = solve(&self.kind, flange, wanted, near)?;
+        for (axis, joint) in (1..).zip(&mut joints).skip(self.axes.len()) {
             // A SCARA arm without axis T.
-            if joint.abs() > ROUNDING {
-                return Err(Unreachable::NotFitted {
-                    axis: index + 1,
-                    value: *joint,
-                });
+            let value = core::mem::take(joint);
+            if value.abs() > ROUNDING {
+                return Err(Unreachable::NotFitted { axis, value });
             }
-            *joint = 0.0;
         }
         for (index, limits) in self.axes.iter().enumerate() {
             let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
@@ -91,12 +86,9 @@ impl ArmModel {
 
     /// Whether every axis is within its limits, and those the arm has not are 0.
     pub(crate) fn check_limits(&self, joints: &Joints) -> Result<(), Unreachable> {
-        let missing = joints.iter().enumerate().skip(self.axes.len());
-        if let Some((index, value)) = missing.into_iter().find(|(_, value)| **value != 0.0) {
-            return Err(Unreachable::NotFitted {
-                axis: index + 1,
-                value: *value,
-            });
+        let mut missing = (1..).zip(joints).skip(self.axes.len());
+        if let Some((axis, &value)) = missing.find(|(_, value)| **value != 0.0) {
+            return Err(Unreachable::NotFitted { axis, value });
         }
         for (index, (limits, value)) in self.axes.iter().zip(joints).enumerate() {
             if !within(limits, *value) {
@@ -130,8 +122,11 @@ impl ArmModel {
     }
 }
 
+/// A place of the flange or of the tool point, with the values of the additional axes.
+pub(crate) type Place = (Transform, [f64; 2]);
+
 /// Flange and additional axes of a posture.
-pub(crate) fn place(kind: &ArmKind, joints: &Joints) -> (Transform, [f64; 2]) {
+pub(crate) fn place(kind: &ArmKind, joints: &Joints) -> Place {
     match kind {
         ArmKind::SixAxis(geometry) => (six_axis::flange(geometry, joints), [0.0; 2]),
         ArmKind::Scara(geometry) => (scara::flange(geometry, joints), [joints[4], 0.0]),
@@ -150,12 +145,11 @@ pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
 /// limits aside: for points of a path, where the axes go on from where they are.
 pub(crate) fn follow(
     kind: &ArmKind,
-    flange: &Transform,
-    uv: [f64; 2],
+    flange: &Place,
     digits: [u8; 5],
     near: &Joints,
 ) -> Result<Joints, Unreachable> {
-    let mut joints = solve(kind, flange, uv, digits, near)?;
+    let mut joints = solve(kind, flange, digits, near)?;
     for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {
         if !is_linear(kind, index) {
             *joint += 360.0 * round((near - *joint) / 360.0);
@@ -191,33 +185,22 @@ pub(crate) fn is_linear(kind: &ArmKind, index: usize) -> bool {
 
 fn solve(
     kind: &ArmKind,
-    flange: &Transform,
-    uv: [f64; 2],
+    (flange, uv): &Place,
     digits: [u8; 5],
     near: &Joints,
 ) -> Result<Joints, Unreachable> {
-    let finite = flange
-        .origin
-        .iter()
-        .chain(flange.rotation.iter().flatten())
-        .chain(&uv);
-    if finite.into_iter().any(|value| !value.is_finite()) {
+    let place = flange.origin.iter().chain(flange.rotation.iter().flatten());
+    if place.chain(uv).any(|value| !value.is_finite()) {
         return Err(Unreachable::NotFinite);
     }
     let additional: &[f64] = match kind {
-        ArmKind::SixAxis(_) => &uv,
+        ArmKind::SixAxis(_) => uv,
         ArmKind::Scara(_) => &uv[1..],
     };
     let first = AXES - additional.len();
-    if let Some((index, value)) = additional
-        .iter()
-        .enumerate()
-        .find(|(_, value)| value.abs() > ROUNDING)
-    {
-        return Err(Unreachable::NotFitted {
-            axis: first + index + 1,
-            value: *value,
-        });
+    let mut numbered = (first + 1..).zip(additional);
+    if let Some((axis, &value)) = numbered.find(|(_, value)| value.abs() > ROUNDING) {
+        return Err(Unreachable::NotFitted { axis, value });
     }
     match kind {
         ArmKind::SixAxis(geometry) => six_axis::solve(geometry, flange, digits, near),

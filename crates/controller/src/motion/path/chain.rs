@@ -75,13 +75,8 @@ impl ChainedMotion {
     fn with_slower_start(self, times: f64) -> ChainedMotion {
         let accel = self.rates.accel / times;
         let rates = Rates { accel, ..self.rates };
-        ChainedMotion::new(
-            self.path,
-            PathState::at_rest(0.0),
-            &rates,
-            self.tool_way,
-            self.begins,
-        )
+        let start = PathState::at_rest(0.0);
+        ChainedMotion::new(self.path, start, &rates, self.tool_way, self.begins)
     }
 
     /// The same from `now` on, braking so many times as slowly, and not before `busy`, when the motion before it rests;
@@ -149,12 +144,9 @@ impl Chain {
     #[cfg(feature = "serde")]
     pub(in crate::motion) fn matches_arm(&self, kind: &ArmKind) -> bool {
         let count = 1..=MAX_MOTIONS + 1;
-        count.contains(&self.motions.len())
-            && self.duration > 0.0
-            && self
-                .motions
-                .iter()
-                .all(|motion| !matches!(motion.path, Path::Chain(_)) && motion.path.matches_arm(kind))
+        let fits = |path: &Path| !matches!(path, Path::Chain(_)) && path.matches_arm(kind);
+        let fit = self.motions.iter().all(|motion| fits(&motion.path));
+        count.contains(&self.motions.len()) && self.duration > 0.0 && fit
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.

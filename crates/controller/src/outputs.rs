@@ -1,0 +1,46 @@
+//! What is to be done outside, in order, until the owner of the controller takes it; every part's events go in here.
+
+use crate::output::{Event, Output};
+use alloc::collections::VecDeque;
+
+/// The outputs that nobody has taken yet.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Outputs {
+    queue: VecDeque<Output>,
+    /// Every statement of the program is told as an event.
+    traced: bool,
+}
+
+impl Outputs {
+    pub(crate) fn push(&mut self, output: Output) {
+        self.queue.push_back(output);
+    }
+
+    pub(crate) fn event(&mut self, event: impl Into<Option<Event>>) {
+        self.queue.extend(event.into().map(Output::Event));
+    }
+
+    pub(crate) fn take_next(&mut self) -> Option<Output> {
+        self.queue.pop_front()
+    }
+
+    /// From now on every statement is told, or no longer.
+    pub(crate) fn trace(&mut self, on: bool) {
+        self.traced = on;
+    }
+
+    pub(crate) fn is_traced(&self) -> bool {
+        self.traced
+    }
+
+    /// How many are waiting: what comes after them is told apart by it.
+    pub(crate) fn count(&self) -> usize {
+        self.queue.len()
+    }
+
+    /// Whether a finding is among those after the first `count`.
+    pub(crate) fn has_finding_after(&self, count: usize) -> bool {
+        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+        self.queue.iter().skip(count).any(finding)
+    }
+}
