@@ -248,7 +248,7 @@ impl FleetConfig {
             let highest = 1_003 + u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * last;
             if step < 4 || highest > u32::from(u16::MAX) {
                 let reason = format!(
-                    "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \\
+                    "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \
                      use a step from 4 on, and leave --port-step out if the ports do not suffice"
                 );
                 return Err(refused(reason));
@@ -257,7 +257,7 @@ impl FleetConfig {
         let listen = args.listen.unwrap_or(Settings::LISTEN);
         if self.has_own_addresses() && listen.is_unspecified() {
             return Err(refused(format!(
-                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \\
+                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \
                  or use --port-step 10 or --ports auto"
             )));
         }
@@ -307,7 +307,7 @@ impl FleetConfig {
             for (key, path) in written.chain(transcripts).collect::<Vec<_>>() {
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
                     return Err(refused(format!(
-                        "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \\
+                        "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \
                          becomes the name of the robot",
                         path.display()
                     )));
