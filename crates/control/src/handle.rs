@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
-use ts3100_controller::action::Action;
+use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
@@ -115,6 +115,15 @@ impl DriverHandle {
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         self.change(Request::Action, action, look).await
+    }
+
+    /// As [`DriverHandle::act`], at the operating panel; what is read is the answer of the call.
+    pub async fn press<T: Send + 'static>(
+        &self,
+        panel: PanelAction,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+    ) -> Answer<T> {
+        self.act(Action::Panel(panel), look).await.map(Json)
     }
 
     /// As [`DriverHandle::act`], for every kind of request that can be refused.

@@ -135,6 +135,5 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
 /// The arm slows and rests.
 #[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
 async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
-    let panel = PanelAction::JogStop;
-    handle.act(Action::Panel(panel), ArmPosture::new).await.map(Json)
+    handle.press(PanelAction::JogStop, ArmPosture::new).await
 }
