@@ -9,6 +9,7 @@ use clap::{Arg, ArgAction};
 use serde_json::{Map, Value, json};
 use std::any::TypeId;
 use std::path::PathBuf;
+use ts3100_controller::Dialect;
 
 /// Keys of the command line that the file cannot have: itself, and the options, which have a table there.
 const NOT_IN_FILES: [&str; 2] = ["config", "set"];
@@ -212,8 +213,9 @@ fn options_schema() -> Value {
     let mut top = Map::new();
     let mut groups: Map<String, Value> = Map::new();
     for row in OPTIONS {
-        let default = Some(row.field).filter(|default| !default.is_empty());
-        let schema = described(option_schema(&row.values), &row.values.to_string(), default);
+        let (values, default) = (row.values(), row.default_in(Dialect::Field));
+        let default = Some(default.as_str()).filter(|default| !default.is_empty());
+        let schema = described(option_schema(&values), &values.to_string(), default);
         match row.key.split_once('.') {
             None => {
                 top.insert(row.key.to_owned(), schema);
