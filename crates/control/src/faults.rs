@@ -11,11 +11,10 @@ use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use ts3100_controller::Port;
-use ts3100_controller::action::Action;
 use ts3100_controller::faults::{
     Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
+use ts3100_controller::{Action, Port};
 use ts3100_driver::driver::request::View;
 use utoipa::ToSchema;
 
@@ -351,7 +350,13 @@ async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
 /// List the kinds of faults
 #[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
 async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
-    Json(KINDS.iter().map(FaultKindInfo::new).collect())
+    Json(fault_kinds())
+}
+
+/// Every kind of fault.
+#[must_use]
+pub fn fault_kinds() -> Vec<FaultKindInfo> {
+    KINDS.iter().map(FaultKindInfo::new).collect()
 }
 
 /// Get a fault

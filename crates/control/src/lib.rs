@@ -54,6 +54,7 @@ mod wires;
 
 pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
+pub use faults::fault_kinds;
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use asset::{Asset, asset};
