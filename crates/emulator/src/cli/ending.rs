@@ -5,14 +5,12 @@ use super::exit::SCENARIO_FAILED;
 use super::junit_stub;
 use crate::config::{ServeArgs, Settings};
 use crate::launch::Launched;
-use anyhow::Context as _;
 use std::path::PathBuf;
 use tracing::error;
 use ts3100_controller::Controller;
-use ts3100_driver::files;
 use ts3100_driver::snapshot;
 use ts3100_recording::faults;
-use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord};
+use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord, write_report};
 use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
 /// What is asked for at the end of a robot.
@@ -92,10 +90,7 @@ impl Ending {
 
 /// Writes the JUnit report, where one was asked for.
 fn write_junit(path: Option<&PathBuf>, document: &str) -> anyhow::Result<()> {
-    path.map_or(Ok(()), |path| {
-        let written = files::replace(path, document.as_bytes());
-        written.with_context(|| format!("cannot write {}", path.display()))
-    })
+    path.map_or(Ok(()), |path| Ok(write_report(path, document)?))
 }
 
 /// Why the exit code is not 0.

@@ -4,10 +4,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reachable};
-use ts3100_controller::options::Config;
-use ts3100_controller::output::Verdict;
-use ts3100_controller::port::Port;
+use ts3100_controller::command_coverage::{PermissionCell, reachable};
+use ts3100_controller::{CommandCoverage, Config, Port, Verdict};
 use ts3100_driver::files;
 use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
 use ts3100_proto::status::MasterMode;

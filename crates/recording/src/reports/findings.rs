@@ -2,9 +2,8 @@
 
 use crate::reports::seconds;
 use serde::Serialize;
-use ts3100_controller::command_coverage::CommandCoverage;
-use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
-use ts3100_controller::port::Port;
+use ts3100_controller::findings::{Finding, RULES, Tally};
+use ts3100_controller::{CommandCoverage, Findings, Port, Rule, Severity};
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_survey::ledger;
 

@@ -74,7 +74,7 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
     let class = format!("ts3100.findings.{severity}");
     let with = |status| case(&class, rule.id, Duration::ZERO, status);
     let Some(tally) = tally else {
-        return with(TestCaseStatus::success());
+        return with(success());
     };
     let mut text = format!(
         "{}\nManual: {}\nDo: {}\nSee: {}\n",
@@ -95,7 +95,7 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
         status.set_type(severity);
         return with(status);
     }
-    let mut case = with(TestCaseStatus::success());
+    let mut case = with(success());
     case.set_system_out(text);
     case
 }

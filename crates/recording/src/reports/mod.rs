@@ -16,14 +16,11 @@ pub use findings::FindingsView;
 pub use settings::{BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportOutcome, Reports, coverage_text};
 
 use crate::faults::FaultLog;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use ts3100_controller::options::Config;
-use ts3100_controller::output::Output;
-use ts3100_controller::{CommandCoverage, Controller, Findings, StatementCoverage, Time};
+use ts3100_controller::{CommandCoverage, Config, Controller, Findings, Output, StatementCoverage, Time};
 use ts3100_driver::cell::{Notice, Subscriber};
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 /// Virtual time in seconds.
 #[must_use]
@@ -32,25 +29,12 @@ pub fn seconds(time: Time) -> f64 {
     time.as_micros() as f64 / 1e6
 }
 
-/// A report that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {reason}", path.display())]
-pub struct ReportError {
-    /// Which file.
-    pub path: PathBuf,
-    /// What the system said.
-    pub reason: io::Error,
-}
-
 /// Writes a whole file.
 ///
 /// # Errors
 /// It cannot be written.
-pub fn write_report(path: &Path, text: &str) -> Result<(), ReportError> {
-    files::replace(path, text.as_bytes()).map_err(|reason| ReportError {
-        path: path.to_path_buf(),
-        reason,
-    })
+pub fn write_report(path: &Path, text: &str) -> Result<(), PathError> {
+    files::replace(path, text.as_bytes()).map_err(cannot("write", path))
 }
 
 #[derive(Debug, Default)]

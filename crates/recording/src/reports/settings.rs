@@ -1,14 +1,11 @@
 //! Which reports are written at the end of a run, and how they determine its exit code. The contents are in `findings`,
 //! `coverage`, `lcov` and the formats beside them.
 
-use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif};
-use super::{ReportError, write_report};
+use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif, write_report};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::Controller;
-use ts3100_controller::findings::{Findings, Rule, Severity};
-use ts3100_controller::options::Config;
-use ts3100_driver::files;
+use ts3100_controller::{Config, Controller, Findings, Rule, Severity};
+use ts3100_driver::files::{self, PathError};
 use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.
@@ -142,7 +139,7 @@ impl Reports {
     ///
     /// # Errors
     /// The first that cannot be written.
-    pub fn prepare(&self) -> Result<(), ReportError> {
+    pub fn prepare(&self) -> Result<(), PathError> {
         let findings = self.findings.iter().map(|(path, _)| path);
         let paths = findings.chain(&self.coverage).chain(&self.lcov);
         paths.into_iter().try_for_each(|path| write_report(path, ""))
@@ -157,7 +154,7 @@ impl Reports {
         run_record: &RunRecord,
         controller: &Controller,
         loaded: &[PathBuf],
-    ) -> Result<ReportOutcome, ReportError> {
+    ) -> Result<ReportOutcome, PathError> {
         let config = controller.config();
         let findings = run_record.findings();
         for (path, format) in &self.findings {

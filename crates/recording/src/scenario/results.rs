@@ -2,7 +2,6 @@
 //! condition.
 
 use crate::reports::junit;
-use quick_junit::TestCaseStatus;
 use std::time::Duration;
 
 /// What came of one entry.
@@ -60,13 +59,9 @@ impl ScenarioOutcome {
     pub fn junit(&self) -> String {
         let cases = self.entries.iter().map(|entry| {
             let status = match &entry.verdict {
-                Verdict::Held => TestCaseStatus::success(),
+                Verdict::Held => junit::success(),
                 Verdict::Failed(reason) => junit::failure(reason, &format!("line {}", entry.line)),
-                Verdict::Skipped(reason) => {
-                    let mut status = TestCaseStatus::skipped();
-                    status.set_message(reason.as_str());
-                    status
-                }
+                Verdict::Skipped(reason) => junit::skipped(reason),
             };
             junit::case(&self.name, &entry.name, entry.time, status)
         });

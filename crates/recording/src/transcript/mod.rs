@@ -14,10 +14,10 @@ pub mod text;
 
 pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
-pub use recorder::{MAX_BYTES, Recorder, RecorderError};
+pub use recorder::{MAX_BYTES, Recorder};
 pub use sink::{Observer, TranscriptSink, calendar_if_set};
 pub use ts3100_driver::cell::Side;
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -231,13 +231,8 @@ impl LineError {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    File {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        reason: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] PathError),
     /// A line is invalid.
     #[error("{}:{line}: {reason}", path.display())]
     Content {
@@ -316,10 +311,7 @@ impl Recording {
             Some(Format::Json) => json::read,
             Some(Format::Text) | None => text::read,
         };
-        let content = files::read_text(path, MAX_TRANSCRIPT).map_err(|reason| ReadError::File {
-            path: path.to_path_buf(),
-            reason,
-        })?;
+        let content = files::read_text(path, MAX_TRANSCRIPT).map_err(cannot("read", path))?;
         let read = read(&content).and_then(Recording::validated);
         read.map_err(|(line, reason)| ReadError::Content {
             path: path.to_path_buf(),
