@@ -5,11 +5,7 @@
 
 use serde::Serialize;
 use std::fmt::Write as _;
-use ts3100_controller::findings::Rule;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
-use ts3100_controller::port::Port;
-use ts3100_controller::time::Time;
+use ts3100_controller::{Event, Input, Output, Port, Rule, Time};
 use ts3100_proto::escape::Escaped;
 pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;

@@ -8,9 +8,7 @@ use super::metrics::Metrics;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
-use ts3100_controller::time::Time;
+use ts3100_controller::{Event, Input, Output, Time};
 use ts3100_driver::cell::{Notice, Side, Subscriber};
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
 

@@ -7,10 +7,8 @@ use super::handle::{Answer, DriverHandle, Handle};
 use super::problem::Problem;
 use super::route_table::{RouteTable, routes};
 use serde::{Deserialize, Serialize};
-use ts3100_controller::action::{Action, IoKind};
-use ts3100_controller::input::PanelAction;
-use ts3100_controller::line_name;
 use ts3100_controller::signals::Signals;
+use ts3100_controller::{Action, IoKind, PanelAction, line_name};
 use ts3100_driver::driver::request::View;
 use utoipa::{IntoParams, ToSchema};
 

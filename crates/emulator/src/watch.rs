@@ -5,8 +5,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use ts3100_controller::output::Output;
-use ts3100_controller::time::Time;
+use ts3100_controller::{Output, Time};
 use ts3100_driver::cell::Subscriber;
 
 /// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.

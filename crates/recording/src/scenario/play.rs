@@ -11,9 +11,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tracing::info;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::Output;
-use ts3100_controller::{Condition, ConditionWatch, Controller, Time};
+use ts3100_controller::{Condition, ConditionWatch, Controller, Input, Output, Time};
 use ts3100_driver::cell::{ActionSource, Cell, Notice, PlannedAction, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
