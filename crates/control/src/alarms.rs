@@ -2,16 +2,12 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::body::{Json, NoBody, Path};
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::{Action, PanelAction};
-use ts3100_driver::driver::request::View;
 use ts3100_recording::book;
-use utoipa::ToSchema;
 
 /// Longest detail of an alarm in characters.
 const MAX_DETAIL: usize = 200;

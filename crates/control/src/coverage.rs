@@ -3,12 +3,8 @@
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use ts3100_driver::driver::request::View;
+use super::resource::{Answer, Handle, Json, RouteTable, ToSchema, View, routes};
 use ts3100_recording::reports::CoverageReport;
-use utoipa::ToSchema;
 
 /// Coverage of the permission tables, as `--coverage FILE` writes it.
 #[derive(ToSchema)]

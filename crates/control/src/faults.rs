@@ -2,21 +2,18 @@
 //!
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
-use super::body::{Json, NoBody, Path, object_only, optional_whole, whole};
+use super::body::{object_only, optional_whole, whole};
 use super::event::seconds;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use axum::http::StatusCode;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::faults::{
     Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
 use ts3100_controller::{Action, Port};
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;

@@ -40,6 +40,7 @@ mod pendant;
 mod power;
 pub mod printable;
 mod problem;
+mod resource;
 pub mod robots;
 mod route_table;
 mod scenario;

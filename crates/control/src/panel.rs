@@ -3,17 +3,14 @@
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
-use super::body::{Json, NoBody, whole};
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::body::whole;
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
-use ts3100_driver::driver::request::View;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::ToSchema;
 
 /// The key switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]

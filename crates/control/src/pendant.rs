@@ -2,15 +2,11 @@
 //!
 //! The pages are made by the controller.
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use super::state::{PendantPage, ether_pages};
-use serde::{Deserialize, Serialize};
 use ts3100_controller::PanelAction;
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// Most characters typed at once: the buffer holds 256 bytes.
 const MAX_KEYS: usize = 256;

@@ -2,13 +2,9 @@
 //!
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
-use super::body::{Json, NoBody};
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
+use super::resource::{Answer, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes};
 use ts3100_controller::{Action, PanelAction};
-use ts3100_driver::driver::request::{LinkAction, Request, View};
-use utoipa::ToSchema;
+use ts3100_driver::driver::request::{LinkAction, Request};
 
 /// The power, and the ports that are open.
 #[derive(Debug, Clone, Serialize, ToSchema)]
