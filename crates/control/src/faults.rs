@@ -351,7 +351,6 @@ async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
 }
 
 /// Every kind of fault.
-#[must_use]
 pub fn fault_kinds() -> Vec<FaultKindInfo> {
     KINDS.iter().map(FaultKindInfo::new).collect()
 }

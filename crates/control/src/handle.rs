@@ -65,7 +65,6 @@ impl<T> Slot<T> {
 
 impl DriverHandle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    #[must_use]
     pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
         DriverHandle {
             driver,

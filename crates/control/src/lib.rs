@@ -163,7 +163,6 @@ impl Server {
     }
 
     /// Where it is bound.
-    #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
     }

@@ -266,7 +266,6 @@ impl Sample {
 }
 
 /// Formats counters and gauges in the text format of Prometheus, version 0.0.4.
-#[must_use]
 pub fn to_prometheus(samples: &[Sample]) -> String {
     let mut text = String::new();
     for family in &FAMILIES {

@@ -122,7 +122,6 @@ pub struct Clock {
 
 impl Clock {
     /// A clock that shows [`Time::ZERO`] now.
-    #[must_use]
     pub fn start(mode: TimeMode) -> Clock {
         let wall = Instant::now();
         Clock {
@@ -170,13 +169,11 @@ impl Clock {
     }
 
     /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.
-    #[must_use]
     pub fn needs_fine_timer(&self) -> bool {
         self.mode == TimeMode::Auto && self.silence < AUTO_GRACE
     }
 
     /// Interval for [`Clock::skip_gap`]; `None` if gaps are not skipped.
-    #[must_use]
     pub fn gap_check_interval(&self) -> Option<Duration> {
         (self.gap == TimeGap::Skip).then_some(GAP_CHECK_INTERVAL)
     }
@@ -204,7 +201,6 @@ impl Clock {
     }
 
     /// Wall-clock time that was skipped since the clock was started.
-    #[must_use]
     pub fn skipped(&self) -> Duration {
         self.skipped
     }
@@ -221,13 +217,11 @@ impl Clock {
     }
 
     /// Whether nobody depends on wall-clock time.
-    #[must_use]
     pub fn is_idle(&self) -> bool {
         self.idle
     }
 
     /// Current time mode.
-    #[must_use]
     pub fn mode(&self) -> TimeMode {
         self.mode
     }
@@ -252,7 +246,6 @@ impl Clock {
     }
 
     /// Total lag of virtual time since the clock was started.
-    #[must_use]
     pub fn lag(&self) -> Duration {
         self.lag
     }
@@ -267,7 +260,6 @@ impl Clock {
     }
 
     /// Wall-clock time until `moment`; `None` if time stands still.
-    #[must_use]
     pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
         let left = moment.since(self.now());
         match self.mode {
@@ -284,7 +276,6 @@ impl Clock {
 
     /// Whether virtual time runs at least as fast as the host's clock, so that findings about the host's timing
     /// are valid.
-    #[must_use]
     pub fn keeps_pace(&self) -> bool {
         match self.mode {
             TimeMode::Real | TimeMode::Auto => true,
@@ -294,13 +285,11 @@ impl Clock {
     }
 
     /// Current virtual time.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.at(self.wall())
     }
 
     /// When to wake for `deadline` if no input arrives before.
-    #[must_use]
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
         self.wake_at(self.wall(), deadline, host_is_silent)
     }
@@ -358,7 +347,6 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
 }
 
 /// Date and time of the system clock in UTC, at most the year 2069: the controller stores two digits.
-#[must_use]
 pub fn system_calendar() -> CalendarTime {
     let epoch = CalendarTime {
         year: 1970,

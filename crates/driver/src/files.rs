@@ -66,7 +66,6 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
 }
 
 /// The extension of a file name in lower case; empty without one.
-#[must_use]
 pub fn extension(path: &Path) -> String {
     let ending = path.extension().unwrap_or_default();
     ending.to_string_lossy().to_ascii_lowercase()

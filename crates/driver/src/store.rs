@@ -130,7 +130,6 @@ impl Store {
     }
 
     /// Warnings about entries that were skipped when the directory was opened.
-    #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }

@@ -54,7 +54,6 @@ pub struct WatchSender {
 }
 
 /// Creates the two ends of a watch.
-#[must_use]
 pub fn channel() -> (WatchSender, Watch) {
     let shared = Arc::new(Shared::default());
     let sender = WatchSender {
@@ -90,7 +89,6 @@ impl Drop for WatchSender {
 
 impl Watch {
     /// The outputs that nobody has looked at yet; they are consumed.
-    #[must_use]
     pub fn take(&self) -> Vec<Output> {
         self.0.state().outputs.drain(..).collect()
     }

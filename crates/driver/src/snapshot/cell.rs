@@ -13,7 +13,6 @@ struct CellFile<T> {
 }
 
 /// The snapshots of robots as indented JSON.
-#[must_use]
 pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
     let states = states.iter();
     let robots = states

@@ -57,7 +57,6 @@ pub enum FileError {
 }
 
 /// The snapshot of a controller as indented JSON.
-#[must_use]
 pub fn to_pretty_json(controller: &Controller) -> String {
     // Serialization fails only for maps whose keys are not strings; a snapshot has none.
     let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
@@ -66,7 +65,6 @@ pub fn to_pretty_json(controller: &Controller) -> String {
 }
 
 /// The snapshot of a controller as JSON on one line.
-#[must_use]
 pub fn to_json_line(controller: &Controller) -> String {
     // As above.
     serde_json::to_string(&controller.snapshot()).unwrap_or_default()
@@ -180,7 +178,6 @@ impl SnapshotStore {
     }
 
     /// The names, each with the virtual time of its snapshot in microseconds.
-    #[must_use]
     pub fn list(&self) -> Vec<(String, u64)> {
         let moments = self.0.iter();
         moments

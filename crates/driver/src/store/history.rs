@@ -27,7 +27,6 @@ struct Document {
 
 impl Store {
     /// The error history as it was saved last, newest first.
-    #[must_use]
     pub fn history(&self) -> &VecDeque<Alarm> {
         &self.history
     }

@@ -213,7 +213,6 @@ pub struct WireTable {
 
 impl ServeArgs {
     /// Where the port numbers come from: ETHERNET.PAR and an offset, or the system.
-    #[must_use]
     pub fn tcp_ports(&self) -> Ports {
         match self.ports {
             Some(PortSource::Auto) => Ports::Auto,

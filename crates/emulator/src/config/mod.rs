@@ -95,7 +95,6 @@ impl Settings {
     pub const LISTEN: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
     /// The defaults around a controller: loopback, the ports of ETHERNET.PAR, real time, memory only.
-    #[must_use]
     pub fn new(controller: Config) -> Settings {
         Settings {
             listen: Settings::LISTEN,

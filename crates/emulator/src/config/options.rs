@@ -79,7 +79,6 @@ pub enum Values {
 
 impl Values {
     /// The words it is one of; empty for numbers and times.
-    #[must_use]
     pub fn words(&self) -> &'static [&'static str] {
         match self {
             Values::Flag => &["true", "false"],
@@ -122,13 +121,11 @@ pub struct OptionRow {
 
 impl OptionRow {
     /// The values it accepts.
-    #[must_use]
     pub fn values(&self) -> Values {
         self.setting.values()
     }
 
     /// Its default in a dialect; empty if it depends on the arm.
-    #[must_use]
     pub fn default_in(&self, dialect: Dialect) -> String {
         let (mut options, mut links) = (Options::for_dialect(dialect), LinkOptions::default());
         self.setting.text(&mut options, &mut links)

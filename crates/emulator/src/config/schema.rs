@@ -53,7 +53,6 @@ pub struct Key {
 }
 
 /// Every key of the configuration file but the table `options`, in the order of `serve --help`.
-#[must_use]
 pub fn keys() -> Vec<Key> {
     let command = serve_command();
     let keys = command.get_arguments().filter_map(key);
@@ -62,7 +61,6 @@ pub fn keys() -> Vec<Key> {
 }
 
 /// The environment variable of a flag of `serve`.
-#[must_use]
 pub fn variable(flag: &str) -> String {
     format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
 }
@@ -85,7 +83,6 @@ fn key(argument: &Arg) -> Option<Key> {
 }
 
 /// A help text without its `[default: VALUE]`, and the value.
-#[must_use]
 pub fn split_default(help: &str) -> (String, Option<String>) {
     let Some((before, rest)) = help.split_once("[default: ") else {
         return (help.trim().to_owned(), None);
@@ -128,7 +125,6 @@ fn kind(argument: &Arg) -> Kind {
 }
 
 /// The JSON schema of the configuration file (draft 2020-12).
-#[must_use]
 pub fn schema() -> Value {
     let mut properties: Map<String, Value> = keys()
         .into_iter()

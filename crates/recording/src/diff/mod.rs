@@ -163,7 +163,6 @@ pub struct Candidate {
 }
 
 /// Plays a recording to an emulator and compares what that answers.
-#[must_use]
 pub fn diff(recording: &Recording, candidate: Candidate, tolerance: &Tolerance) -> Report {
     let events = answers::events(recording, candidate.controller.config().options.text);
     Matching::new(Player::new(candidate, recording), tolerance).run(&events)

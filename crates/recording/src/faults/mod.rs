@@ -13,7 +13,6 @@ use ts3100_controller::port::Port;
 use ts3100_controller::variation::VARIATIONS;
 
 /// A fault as JSON: what `POST /faults` takes and what reports have.
-#[must_use]
 pub fn fault_json(fault: &Fault) -> Value {
     json!({
         "id": fault.id,
@@ -31,7 +30,6 @@ pub fn fault_json(fault: &Fault) -> Value {
 }
 
 /// Every kind and every variation, for people.
-#[must_use]
 pub fn kinds_text() -> String {
     let mut text = String::from(
         "Kinds of faults (--fault KIND:key=value,...; each also takes command, channel, block, after, times, probability):\n",

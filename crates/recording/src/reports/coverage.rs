@@ -59,7 +59,6 @@ pub struct CoverageError {
 
 impl CoverageReport {
     /// The document of a run.
-    #[must_use]
     pub fn new(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
         let mut cells: BTreeMap<PermissionCell, (u64, bool)> = BTreeMap::new();
         for port in coverage.ports() {
@@ -80,7 +79,6 @@ impl CoverageReport {
     }
 
     /// One document of several: a cell counts what all count, and is reachable if it is in any of them.
-    #[must_use]
     pub fn merged(reports: impl IntoIterator<Item = CoverageReport>) -> CoverageReport {
         let mut cells: BTreeMap<_, CellReport> = BTreeMap::new();
         for cell in reports.into_iter().flat_map(|report| report.cells) {

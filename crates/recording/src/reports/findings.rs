@@ -84,7 +84,6 @@ pub struct FindingView {
 
 impl FindingsView {
     /// The document of a run: with the assumptions that it rested on.
-    #[must_use]
     pub fn of_run(findings: &Findings, coverage: &CommandCoverage) -> FindingsView {
         let served = coverage.reached().map(|(cell, _)| cell.row());
         let broken = findings.broken().map(|(rule, _)| rule.id);
@@ -101,7 +100,6 @@ impl FindingsView {
     }
 
     /// The document of these findings.
-    #[must_use]
     pub fn new(findings: &Findings) -> FindingsView {
         let count = |severity: Severity| {
             let broken = findings.broken();

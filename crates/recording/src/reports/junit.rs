@@ -28,25 +28,21 @@ pub fn case(class: &str, name: &str, time: Duration, status: TestCaseStatus) -> 
 }
 
 /// The status of a case that failed: `message` is one line, `text` all of it.
-#[must_use]
 pub fn failure(message: &str, text: &str) -> TestCaseStatus {
     unsuccessful(NonSuccessKind::Failure, message, text)
 }
 
 /// The status of a case that could not be tried: `message` is one line, `text` all of it.
-#[must_use]
 pub fn error(message: &str, text: &str) -> TestCaseStatus {
     unsuccessful(NonSuccessKind::Error, message, text)
 }
 
 /// The status of a case that passed.
-#[must_use]
 pub fn success() -> TestCaseStatus {
     TestCaseStatus::success()
 }
 
 /// The status of a case that could not be tried, which is no failure.
-#[must_use]
 pub fn skipped(message: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::skipped();
     status.set_message(message);

@@ -23,7 +23,6 @@ use ts3100_driver::cell::{Notice, Subscriber};
 use ts3100_driver::files::{self, PathError, cannot};
 
 /// Virtual time in seconds.
-#[must_use]
 #[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
 pub fn seconds(time: Time) -> f64 {
     time.as_micros() as f64 / 1e6
@@ -60,7 +59,6 @@ impl RunRecord {
     }
 
     /// A record of a run that starts with this controller. Executed lines are recorded if `record_lines` is set.
-    #[must_use]
     pub fn new(controller: &Controller, record_lines: bool) -> RunRecord {
         let record = RunRecord::default();
         record.data().record_lines = record_lines;
@@ -76,13 +74,11 @@ impl RunRecord {
     }
 
     /// Findings so far.
-    #[must_use]
     pub fn findings(&self) -> Findings {
         self.data().findings.clone()
     }
 
     /// Coverage of the permission tables so far, resets or not.
-    #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.command_coverage(), config)
     }
@@ -95,19 +91,16 @@ impl RunRecord {
     }
 
     /// Coverage of the permission tables since the start or the last reset.
-    #[must_use]
     pub fn coverage_since_reset(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.data().coverage, config)
     }
 
     /// Executed lines of the user files so far.
-    #[must_use]
     pub fn executed(&self) -> StatementCoverage {
         self.data().executed.clone()
     }
 
     /// Applications of faults so far.
-    #[must_use]
     pub fn fault_log(&self) -> FaultLog {
         self.data().fault_log.clone()
     }

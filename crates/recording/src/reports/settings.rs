@@ -32,7 +32,6 @@ impl Deny {
     pub const WARNINGS: Deny = Deny::Severity(Severity::Warning);
 
     /// Whether the rule is one of them.
-    #[must_use]
     pub fn covers(&self, rule: &Rule) -> bool {
         match self {
             Deny::Severity(severity) => rule.severity >= *severity,
@@ -83,7 +82,6 @@ pub enum FindingsFormat {
 
 impl FindingsFormat {
     /// The format for a file extension; JSON by default.
-    #[must_use]
     pub fn from_path(path: &Path) -> FindingsFormat {
         match files::extension(path).as_str() {
             "xml" => FindingsFormat::Junit,
@@ -122,7 +120,6 @@ pub struct ReportOutcome {
 
 impl ReportOutcome {
     /// 0, [`DENIED`], or [`BELOW_COVERAGE`].
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         if !self.denied.is_empty() || !self.never_fired.is_empty() {
             DENIED
@@ -205,7 +202,6 @@ impl Reports {
 }
 
 /// A coverage report in the format for the extension of its file.
-#[must_use]
 pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
     match files::extension(path).as_str() {
         "html" | "htm" => html::page(report),

@@ -85,7 +85,6 @@ pub struct Play(Arc<Mutex<PlayState>>);
 
 impl Play {
     /// A scenario that has not started.
-    #[must_use]
     pub fn new(scenario: Scenario) -> Play {
         let start = scenario.start.actions.into_iter();
         let mut planned: Vec<_> = start.map(|action| (Duration::ZERO, action)).collect();
@@ -186,7 +185,6 @@ impl Play {
     }
 
     /// The outcome if the scenario ends now.
-    #[must_use]
     pub fn outcome(&self, now: Time) -> ScenarioOutcome {
         let state = self.state();
         let now = state.scenario_time(now);
@@ -226,7 +224,6 @@ impl Play {
     }
 
     /// How far the scenario is at `now`, a time of the controller.
-    #[must_use]
     pub fn progress(&self, now: Time) -> ScenarioProgress {
         let state = self.state();
         let now = state.scenario_time(now);

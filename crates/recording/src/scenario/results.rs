@@ -41,7 +41,6 @@ pub struct ScenarioOutcome {
 
 impl ScenarioOutcome {
     /// Whether something was not as expected.
-    #[must_use]
     pub fn has_failed(&self) -> bool {
         self.failures().next().is_some()
     }
@@ -55,7 +54,6 @@ impl ScenarioOutcome {
     }
 
     /// As JUnit XML, with times in virtual seconds.
-    #[must_use]
     pub fn junit(&self) -> String {
         let cases = self.entries.iter().map(|entry| {
             let status = match &entry.verdict {

@@ -112,7 +112,6 @@ impl Tap {
     }
 
     /// TCP port of each tapped channel.
-    #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
     }

@@ -44,7 +44,6 @@ pub struct PeerId {
 
 impl PeerId {
     /// The first peer of a port.
-    #[must_use]
     pub const fn first(port: Port) -> PeerId {
         PeerId { port, peer: 1 }
     }
@@ -127,7 +126,6 @@ pub enum RecordKind {
 
 impl RecordKind {
     /// The time from which later records continue, if this one changes time.
-    #[must_use]
     pub fn new_time(&self) -> Option<Time> {
         let RecordKind::Link(link) = self else { return None };
         link.new_time()
@@ -262,7 +260,6 @@ pub enum Format {
 
 impl Format {
     /// The format for a file extension; text without one.
-    #[must_use]
     pub fn from_path(path: &Path) -> Option<Format> {
         match files::extension(path).as_str() {
             "" if path.extension().is_none() => Some(Format::Text),
@@ -332,7 +329,6 @@ impl Recording {
 }
 
 /// The address without its port number.
-#[must_use]
 pub fn without_port(peer: &str) -> String {
     match peer.parse::<std::net::SocketAddr>() {
         Ok(address) => address.ip().to_string(),

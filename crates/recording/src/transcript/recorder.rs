@@ -141,7 +141,6 @@ impl Recorder {
     }
 
     /// Whether anything is written at all.
-    #[must_use]
     pub fn is_on(&self) -> bool {
         !self.outputs.is_empty()
     }

@@ -104,7 +104,6 @@ impl Observer {
 }
 
 /// The calendar for a header; `None` for the default of a new controller.
-#[must_use]
 pub fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
     Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
 }
@@ -166,7 +165,6 @@ impl TranscriptSink {
     }
 
     /// The buffer in memory.
-    #[must_use]
     pub fn buffer(&self) -> Arc<TranscriptBuffer> {
         self.buffer.clone().unwrap_or_default()
     }
