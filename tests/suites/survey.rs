@@ -470,7 +470,7 @@ fn every_option_is_found_or_says_why_not() {
         OPTIONS
             .iter()
             .find(|row| row.key == option)
-            .map_or(&[][..], |row| row.values.words())
+            .map_or(&[][..], |row| row.values().words())
     };
     for (option, _, values) in DECIDED {
         assert!(

@@ -2,17 +2,12 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::body::{Json, NoBody, Path};
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
-use ts3100_controller::action::Action;
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
-use ts3100_controller::input::PanelAction;
-use ts3100_driver::driver::request::View;
+use ts3100_controller::{Action, PanelAction};
 use ts3100_recording::book;
-use utoipa::ToSchema;
 
 /// Longest detail of an alarm in characters.
 const MAX_DETAIL: usize = 200;
@@ -157,8 +152,7 @@ async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<A
 /// Clears every alarm whose cause has gone.
 #[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
 async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
-    let panel = PanelAction::AlarmReset;
-    handle.act(Action::Panel(panel), AlarmList::new).await.map(Json)
+    handle.press(PanelAction::AlarmReset, AlarmList::new).await
 }
 
 /// List every alarm of the controller

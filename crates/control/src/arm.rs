@@ -2,15 +2,10 @@
 //!
 //! `/arm/pose` is the part that changes while the arm moves, for readers that draw each picture anew.
 
-use super::body::Json;
 use super::event::seconds;
-use super::handle::{Answer, Handle};
 use super::noise::without_noise;
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
+use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
 use ts3100_controller::model::{ArmKind, ArmModel};
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// The arm with its model.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -1,14 +1,11 @@
 //! `/breakpoints`, `/program/step` and `/program/run-to`: the selected program, stopped where one wants it.
 
-use super::body::{Json, NoBody, whole};
-use super::handle::{Answer, Handle};
+use super::body::whole;
 use super::panel::ProgramStatus;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::action::Action;
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// The breakpoints of the selected file.
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]

@@ -3,17 +3,16 @@
 //! The sockets are in [`ts3100_driver::tcp`] and [`ts3100_driver::serial`]; the buffers are the controller's.
 
 use super::api_names::{NamedPort, PortName};
-use super::body::{Json, NoBody, Path, parse_hex};
+use super::body::parse_hex;
 use super::event::hex;
-use super::handle::{Answer, DriverHandle, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::resource::{
+    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema,
+    View, routes,
+};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
-use ts3100_driver::driver::request::{LinkAction, Request, View};
+use ts3100_driver::driver::request::{LinkAction, Request};
 use ts3100_proto::escape::Escaped;
-use utoipa::ToSchema;
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]

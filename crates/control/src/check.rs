@@ -3,16 +3,12 @@
 //! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
 //! the robot. Nothing is stored.
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, TaughtPoint, check_with_points};
-use serde::{Deserialize, Serialize};
 use tokio::task::spawn_blocking;
-use ts3100_driver::driver::request::View;
 use ts3100_recording::book;
-use utoipa::ToSchema;
 
 /// The program to check.
 #[derive(Debug, Clone, Deserialize, ToSchema)]

@@ -334,7 +334,6 @@ impl Read for Body {
 }
 
 /// Percent-encodes one segment of a path (RFC 3986, unreserved characters stay).
-#[must_use]
 pub fn percent_encoded(segment: &str) -> String {
     segment.bytes().fold(String::new(), |mut text, byte| {
         if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {

@@ -5,23 +5,21 @@
 //! besides.
 
 use super::api_names::{NamedPort, NamedStatus, PortName};
-use super::body::{Json, Seconds, number_that, object_only, whole_number};
+use super::body::{Seconds, number_that, object_only, whole_number};
 use super::event::seconds;
-use super::handle::{Answer, Handle};
 use super::lines::require_line;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use axum::http::StatusCode;
+use serde::Deserializer;
 use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
-use ts3100_controller::Condition;
-use ts3100_controller::action::IoKind;
 use ts3100_controller::alarm::AlarmCode;
+use ts3100_controller::{Condition, IoKind};
 use ts3100_driver::clock::{MAX_SCALE, TimeMode};
-use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
+use ts3100_driver::driver::request::{LinkAction, Request, WaitResult};
 use ts3100_driver::driver::wait::Wait;
-use utoipa::ToSchema;
 
 /// Longest wall-clock time a call may wait.
 pub const MAX_WALL: Duration = Duration::from_secs(600);

@@ -3,18 +3,16 @@
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
-use ts3100_driver::driver::request::View;
+use super::resource::{Answer, Handle, Json, RouteTable, ToSchema, View, routes};
 use ts3100_recording::reports::CoverageReport;
-use ts3100_recording::reports::coverage::CellReport;
-use utoipa::ToSchema;
 
 /// Coverage of the permission tables, as `--coverage FILE` writes it.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Coverage {
+#[derive(ToSchema)]
+#[expect(
+    dead_code,
+    reason = "it is only described; what is answered is `CoverageReport`"
+)]
+struct Coverage {
     /// Version of this document.
     version: u32,
     /// Reachable cells that were reached.
@@ -28,8 +26,12 @@ pub struct Coverage {
 }
 
 /// A command in a master mode on a port, and what came of it.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct CoverageCell {
+#[derive(ToSchema)]
+#[expect(
+    dead_code,
+    reason = "it is only described; what is answered is `CoverageReport`"
+)]
+struct CoverageCell {
     /// `HOST` or `IP0`.
     port: String,
     /// Row of the tables: the letters of a command, or `RS,ERR`.
@@ -44,31 +46,6 @@ pub struct CoverageCell {
     reachable: bool,
 }
 
-impl From<CellReport> for CoverageCell {
-    fn from(cell: CellReport) -> CoverageCell {
-        CoverageCell {
-            port: cell.port,
-            command: cell.command,
-            mode: cell.mode,
-            outcome: cell.outcome,
-            count: cell.count,
-            reachable: cell.reachable,
-        }
-    }
-}
-
-impl From<CoverageReport> for Coverage {
-    fn from(report: CoverageReport) -> Coverage {
-        Coverage {
-            version: report.version,
-            reached: report.reached,
-            reachable: report.reachable,
-            percent: report.percent,
-            cells: report.cells.into_iter().map(CoverageCell::from).collect(),
-        }
-    }
-}
-
 /// Adds the calls of this file.
 pub fn add(table: RouteTable) -> RouteTable {
     table.routes(routes!(get_coverage))
@@ -79,9 +56,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 /// What the hosts have reached since the start or the last reset: each command in each master mode, with what came of
 /// it.
 #[utoipa::path(get, path = "/coverage", responses((status = 200, body = Coverage)))]
-async fn get_coverage(handle: Handle) -> Answer<Coverage> {
+async fn get_coverage(handle: Handle) -> Answer<CoverageReport> {
     let record = handle.record.clone();
     let look = move |view: &View<'_>| record.coverage_since_reset(view.controller.config());
-    let report = handle.query(look).await?;
-    Ok(Json(report.into()))
+    handle.query(look).await.map(Json)
 }

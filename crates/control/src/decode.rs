@@ -3,15 +3,11 @@
 //! The fields are [`ts3100_proto::dissect`]'s and [`ts3100_proto::dissect_command`]'s. No robot is asked: a text of a
 //! recording can be decoded too.
 
-use super::body::{Json, parse_hex};
-use super::handle::Answer;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::body::parse_hex;
+use super::resource::{Answer, Deserialize, Json, Problem, RouteTable, Serialize, ToSchema, routes};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::dissect_command::dissect_command;
 use ts3100_proto::text::STX;
-use utoipa::ToSchema;
 
 /// Most bytes of a text: a file that a peer sends as one text fits several times.
 const MAX_TEXT: usize = 4_096;

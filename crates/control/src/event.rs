@@ -5,11 +5,7 @@
 
 use serde::Serialize;
 use std::fmt::Write as _;
-use ts3100_controller::findings::Rule;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
-use ts3100_controller::port::Port;
-use ts3100_controller::time::Time;
+use ts3100_controller::{Event, Input, Output, Port, Rule, Time};
 use ts3100_proto::escape::Escaped;
 pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
@@ -95,7 +91,6 @@ pub struct ApiEvent {
 }
 
 /// Bytes as hexadecimal digits, two each.
-#[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a String cannot fail.
@@ -106,7 +101,6 @@ pub fn hex(bytes: &[u8]) -> String {
 
 impl ApiEvent {
     /// An event of this kind; the journal assigns `seq` when it stores the event.
-    #[must_use]
     pub fn new(now: Time, event: &'static str) -> ApiEvent {
         ApiEvent {
             t: seconds(now),
@@ -125,7 +119,6 @@ impl ApiEvent {
     }
 
     /// Whether there is an event for an input: panel actions are reported by their effects, ticks not at all.
-    #[must_use]
     pub fn has_input(input: &Input) -> bool {
         matches!(
             input,
@@ -134,7 +127,6 @@ impl ApiEvent {
     }
 
     /// The event for an input of the controller, if it has one.
-    #[must_use]
     pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
         let new = |event, port: &Port| ApiEvent {
             port: Some(port.name()),
@@ -160,7 +152,6 @@ impl ApiEvent {
     }
 
     /// The event for an output of the controller.
-    #[must_use]
     pub fn from_output(now: Time, output: &Output) -> ApiEvent {
         let mut event = ApiEvent {
             port: output.port().map(Port::name),

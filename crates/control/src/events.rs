@@ -5,23 +5,20 @@
 
 use super::body::Query;
 use super::event::ApiEvent;
-use super::handle::{Handle, MAX_STREAMS};
+use super::handle::MAX_STREAMS;
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
 use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
 use futures_util::stream::{Stream, unfold};
-use serde::Deserialize;
 use serde_json::json;
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;
 use tokio::sync::{OwnedSemaphorePermit, watch};
-use utoipa::IntoParams;
 
 /// Events taken out of the journal at once.
 const BATCH: usize = 64;

@@ -2,22 +2,18 @@
 //!
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
-use super::body::{Json, NoBody, Path, object_only, optional_whole, whole};
+use super::body::{object_only, optional_whole, whole};
 use super::event::seconds;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use axum::http::StatusCode;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use ts3100_controller::Port;
-use ts3100_controller::action::Action;
 use ts3100_controller::faults::{
     Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
+use ts3100_controller::{Action, Port};
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
@@ -351,7 +347,12 @@ async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
 /// List the kinds of faults
 #[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
 async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
-    Json(KINDS.iter().map(FaultKindInfo::new).collect())
+    Json(fault_kinds())
+}
+
+/// Every kind of fault.
+pub fn fault_kinds() -> Vec<FaultKindInfo> {
+    KINDS.iter().map(FaultKindInfo::new).collect()
 }
 
 /// Get a fault

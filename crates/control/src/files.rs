@@ -2,17 +2,13 @@
 //!
 //! A file is written as by a download, all or nothing; the rules are in the controller's `drive` module.
 
-use super::body::{Json, NoBody, Path};
 use super::channels::ByteContent;
 use super::event::hex;
-use super::handle::{Answer, Handle};
 use super::panel::ProgramStatus;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
+use super::resource::{
+    Answer, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::action::Action;
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
-use ts3100_controller::action::Action;
+use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
@@ -65,7 +65,6 @@ impl<T> Slot<T> {
 
 impl DriverHandle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    #[must_use]
     pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
         DriverHandle {
             driver,
@@ -115,6 +114,15 @@ impl DriverHandle {
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         self.change(Request::Action, action, look).await
+    }
+
+    /// As [`DriverHandle::act`], at the operating panel; what is read is the answer of the call.
+    pub async fn press<T: Send + 'static>(
+        &self,
+        panel: PanelAction,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
+    ) -> Answer<T> {
+        self.act(Action::Panel(panel), look).await.map(Json)
     }
 
     /// As [`DriverHandle::act`], for every kind of request that can be refused.

@@ -3,16 +3,14 @@
 //! A call with `hold` is a key that is held: whatever ends the call lets it go.
 
 use super::arm::ArmPosture;
-use super::body::{Json, NoBody, whole};
-use super::handle::{Answer, DriverHandle, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::body::whole;
+use super::resource::{
+    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
+};
 use std::time::Duration;
 use tokio::time::sleep;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{JogMode, PanelAction};
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
 
 /// Between two looks whether the arm still moves, while a key is held.
 const LOOK: Duration = Duration::from_millis(50);
@@ -135,6 +133,5 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
 /// The arm slows and rests.
 #[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
 async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
-    let panel = PanelAction::JogStop;
-    handle.act(Action::Panel(panel), ArmPosture::new).await.map(Json)
+    handle.press(PanelAction::JogStop, ArmPosture::new).await
 }

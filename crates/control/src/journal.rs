@@ -8,9 +8,7 @@ use super::metrics::Metrics;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
-use ts3100_controller::time::Time;
+use ts3100_controller::{Event, Input, Output, Time};
 use ts3100_driver::cell::{Notice, Side, Subscriber};
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
 
@@ -86,7 +84,6 @@ impl Default for Journal {
 
 impl Journal {
     /// A journal of so many events that also serves this transcript, which the driver writes.
-    #[must_use]
     pub fn new(kept: usize, transcript: Arc<TranscriptBuffer>) -> Journal {
         Journal {
             state: Mutex::default(),
@@ -97,7 +94,6 @@ impl Journal {
     }
 
     /// The kept transcript in this format.
-    #[must_use]
     pub fn transcript(&self, format: Format) -> Vec<u8> {
         self.transcript.to_bytes(format)
     }
@@ -132,7 +128,6 @@ impl Journal {
     }
 
     /// At most `most` events with numbers from `from` on.
-    #[must_use]
     pub fn events_from(&self, from: u64, most: usize) -> EventBatch {
         let state = self.lock();
         let first = state.events.front().map_or(state.count + 1, |event| event.seq);
@@ -150,25 +145,21 @@ impl Journal {
     }
 
     /// The number the next event will have.
-    #[must_use]
     pub fn next_number(&self) -> u64 {
         self.lock().count + 1
     }
 
     /// A receiver that changes with every event.
-    #[must_use]
     pub fn watch(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
     }
 
     /// The findings kept, oldest first.
-    #[must_use]
     pub fn findings(&self) -> Vec<ApiEvent> {
         self.lock().findings.iter().map(Entry::document).collect()
     }
 
     /// How often each rule was broken, of the findings kept.
-    #[must_use]
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
         for finding in &self.lock().findings {
@@ -180,7 +171,6 @@ impl Journal {
     }
 
     /// The counters as they are now.
-    #[must_use]
     pub fn metrics(&self) -> Metrics {
         self.lock().metrics.clone()
     }

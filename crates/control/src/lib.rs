@@ -40,6 +40,7 @@ mod pendant;
 mod power;
 pub mod printable;
 mod problem;
+mod resource;
 pub mod robots;
 mod route_table;
 mod scenario;
@@ -54,6 +55,7 @@ mod wires;
 
 pub use body::MAX_SNAPSHOT;
 pub use clock::{DEFAULT_WALL, MAX_WALL};
+pub use faults::fault_kinds;
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use asset::{Asset, asset};
@@ -161,7 +163,6 @@ impl Server {
     }
 
     /// Where it is bound.
-    #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
     }

@@ -2,17 +2,13 @@
 //!
 //! Line numbers and forcing are the controller's `signals` module, names its `line_names`.
 
-use super::body::{Json, NoBody, Path, Seconds};
-use super::handle::{Answer, DriverHandle, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
-use ts3100_controller::action::{Action, IoKind};
-use ts3100_controller::input::PanelAction;
-use ts3100_controller::line_name;
+use super::body::Seconds;
+use super::resource::{
+    Answer, Deserialize, DriverHandle, Handle, IntoParams, Json, NoBody, Path, Problem, RouteTable,
+    Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::signals::Signals;
-use ts3100_driver::driver::request::View;
-use utoipa::{IntoParams, ToSchema};
+use ts3100_controller::{Action, IoKind, PanelAction, line_name};
 
 /// The inputs or outputs that are on or forced.
 #[derive(Debug, Clone, Serialize, ToSchema)]

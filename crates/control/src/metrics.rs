@@ -7,9 +7,7 @@ use crate::printable::escape_line;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output, Verdict};
-use ts3100_controller::port::Port;
+use ts3100_controller::{Event, Input, Output, Port, Verdict};
 
 /// Most series of one family; the rest is counted as [`OTHER`]. Hosts can send arbitrary commands, so labels must be
 /// bounded.
@@ -18,77 +16,72 @@ const MAX_SERIES: usize = 256;
 const OTHER: &str = "other";
 
 /// A family of counters.
-#[derive(Debug, Clone, Copy)]
-enum Family {
-    Refusals,
-    Bytes,
-    Texts,
-    Commands,
-    Dropped,
-    Connections,
-    Alarms,
-    Findings,
-    Faults,
-}
-
-/// What is printed of a family.
-struct Description {
+struct Family {
     name: &'static str,
     help: &'static str,
     labels: &'static [&'static str],
+    series: fn(&Metrics) -> Series,
 }
 
-/// Number of families.
-const FAMILIES: usize = 9;
-
-/// The families, in the order of [`Family`].
-const DESCRIPTIONS: [Description; FAMILIES] = [
-    Description {
+const FAMILIES: [Family; 9] = [
+    Family {
         name: "ts3100_refusals_total",
         help: "Texts answered NG, by their first letters.",
         labels: &["port", "command"],
+        series: |metrics| metrics.refusals.clone(),
     },
-    Description {
+    Family {
         name: "ts3100_bytes_total",
         help: "Bytes on a port, by direction.",
         labels: &["port", "direction"],
+        series: |metrics| metrics.by_direction(|counters| counters.bytes),
     },
-    Description {
+    Family {
         name: "ts3100_texts_total",
         help: "Whole texts on a protocol port, by direction.",
         labels: &["port", "direction"],
+        series: |metrics| metrics.by_direction(|counters| counters.texts),
     },
-    Description {
+    Family {
         name: "ts3100_commands_total",
         help: "Commands of the permission tables, by outcome.",
         labels: &["port", "command", "outcome"],
+        series: Metrics::commands,
     },
-    Description {
+    Family {
         name: "ts3100_dropped_bytes_total",
         help: "Bytes that belonged to no text or to one that was given up.",
         labels: &["port"],
+        series: |metrics| metrics.dropped.clone(),
     },
-    Description {
+    Family {
         name: "ts3100_connections_total",
         help: "Peers that connected.",
         labels: &["port"],
+        series: |metrics| metrics.connections.clone(),
     },
-    Description {
+    Family {
         name: "ts3100_alarms_total",
         help: "Alarms raised.",
         labels: &["number"],
+        series: |metrics| metrics.alarms.clone(),
     },
-    Description {
+    Family {
         name: "ts3100_findings_total",
         help: "Findings about hosts.",
         labels: &["rule"],
+        series: Metrics::findings,
     },
-    Description {
+    Family {
         name: "ts3100_faults_total",
         help: "Faults that were applied, by kind.",
         labels: &["kind"],
+        series: |metrics| metrics.faults.clone(),
     },
 ];
+
+/// Counts by the values of their labels.
+type Series = BTreeMap<Labels, u64>;
 
 /// Values of the labels of a series, empty where its family has fewer. Most are names that the program knows.
 type Labels = [Cow<'static, str>; 3];
@@ -124,13 +117,15 @@ fn count_name(names: &mut Names, name: &'static str) {
 /// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
-    /// In the order of [`Port::ALL`]. The series of [`Family::Bytes`], [`Family::Texts`] and [`Family::Commands`] are made
-    /// of them.
+    /// In the order of [`Port::ALL`].
     ports: [PortCounters; Port::ALL.len()],
-    /// By their rules: the series of [`Family::Findings`].
+    /// By their rules.
     findings: Names,
-    /// The series of each other family.
-    counters: [BTreeMap<Labels, u64>; FAMILIES],
+    refusals: Series,
+    dropped: Series,
+    connections: Series,
+    alarms: Series,
+    faults: Series,
 }
 
 /// A value that goes up and down.
@@ -144,72 +139,56 @@ pub struct Gauge {
     pub value: f64,
 }
 
+/// The labels of a series, of which there may be fewer than three.
+fn labels<const N: usize>(values: [Cow<'static, str>; N]) -> Labels {
+    let mut labels = Labels::default();
+    for (label, value) in labels.iter_mut().zip(values) {
+        *label = value;
+    }
+    labels
+}
+
+fn count<const N: usize>(series: &mut Series, values: [Cow<'static, str>; N], by: usize) {
+    let mut key = labels(values);
+    if series.len() >= MAX_SERIES && !series.contains_key(&key) {
+        let used = key.iter_mut().filter(|label| !label.is_empty());
+        used.for_each(|label| *label = Cow::Borrowed(OTHER));
+    }
+    *series.entry(key).or_default() += by as u64;
+}
+
 impl Metrics {
     fn port(&mut self, port: Port) -> &mut PortCounters {
         &mut self.ports[port as usize]
     }
 
-    /// The series of a family, in the order of their labels.
-    fn series(&self, family: usize) -> BTreeMap<Labels, u64> {
-        let ports = Port::ALL.into_iter().zip(&self.ports);
-        let directions = |of_port: fn(&PortCounters) -> [u64; 2]| {
-            let counted = ports.clone().flat_map(|(port, counters)| {
+    fn by_direction(&self, of_port: fn(&PortCounters) -> [u64; 2]) -> Series {
+        let counted = Port::ALL
+            .into_iter()
+            .zip(&self.ports)
+            .flat_map(|(port, counters)| {
                 let counts = DIRECTIONS.into_iter().zip(of_port(counters));
-                counts.map(move |(direction, count)| {
-                    ([port.name().into(), direction.into(), Cow::default()], count)
-                })
+                counts.map(move |(direction, count)| (labels([port.name().into(), direction.into()]), count))
             });
-            counted.filter(|(_, count)| *count > 0).collect()
-        };
-        match family {
-            _ if family == Family::Bytes as usize => directions(|counters| counters.bytes),
-            _ if family == Family::Texts as usize => directions(|counters| counters.texts),
-            _ if family == Family::Commands as usize => ports
-                .flat_map(|(port, counters)| {
-                    let verdicts = Verdict::ALL.into_iter().zip(&counters.commands);
-                    verdicts.flat_map(move |(verdict, rows)| {
-                        let labels = move |row: &'static str| {
-                            [port.name().into(), row.into(), verdict.as_str().into()]
-                        };
-                        rows.iter().map(move |(row, count)| (labels(row), *count))
-                    })
-                })
-                .collect(),
-            _ if family == Family::Findings as usize => {
-                let rules = self.findings.iter();
-                rules
-                    .map(|(rule, count)| ([(*rule).into(), Cow::default(), Cow::default()], *count))
-                    .collect()
+        counted.filter(|(_, count)| *count > 0).collect()
+    }
+
+    fn commands(&self) -> Series {
+        let mut series = Series::new();
+        for (port, counters) in Port::ALL.into_iter().zip(&self.ports) {
+            for (verdict, rows) in Verdict::ALL.into_iter().zip(&counters.commands) {
+                let labels = |row: &'static str| [port.name().into(), row.into(), verdict.as_str().into()];
+                series.extend(rows.iter().map(|(row, count)| (labels(row), *count)));
             }
-            _ => self.counters.get(family).cloned().unwrap_or_default(),
         }
+        series
     }
 
-    fn count<const N: usize>(&mut self, family: Family, labels: [&'static str; N], by: usize) {
-        let mut key = Labels::default();
-        for (value, label) in key.iter_mut().zip(labels) {
-            *value = Cow::Borrowed(label);
-        }
-        self.count_labels(family, key, by);
-    }
-
-    fn count_labels(&mut self, family: Family, key: Labels, by: usize) {
-        let Some(series) = self.counters.get_mut(family as usize) else {
-            return;
-        };
-        if let Some(count) = series.get_mut(&key) {
-            *count += by as u64;
-            return;
-        }
-        let key = if series.len() < MAX_SERIES {
-            key
-        } else {
-            key.map(|label| match label.is_empty() {
-                true => label,
-                false => Cow::Borrowed(OTHER),
-            })
-        };
-        *series.entry(key).or_default() += by as u64;
+    fn findings(&self) -> Series {
+        let rules = self.findings.iter();
+        rules
+            .map(|(rule, count)| (labels([(*rule).into()]), *count))
+            .collect()
     }
 
     /// Counts an input of the controller.
@@ -217,7 +196,7 @@ impl Metrics {
         if let Input::Received { port, bytes } = input {
             self.port(*port).bytes[IN] += bytes.len() as u64;
         } else if let Input::Connected { port, .. } = input {
-            self.count(Family::Connections, [port.name()], 1);
+            count(&mut self.connections, [port.name().into()], 1);
         }
     }
 
@@ -234,22 +213,22 @@ impl Metrics {
         match event {
             Event::TextIn { port, .. } => self.port(*port).texts[IN] += 1,
             Event::TextOut { port, .. } => self.port(*port).texts[OUT] += 1,
-            Event::Dropped { port, bytes, .. } => self.count(Family::Dropped, [port.name()], *bytes),
+            Event::Dropped { port, bytes, .. } => count(&mut self.dropped, [port.name().into()], *bytes),
             Event::Answered {
                 port, row, verdict, ..
             } => count_name(&mut self.port(*port).commands[*verdict as usize], row),
             Event::Refused { port, command, .. } => {
-                let command = Cow::Owned(command.clone());
-                self.count_labels(Family::Refusals, [port.name().into(), command, Cow::default()], 1);
+                count(
+                    &mut self.refusals,
+                    [port.name().into(), command.clone().into()],
+                    1,
+                );
             }
             Event::Finding { rule, .. } => count_name(&mut self.findings, rule),
-            Event::Alarm { number, .. } => {
-                let number = Cow::Owned(number.clone());
-                self.count_labels(Family::Alarms, [number, Cow::default(), Cow::default()], 1);
-            }
+            Event::Alarm { number, .. } => count(&mut self.alarms, [number.clone().into()], 1),
             Event::Fault {
                 kind, fired: true, ..
-            } => self.count(Family::Faults, [kind], 1),
+            } => count(&mut self.faults, [(*kind).into()], 1),
             Event::ActionRefused(_)
             | Event::AlarmsReset
             | Event::Fault { fired: false, .. }
@@ -287,13 +266,12 @@ impl Sample {
 }
 
 /// Formats counters and gauges in the text format of Prometheus, version 0.0.4.
-#[must_use]
 pub fn to_prometheus(samples: &[Sample]) -> String {
     let mut text = String::new();
-    for (index, family) in DESCRIPTIONS.iter().enumerate() {
+    for family in &FAMILIES {
         write_header(&mut text, family.name, family.help, "counter");
         for sample in samples {
-            for (labels, value) in sample.counters.series(index) {
+            for (labels, value) in (family.series)(&sample.counters) {
                 let labels = sample.labels(family.labels.iter().copied().zip(&labels));
                 // Writing to a String cannot fail.
                 let _ = writeln!(text, "{}{labels} {value}", family.name);

@@ -3,17 +3,14 @@
 //! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
-use super::body::{Json, NoBody, whole};
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
+use super::body::whole;
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
-use ts3100_driver::driver::request::View;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::ToSchema;
 
 /// The key switch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
@@ -135,125 +132,104 @@ pub fn add(table: RouteTable) -> RouteTable {
         .routes(routes!(stop))
 }
 
-/// Get the key switch position
-#[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
-async fn get_key_switch(handle: Handle) -> Answer<KeySwitch> {
-    handle.query(key_switch).await.map(Json)
+/// The two calls of each switch: one reads it, the other sets it. A row has the path, the document with the field of the
+/// panel's state that it shows, and what sets it.
+macro_rules! switches {
+    ($($path:literal $document:ident { $field:ident: $state:ident } => $set:expr;
+    $(#[$get_doc:meta])* $get:ident
+    $(#[$put_doc:meta])* $put:ident)*) => {$(
+        impl $document {
+            fn $state(view: &View<'_>) -> $document {
+                let $field = view.controller.state().$state;
+                $document { $field }
+            }
+        }
+
+        $(#[$get_doc])*
+        #[utoipa::path(get, path = $path, responses((status = 200, body = $document)))]
+        async fn $get(handle: Handle) -> Answer<$document> {
+            handle.query($document::$state).await.map(Json)
+        }
+
+        $(#[$put_doc])*
+        #[utoipa::path(put, path = $path, request_body = $document, responses((status = 200, body = $document)))]
+        async fn $put(handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
+            handle.act($set, $document::$state).await.map(Json)
+        }
+    )*};
 }
 
-fn key_switch(view: &View<'_>) -> KeySwitch {
-    let position = view.controller.state().key;
-    KeySwitch { position }
-}
+switches! {
+    "/key-switch" KeySwitch { position: key } => Action::Panel(PanelAction::Key(position));
+    /// Get the key switch position
+    get_key_switch
+    /// Turn the key switch
+    ///
+    /// A running program stops after its current step.
+    put_key_switch
 
-/// Turn the key switch
-///
-/// A running program stops after its current step.
-#[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
-async fn put_key_switch(handle: Handle, Json(body): Json<KeySwitch>) -> Answer<KeySwitch> {
-    let panel = PanelAction::Key(body.position);
-    handle.act(Action::Panel(panel), key_switch).await.map(Json)
-}
+    "/control-right" ControlRight { holder: control_right } => Action::Panel(PanelAction::ControlRight(holder));
+    /// Get the control right
+    get_control_right
+    /// Set the control right
+    ///
+    /// The parameter EXTERNAL mode control right: who commands the robot while the key switch is at EXT.
+    put_control_right
 
-/// Get the control right
-#[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
-async fn get_control_right(handle: Handle) -> Answer<ControlRight> {
-    handle.query(control_right).await.map(Json)
-}
+    "/emergency-stop" Button { pressed: emergency_stop } => Action::Panel(PanelAction::EmergencyStop(pressed));
+    /// Get the emergency stop
+    get_emergency_stop
+    /// Press or release the emergency stop
+    ///
+    /// Pressing it raises alarm 8-027: motion stops at once and servo power goes off.
+    put_emergency_stop
 
-fn control_right(view: &View<'_>) -> ControlRight {
-    let holder = view.controller.state().control_right;
-    ControlRight { holder }
-}
+    "/safety-switch" SafetySwitch { open: safety_open } => Action::Panel(PanelAction::SafetySwitch(open));
+    /// Get the safety switch
+    get_safety_switch
+    /// Open or close the safety switch
+    ///
+    /// Opening it stops the robot as the emergency stop does.
+    put_safety_switch
 
-/// Set the control right
-///
-/// The parameter EXTERNAL mode control right: who commands the robot while the key switch is at EXT.
-#[utoipa::path(put, path = "/control-right", request_body = ControlRight,
-    responses((status = 200, body = ControlRight)))]
-async fn put_control_right(handle: Handle, Json(body): Json<ControlRight>) -> Answer<ControlRight> {
-    let panel = PanelAction::ControlRight(body.holder);
-    handle.act(Action::Panel(panel), control_right).await.map(Json)
-}
+    "/servo" Switch { on: servo } => Action::Panel(PanelAction::Servo(on));
+    /// Get servo power
+    get_servo
+    /// Turn servo power on or off
+    ///
+    /// Servo power cannot be turned on while the emergency stop is pressed, the safety switch is open, or an alarm of
+    /// level 8 is active. The command SO has the same rule.
+    put_servo
 
-/// Get the emergency stop
-#[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
-async fn get_emergency_stop(handle: Handle) -> Answer<Button> {
-    handle.query(emergency_stop).await.map(Json)
-}
+    "/feed-hold" Switch { on: feed_hold } => Action::FeedHold(on);
+    /// Get feed hold
+    get_feed_hold
+    /// Turn feed hold on or off
+    ///
+    /// Feed hold pauses the arm; the program stays running.
+    put_feed_hold
 
-fn emergency_stop(view: &View<'_>) -> Button {
-    let pressed = view.controller.state().emergency_stop;
-    Button { pressed }
-}
+    "/machine-lock" Switch { on: machine_lock } => Action::Panel(PanelAction::MachineLock(on));
+    /// Get the machine lock
+    get_machine_lock
+    /// Turn the machine lock on or off
+    ///
+    /// With the machine lock on, programs run but the arm does not move.
+    put_machine_lock
 
-/// Press or release the emergency stop
-///
-/// Pressing it raises alarm 8-027: motion stops at once and servo power goes off.
-#[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
-async fn put_emergency_stop(handle: Handle, Json(body): Json<Button>) -> Answer<Button> {
-    let panel = PanelAction::EmergencyStop(body.pressed);
-    handle.act(Action::Panel(panel), emergency_stop).await.map(Json)
-}
+    "/battery" Battery { low: battery_low } => Action::Panel(PanelAction::Battery(low));
+    /// Get the battery of the RAM drive
+    get_battery
+    /// Set the battery of the RAM drive to low or ok
+    put_battery
 
-/// Get the safety switch
-#[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = SafetySwitch)))]
-async fn get_safety_switch(handle: Handle) -> Answer<SafetySwitch> {
-    handle.query(safety_switch).await.map(Json)
-}
-
-fn safety_switch(view: &View<'_>) -> SafetySwitch {
-    let open = view.controller.state().safety_open;
-    SafetySwitch { open }
-}
-
-/// Open or close the safety switch
-///
-/// Opening it stops the robot as the emergency stop does.
-#[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
-async fn put_safety_switch(handle: Handle, Json(body): Json<SafetySwitch>) -> Answer<SafetySwitch> {
-    let panel = PanelAction::SafetySwitch(body.open);
-    handle.act(Action::Panel(panel), safety_switch).await.map(Json)
-}
-
-/// Get servo power
-#[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
-async fn get_servo(handle: Handle) -> Answer<Switch> {
-    handle.query(servo).await.map(Json)
-}
-
-fn servo(view: &View<'_>) -> Switch {
-    let on = view.controller.state().servo;
-    Switch { on }
-}
-
-/// Turn servo power on or off
-///
-/// Servo power cannot be turned on while the emergency stop is pressed, the safety switch is open, or an alarm of
-/// level 8 is active. The command SO has the same rule.
-#[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_servo(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
-    let panel = PanelAction::Servo(body.on);
-    handle.act(Action::Panel(panel), servo).await.map(Json)
-}
-
-/// Get feed hold
-#[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
-async fn get_feed_hold(handle: Handle) -> Answer<Switch> {
-    handle.query(feed_hold).await.map(Json)
-}
-
-fn feed_hold(view: &View<'_>) -> Switch {
-    let on = view.controller.state().feed_hold;
-    Switch { on }
-}
-
-/// Turn feed hold on or off
-///
-/// Feed hold pauses the arm; the program stays running.
-#[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
-    handle.act(Action::FeedHold(body.on), feed_hold).await.map(Json)
+    "/run-mode" OperationMode { mode: run_mode } => Action::Panel(PanelAction::RunMode(mode));
+    /// Get the operation mode
+    get_run_mode
+    /// Set the operation mode
+    ///
+    /// Only while the robot is stopped, as the command `EC,MODE`.
+    put_run_mode
 }
 
 /// Press the feed hold button
@@ -261,46 +237,7 @@ async fn put_feed_hold(handle: Handle, Json(body): Json<Switch>) -> Answer<Switc
 /// It turns feed hold on, or off if it is on.
 #[utoipa::path(post, path = "/feed-hold/press", responses((status = 200, body = Switch)))]
 async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
-    let panel = PanelAction::FeedHold;
-    handle.act(Action::Panel(panel), feed_hold).await.map(Json)
-}
-
-/// Get the machine lock
-#[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
-async fn get_machine_lock(handle: Handle) -> Answer<Switch> {
-    handle.query(machine_lock).await.map(Json)
-}
-
-fn machine_lock(view: &View<'_>) -> Switch {
-    let on = view.controller.state().machine_lock;
-    Switch { on }
-}
-
-/// Turn the machine lock on or off
-///
-/// With the machine lock on, programs run but the arm does not move.
-#[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_machine_lock(handle: Handle, Json(body): Json<Switch>) -> Answer<Switch> {
-    let panel = PanelAction::MachineLock(body.on);
-    handle.act(Action::Panel(panel), machine_lock).await.map(Json)
-}
-
-/// Get the battery of the RAM drive
-#[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
-async fn get_battery(handle: Handle) -> Answer<Battery> {
-    handle.query(battery).await.map(Json)
-}
-
-fn battery(view: &View<'_>) -> Battery {
-    let low = view.controller.state().battery_low;
-    Battery { low }
-}
-
-/// Set the battery of the RAM drive to low or ok
-#[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
-async fn put_battery(handle: Handle, Json(body): Json<Battery>) -> Answer<Battery> {
-    let panel = PanelAction::Battery(body.low);
-    handle.act(Action::Panel(panel), battery).await.map(Json)
+    handle.press(PanelAction::FeedHold, Switch::feed_hold).await
 }
 
 /// Get the speed override
@@ -322,28 +259,9 @@ async fn put_override(handle: Handle, Json(body): Json<Override>) -> Answer<Over
     if !(1..=100).contains(&body.percent) {
         return Err(Problem::invalid("percent", "1 to 100", body.percent));
     }
-    let panel = PanelAction::Override(body.percent);
-    handle.act(Action::Panel(panel), speed_override).await.map(Json)
-}
-
-/// Get the operation mode
-#[utoipa::path(get, path = "/run-mode", responses((status = 200, body = OperationMode)))]
-async fn get_run_mode(handle: Handle) -> Answer<OperationMode> {
-    handle.query(run_mode).await.map(Json)
-}
-
-fn run_mode(view: &View<'_>) -> OperationMode {
-    let mode = view.controller.state().run_mode;
-    OperationMode { mode }
-}
-
-/// Set the operation mode
-///
-/// Only while the robot is stopped, as the command `EC,MODE`.
-#[utoipa::path(put, path = "/run-mode", request_body = OperationMode, responses((status = 200, body = OperationMode)))]
-async fn put_run_mode(handle: Handle, Json(body): Json<OperationMode>) -> Answer<OperationMode> {
-    let panel = PanelAction::RunMode(body.mode);
-    handle.act(Action::Panel(panel), run_mode).await.map(Json)
+    handle
+        .press(PanelAction::Override(body.percent), speed_override)
+        .await
 }
 
 /// Get the selected program and its status
@@ -357,11 +275,7 @@ async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
 /// The selected program starts or continues, whoever has the control right.
 #[utoipa::path(post, path = "/program/start", operation_id = "start_program", responses((status = 200, body = ProgramStatus)))]
 async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
-    let panel = PanelAction::Start;
-    handle
-        .act(Action::Panel(panel), ProgramStatus::new)
-        .await
-        .map(Json)
+    handle.press(PanelAction::Start, ProgramStatus::new).await
 }
 
 /// Press STOP
@@ -369,9 +283,5 @@ async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
 /// The program stops after its current step.
 #[utoipa::path(post, path = "/program/stop", operation_id = "stop_program", responses((status = 200, body = ProgramStatus)))]
 async fn stop(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
-    let panel = PanelAction::Stop;
-    handle
-        .act(Action::Panel(panel), ProgramStatus::new)
-        .await
-        .map(Json)
+    handle.press(PanelAction::Stop, ProgramStatus::new).await
 }

@@ -2,16 +2,11 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
+use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
 use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
-use ts3100_driver::driver::request::View;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
-use utoipa::ToSchema;
 
 /// Parameters in effect.
 #[derive(Debug, Clone, Serialize, ToSchema)]

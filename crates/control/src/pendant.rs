@@ -2,16 +2,11 @@
 //!
 //! The pages are made by the controller.
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use super::state::{PendantPage, ether_pages};
-use serde::{Deserialize, Serialize};
-use ts3100_controller::action::Action;
-use ts3100_controller::input::PanelAction;
-use ts3100_driver::driver::request::View;
-use utoipa::ToSchema;
+use ts3100_controller::PanelAction;
 
 /// Most characters typed at once: the buffer holds 256 bytes.
 const MAX_KEYS: usize = 256;
@@ -70,9 +65,5 @@ async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<Pen
         let expected = format!("1 to {MAX_KEYS} characters of ASCII or \\r");
         return Err(Problem::invalid("keys", expected, format!("{keys:?}")));
     }
-    let panel = PanelAction::Keys(keys);
-    handle
-        .act(Action::Panel(panel), PendantStatus::new)
-        .await
-        .map(Json)
+    handle.press(PanelAction::Keys(keys), PendantStatus::new).await
 }

@@ -2,14 +2,9 @@
 //!
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
-use super::body::{Json, NoBody};
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
-use ts3100_controller::action::Action;
-use ts3100_controller::input::PanelAction;
-use ts3100_driver::driver::request::{LinkAction, Request, View};
-use utoipa::ToSchema;
+use super::resource::{Answer, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes};
+use ts3100_controller::{Action, PanelAction};
+use ts3100_driver::driver::request::{LinkAction, Request};
 
 /// The power, and the ports that are open.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -80,8 +75,7 @@ async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
 /// Turn the power off and on again
 #[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
 async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
-    let panel = PanelAction::PowerCycle;
-    handle.act(Action::Panel(panel), PowerStatus::new).await.map(Json)
+    handle.press(PanelAction::PowerCycle, PowerStatus::new).await
 }
 
 /// Reset everything to the state at the start

@@ -4,7 +4,7 @@
 //! A terminal would obey its control characters, a line feed could fake a log line, and a line can be arbitrarily
 //! long. So control characters are spelled out (`<1B>`, `<CR>`) and long messages are cut.
 
-use std::fmt::{self, Display, Write as _};
+use std::fmt::Display;
 
 /// Longest line of a message in characters. The TOML parser shows an error in three lines, which stay below 2 kB.
 const MAX_LINE: usize = 480;
@@ -17,37 +17,30 @@ fn needs_escape(letter: char) -> bool {
     letter.is_control() || matches!(letter, '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-fn push_escaped(to: &mut String, letter: char) {
-    let code = u32::from(letter);
-    // Writing to a String cannot fail.
-    let _: fmt::Result = match letter {
-        '\n' => to.write_str("<LF>"),
-        '\r' => to.write_str("<CR>"),
-        _ if needs_escape(letter) && code > 0xFF => write!(to, "<U+{code:04X}>"),
-        _ if needs_escape(letter) => write!(to, "<{code:02X}>"),
-        _ => to.write_char(letter),
-    };
+/// The text with control characters spelled out, but for those that stay.
+fn escape(text: &str, stay: &[char]) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        let code = u32::from(letter);
+        match letter {
+            _ if stay.contains(&letter) || !needs_escape(letter) => escaped.push(letter),
+            '\n' => escaped.push_str("<LF>"),
+            '\r' => escaped.push_str("<CR>"),
+            _ if code > 0xFF => escaped.push_str(&format!("<U+{code:04X}>")),
+            _ => escaped.push_str(&format!("<{code:02X}>")),
+        }
+    }
+    escaped
 }
 
 /// The text on one line, with control characters as in the log: `<CR>`, `<1B>`.
 pub fn escape_line(text: &str) -> String {
-    text.chars()
-        .fold(String::with_capacity(text.len()), |mut to, letter| {
-            push_escaped(&mut to, letter);
-            to
-        })
+    escape(text, &[])
 }
 
 /// As [`escape_line`], but line feeds and tabs stay.
 pub fn escape_lines(text: &str) -> String {
-    text.chars()
-        .fold(String::with_capacity(text.len()), |mut to, letter| {
-            match letter {
-                '\n' | '\t' => to.push(letter),
-                _ => push_escaped(&mut to, letter),
-            }
-            to
-        })
+    escape(text, &['\n', '\t'])
 }
 
 /// A message for people: lines stay, control characters are spelled out, long lines and long messages are cut.

@@ -3,23 +3,20 @@
 //!
 //! What runs a robot is not known here; see [`Robots`].
 
-use super::body::{Json, Path};
-use super::handle::{Answer, DriverHandle, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes,
+};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
 use axum::http::uri::{PathAndQuery, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use ts3100_driver::driver::wired::WireHandle;
 use ts3100_proto::words::did_you_mean;
-use utoipa::ToSchema;
 
 /// What all paths of one robot begin with.
 const PREFIX: &str = "/robots/";

@@ -63,7 +63,6 @@ pub(crate) use routes;
 
 impl RouteTable {
     /// Empty.
-    #[must_use]
     pub fn new() -> RouteTable {
         RouteTable {
             router: Router::new(),
@@ -73,7 +72,6 @@ impl RouteTable {
     }
 
     /// The calls added from now on belong together.
-    #[must_use]
     #[cfg_attr(
         not(test),
         expect(unused_variables, unused_mut, reason = "for the document only")

@@ -2,17 +2,11 @@
 //!
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
-use super::body::Json;
 use super::event::seconds;
-use super::handle::{Answer, Handle};
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{Answer, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes};
 use axum::http::StatusCode;
-use serde::Serialize;
 use ts3100_controller::Time;
-use ts3100_driver::driver::request::View;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
-use utoipa::ToSchema;
 
 /// How far a scenario is.
 #[derive(Debug, Clone, Serialize, ToSchema)]

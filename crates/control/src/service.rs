@@ -2,21 +2,17 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
-use super::body::Json;
 use super::event::{ApiEvent, seconds};
-use super::handle::{Answer, DriverHandle, Handle};
 use super::metrics::{self, Gauge, Sample};
-use super::problem::Problem;
+use super::resource::{
+    Answer, DriverHandle, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+};
 use super::robots::{Robots, Scope};
-use super::route_table::{RouteTable, routes};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
-use serde::Serialize;
 use ts3100_controller::Port;
-use ts3100_driver::driver::request::View;
 use ts3100_driver::store::backing::BackingStatus;
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::ToSchema;
 
 /// Media type of the text format of Prometheus.
 const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";

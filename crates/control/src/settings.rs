@@ -85,7 +85,6 @@ pub enum ControlError {
 
 impl ControlSettings {
     /// On a free port of the loopback, without a token.
-    #[must_use]
     pub fn free() -> ControlSettings {
         ControlSettings {
             address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
@@ -96,7 +95,6 @@ impl ControlSettings {
     }
 
     /// Everybody who reaches the interface may use it: it is open and has no token.
-    #[must_use]
     pub fn accepts_everybody(&self) -> bool {
         self.open && self.token.is_none()
     }

@@ -3,20 +3,16 @@
 //!
 //! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
-use super::body::{Json, NoBody, Path, SnapshotText};
+use super::body::SnapshotText;
 use super::event::seconds;
-use super::handle::Answer;
-use super::problem::Problem;
+use super::resource::{Answer, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes};
 use super::robots::Scope;
-use super::route_table::{RouteTable, routes};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
-use serde::Serialize;
 use ts3100_controller::{Controller, Time};
-use ts3100_driver::driver::request::{Request, View};
+use ts3100_driver::driver::request::Request;
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
-use utoipa::ToSchema;
 
 /// The named snapshots.
 #[derive(Debug, Clone, Default, Serialize, ToSchema)]

@@ -4,24 +4,19 @@
 
 use super::alarms::ActiveAlarm;
 use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
-use super::body::Json;
 use super::channels::ChannelStatus;
 use super::event::seconds;
 use super::faults::FaultList;
 use super::files::DriveStatus;
-use super::handle::{Answer, Handle};
 use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
-use super::route_table::{RouteTable, routes};
+use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
 use super::variables::{self, VariableInfo};
-use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
-use ts3100_driver::driver::request::View;
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::ToSchema;
 
 /// The whole state at one moment.
 #[derive(Debug, Clone, Serialize, ToSchema)]

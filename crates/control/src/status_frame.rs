@@ -3,16 +3,11 @@
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
 
-use super::body::Json;
-use super::handle::{Answer, Handle};
-use super::route_table::{RouteTable, routes};
-use serde::Serialize;
+use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{IoKind, Port, line_name};
-use ts3100_driver::driver::request::View;
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::text::{EOF, ETX, STX};
-use utoipa::ToSchema;
 
 /// What fields mean whose value alone does not say it, by their keys without `sf.`.
 const MEANINGS: [(&str, &str); 11] = [

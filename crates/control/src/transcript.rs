@@ -3,14 +3,10 @@
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::Query;
-use super::handle::Handle;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
-use serde::Deserialize;
 use ts3100_recording::transcript::Format;
-use utoipa::IntoParams;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
 /// The form of a transcript.

@@ -2,19 +2,17 @@
 //!
 //! Values are checked and stored by the controller as for the command MW.
 
-use super::body::{Json, Path};
-use super::handle::{Answer, DriverHandle, Handle};
 use super::noise::numbers;
-use super::problem::Problem;
-use super::route_table::{RouteTable, routes};
+use super::resource::{
+    Answer, Deserialize, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, View,
+    routes,
+};
 use scol_mini::ValueKind;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::Deserializer;
 use ts3100_controller::action::Action;
 use ts3100_controller::queries::VariableView;
-use ts3100_driver::driver::request::View;
 use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
-use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
 
 /// Values a variable takes at most.

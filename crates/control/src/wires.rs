@@ -2,13 +2,8 @@
 //!
 //! What a wire does is [`ts3100_driver::driver::wired`].
 
-use super::body::{Json, Path};
-use super::handle::Answer;
-use super::problem::Problem;
+use super::resource::{Answer, Deserialize, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes};
 use super::robots::{Fleet, Robots, WireInfo};
-use super::route_table::{RouteTable, routes};
-use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 /// The wires.
 #[derive(Debug, Clone, Serialize, ToSchema)]

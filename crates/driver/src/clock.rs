@@ -122,7 +122,6 @@ pub struct Clock {
 
 impl Clock {
     /// A clock that shows [`Time::ZERO`] now.
-    #[must_use]
     pub fn start(mode: TimeMode) -> Clock {
         let wall = Instant::now();
         Clock {
@@ -170,13 +169,11 @@ impl Clock {
     }
 
     /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.
-    #[must_use]
     pub fn needs_fine_timer(&self) -> bool {
         self.mode == TimeMode::Auto && self.silence < AUTO_GRACE
     }
 
     /// Interval for [`Clock::skip_gap`]; `None` if gaps are not skipped.
-    #[must_use]
     pub fn gap_check_interval(&self) -> Option<Duration> {
         (self.gap == TimeGap::Skip).then_some(GAP_CHECK_INTERVAL)
     }
@@ -206,7 +203,6 @@ impl Clock {
     }
 
     /// Wall-clock time that was skipped since the clock was started.
-    #[must_use]
     pub fn skipped(&self) -> Duration {
         self.skipped
     }
@@ -223,13 +219,11 @@ impl Clock {
     }
 
     /// Whether nobody depends on wall-clock time.
-    #[must_use]
     pub fn is_idle(&self) -> bool {
         self.idle
     }
 
     /// Current time mode.
-    #[must_use]
     pub fn mode(&self) -> TimeMode {
         self.mode
     }
@@ -254,7 +248,6 @@ impl Clock {
     }
 
     /// Total lag of virtual time since the clock was started.
-    #[must_use]
     pub fn lag(&self) -> Duration {
         self.lag
     }
@@ -269,7 +262,6 @@ impl Clock {
     }
 
     /// Wall-clock time until `moment`; `None` if time stands still.
-    #[must_use]
     pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
         let left = moment.since(self.now());
         match self.mode {
@@ -286,7 +278,6 @@ impl Clock {
 
     /// Whether virtual time runs at least as fast as the host's clock, so that findings about the host's timing
     /// are valid.
-    #[must_use]
     pub fn keeps_pace(&self) -> bool {
         match self.mode {
             TimeMode::Real | TimeMode::Auto => true,
@@ -296,13 +287,11 @@ impl Clock {
     }
 
     /// Current virtual time.
-    #[must_use]
     pub fn now(&self) -> Time {
         self.at(self.wall())
     }
 
     /// When to wake for `deadline` if no input arrives before.
-    #[must_use]
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
         self.wake_at(self.wall(), deadline, host_is_silent)
     }
@@ -360,7 +349,6 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
 }
 
 /// Date and time of the system clock in UTC, at most the year 2069: the controller stores two digits.
-#[must_use]
 pub fn system_calendar() -> CalendarTime {
     let epoch = CalendarTime {
         year: 1970,

@@ -9,6 +9,26 @@ use std::fs::{self, File, FileType, Metadata, TryLockError};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
+/// A file or directory with which something cannot be done.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot {action} {}: {reason}", path.display())]
+pub struct PathError {
+    action: &'static str,
+    path: PathBuf,
+    /// What the system said.
+    pub reason: io::Error,
+}
+
+/// Says what could not be done with a path: `.map_err(cannot("read", path))`.
+pub fn cannot<E: Into<io::Error>>(action: &'static str, path: &Path) -> impl FnOnce(E) -> PathError {
+    let path = path.to_path_buf();
+    move |reason| PathError {
+        action,
+        path,
+        reason: reason.into(),
+    }
+}
+
 /// Suffix of a file that is still being written; its name begins with a dot.
 pub const UNFINISHED_SUFFIX: &str = ".unfinished";
 
@@ -46,7 +66,6 @@ pub fn read_text(path: &Path, most: u64) -> io::Result<String> {
 }
 
 /// The extension of a file name in lower case; empty without one.
-#[must_use]
 pub fn extension(path: &Path) -> String {
     let ending = path.extension().unwrap_or_default();
     ending.to_string_lossy().to_ascii_lowercase()

@@ -45,7 +45,6 @@ pub fn drive_name(path: &Path) -> Result<String, NameError> {
 
 /// Converts the content of a PC file to the drive's line ends, as the vendor's library does (hosts.md 1.7). An EOF at
 /// the end is removed; the library leaves one in the files it uploads.
-#[must_use]
 pub fn drive_content(text: &[u8], line_end: LineEnd) -> Vec<u8> {
     let text = text.strip_suffix(&[ts3100_proto::text::EOF]).unwrap_or(text);
     let end = match line_end {

@@ -7,11 +7,11 @@
 pub mod backing;
 mod history;
 
-use crate::files::{self, UNFINISHED_SUFFIX};
+use crate::files::{self, PathError, UNFINISHED_SUFFIX, cannot};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits;
@@ -25,15 +25,8 @@ const LOCK: &str = ".ts3100.lock";
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// An error of the operating system.
-    #[error("cannot {action} {}: {reason}", path.display())]
-    Io {
-        /// The operation that failed.
-        action: &'static str,
-        /// The path concerned.
-        path: PathBuf,
-        /// Error of the operating system.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    Io(#[from] PathError),
     /// The directory was removed or replaced after it was opened.
     #[error(
         "the directory {} was removed or replaced while ts3100 ran; put it back, or start ts3100 again",
@@ -69,18 +62,13 @@ impl StoreError {
     /// What is wrong, whatever the file.
     fn cause(&self) -> String {
         match self {
-            StoreError::Io { reason, .. } => reason.to_string(),
+            StoreError::Io(error) => error.reason.to_string(),
             StoreError::DirectoryReplaced { .. }
             | StoreError::Unfinished(_)
             | StoreError::InUse { .. }
             | StoreError::NotADriveFile { .. } => self.to_string(),
         }
     }
-}
-
-fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
-    let path = path.to_path_buf();
-    move |reason| StoreError::Io { action, path, reason }
 }
 
 /// An open backing directory, locked until it is dropped.
@@ -111,9 +99,9 @@ impl Store {
     /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for a file whose name is one of the RAM drive and
     /// which cannot be there: a download of that name would destroy it.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
-        fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
+        fs::create_dir_all(directory).map_err(cannot("make the directory", directory))?;
         let lock_file = directory.join(LOCK);
-        let Some(lock) = files::lock(&lock_file).map_err(io_error("lock", &lock_file))? else {
+        let Some(lock) = files::lock(&lock_file).map_err(cannot("lock", &lock_file))? else {
             let path = directory.to_path_buf();
             return Err(StoreError::InUse { path });
         };
@@ -122,15 +110,15 @@ impl Store {
             handle: cfg!(unix)
                 .then(|| File::open(directory))
                 .transpose()
-                .map_err(io_error("open", directory))?,
+                .map_err(cannot("open", directory))?,
             _lock: lock,
             files: BTreeMap::new(),
             history: VecDeque::new(),
             warnings: Vec::new(),
         };
         let mut found = Vec::new();
-        for entry in fs::read_dir(directory).map_err(io_error("list", directory))? {
-            let entry = entry.map_err(io_error("list", directory))?;
+        for entry in fs::read_dir(directory).map_err(cannot("list", directory))? {
+            let entry = entry.map_err(cannot("list", directory))?;
             if let Some(file) = store.load_entry(&entry)? {
                 found.push(file);
             }
@@ -142,7 +130,6 @@ impl Store {
     }
 
     /// Warnings about entries that were skipped when the directory was opened.
-    #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -166,7 +153,7 @@ impl Store {
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
-                fs::remove_file(&path).map_err(io_error("remove the unfinished file", &path))?;
+                fs::remove_file(&path).map_err(cannot("remove the unfinished file", &path))?;
             }
             return Ok(None);
         }
@@ -177,7 +164,7 @@ impl Store {
                 return Ok(None);
             }
         };
-        let metadata = fs::metadata(&path).map_err(io_error("look at", &path))?;
+        let metadata = fs::metadata(&path).map_err(cannot("look at", &path))?;
         if !metadata.is_file() {
             self.skip(&path, "it is no file");
             return Ok(None);
@@ -199,7 +186,7 @@ impl Store {
                 other.display()
             )));
         }
-        let content = files::read(&path, limits::MAX_FILE as u64).map_err(io_error("read", &path))?;
+        let content = files::read(&path, limits::MAX_FILE as u64).map_err(cannot("read", &path))?;
         Ok(Some((name, content)))
     }
 
@@ -218,7 +205,7 @@ impl Store {
             .filter(|previous| previous.as_os_str() != name)
         {
             let path = self.directory.join(previous);
-            fs::rename(&path, &place).map_err(io_error("rename", &path))?;
+            fs::rename(&path, &place).map_err(cannot("rename", &path))?;
         }
         self.put_in_place(&unfinished, &place)?;
         self.files.insert(name.to_owned(), OsString::from(name));
@@ -232,7 +219,7 @@ impl Store {
     }
 
     fn put_in_place(&self, unfinished: &Path, place: &Path) -> Result<(), StoreError> {
-        fs::rename(unfinished, place).map_err(io_error("put in place", place))?;
+        fs::rename(unfinished, place).map_err(cannot("put in place", place))?;
         self.sync()
     }
 
@@ -241,8 +228,8 @@ impl Store {
         self.check_directory()?;
         let place = self.directory.join(name);
         // The lock says that nobody else writes here, so the name may be the same each time.
-        let unfinished = files::unfinished_path(&place, None).map_err(io_error("write", &place))?;
-        files::write_new(&unfinished, |file| file.write_all(content)).map_err(io_error("write", &place))?;
+        let unfinished = files::unfinished_path(&place, None).map_err(cannot("write", &place))?;
+        files::write_new(&unfinished, |file| file.write_all(content)).map_err(cannot("write", &place))?;
         Ok(unfinished)
     }
 
@@ -256,7 +243,7 @@ impl Store {
             return Ok(());
         };
         let path = self.directory.join(actual);
-        files::remove(&path).map_err(io_error("remove", &path))?;
+        files::remove(&path).map_err(cannot("remove", &path))?;
         self.files.remove(name);
         self.sync()
     }
@@ -290,10 +277,10 @@ impl Store {
     }
 
     fn sync(&self) -> Result<(), StoreError> {
-        match &self.handle {
-            Some(opened) => opened.sync_all().map_err(io_error("sync", &self.directory)),
-            None => Ok(()),
+        if let Some(opened) = &self.handle {
+            opened.sync_all().map_err(cannot("sync", &self.directory))?;
         }
+        Ok(())
     }
 }
 

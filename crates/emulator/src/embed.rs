@@ -41,6 +41,7 @@ pub use crate::watch::WaitError;
 use crate::watch::{Watch, channel};
 pub use scol_mini::ValueKind;
 use std::collections::BTreeMap;
+use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
@@ -77,25 +78,68 @@ pub struct Builder {
     settings: Settings,
 }
 
-impl Builder {
+/// Methods that set one thing.
+macro_rules! setters {
+    (|$settings:ident| $($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $set:expr;)*) => {
+        /// What an emulator has from the start.
+        impl Builder {
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub fn $name(mut self $(, $argument: $type)*) -> Builder {
+                    let $settings = &mut self.settings;
+                    $set;
+                    self
+                }
+            )*
+        }
+    };
+}
+
+setters! {
+    |settings|
     /// Replaces the whole controller configuration: dialect, options, model, key switch. Named options set before are lost.
-    #[must_use]
-    pub fn controller(mut self, controller: Config) -> Builder {
-        self.settings.controller = controller;
-        self
-    }
-
+    controller(controller: Config) => settings.controller = controller;
     /// The arm (default: ts3100-tv800).
-    #[must_use]
-    pub fn model(mut self, model: ArmModel) -> Builder {
-        self.settings.controller.model = model;
-        self
-    }
-
+    model(model: ArmModel) => settings.controller.model = model;
     /// Position of the key switch at the start (default: EXT).
+    key_switch(position: KeySwitch) => settings.controller.key = position;
+    /// Sets the options of the TCP links and of the backing directory.
+    links(links: LinkOptions) => settings.links = links;
+    /// Address to listen on (default: 127.0.0.1).
+    listen(address: IpAddr) => settings.listen = address;
+    /// Port numbers (default: free ones).
+    ports(ports: Ports) => settings.ports = ports;
+    /// How the serial port HOST or COM1 is reached (default: not at all).
+    serial(port: Port, end: SerialEndpoint) => settings.serial.insert(port, end);
+    /// How time passes (default: real time).
+    time(time: TimeMode) => settings.time = time;
+    /// Backing directory of the RAM drive (default: memory only).
+    drive(directory: impl Into<PathBuf>) => settings.drive = Some(directory.into());
+    /// A file of the PC to put on the drive, as `--load` does.
+    load(path: impl Into<PathBuf>) => settings.load.push(path.into());
+    /// File of the drive to select.
+    select(name: &str) => settings.select = Some(name.to_owned());
+    /// Records the executed lines of user files; see [`Emulator::evidence`].
+    record_lines(on: bool) => settings.record_lines = on;
+    /// Servo power at the start (default: off).
+    servo_on(on: bool) => settings.servo_on = on;
+    /// Seed for the random choices of faults (default: 0).
+    fault_seed(seed: u64) => settings.controller.fault_seed = seed;
+    /// Varies what the manual leaves open, from this seed (default: nothing varies).
+    vary(seed: u64) => settings.controller.vary = Some(seed);
+    /// Adds a control interface (default: none). [`ControlSettings::free`] is one on a free port of the loopback.
+    control(control: ControlSettings) => settings.control = Some(control);
+    /// Starts from this snapshot. The controller configuration, files and selection of the builder are ignored.
+    restore(path: impl Into<PathBuf>) => settings.restore = Some(path.into());
+}
+
+impl Builder {
+    /// A file of the drive by its name there and its content.
     #[must_use]
-    pub fn key_switch(mut self, position: KeySwitch) -> Builder {
-        self.settings.controller.key = position;
+    pub fn file(mut self, name: &str, content: impl AsRef<[u8]>) -> Builder {
+        let (name, content) = (name.to_ascii_uppercase(), content.as_ref().to_vec());
+        self.settings.files.push((name, content));
         self
     }
 
@@ -114,85 +158,6 @@ impl Builder {
         Ok(self)
     }
 
-    /// Sets the options of the TCP links and of the backing directory.
-    #[must_use]
-    pub fn links(mut self, links: LinkOptions) -> Builder {
-        self.settings.links = links;
-        self
-    }
-
-    /// Address to listen on (default: 127.0.0.1).
-    #[must_use]
-    pub fn listen(mut self, address: IpAddr) -> Builder {
-        self.settings.listen = address;
-        self
-    }
-
-    /// Port numbers (default: free ones).
-    #[must_use]
-    pub fn ports(mut self, ports: Ports) -> Builder {
-        self.settings.ports = ports;
-        self
-    }
-
-    /// How the serial port HOST or COM1 is reached (default: not at all).
-    #[must_use]
-    pub fn serial(mut self, port: Port, end: SerialEndpoint) -> Builder {
-        self.settings.serial.insert(port, end);
-        self
-    }
-
-    /// How time passes (default: real time).
-    #[must_use]
-    pub fn time(mut self, time: TimeMode) -> Builder {
-        self.settings.time = time;
-        self
-    }
-
-    /// Backing directory of the RAM drive (default: memory only).
-    #[must_use]
-    pub fn drive(mut self, directory: impl Into<PathBuf>) -> Builder {
-        self.settings.drive = Some(directory.into());
-        self
-    }
-
-    /// A file of the PC to put on the drive, as `--load` does.
-    #[must_use]
-    pub fn load(mut self, path: impl Into<PathBuf>) -> Builder {
-        self.settings.load.push(path.into());
-        self
-    }
-
-    /// A file of the drive by its name there and its content.
-    #[must_use]
-    pub fn file(mut self, name: &str, content: impl AsRef<[u8]>) -> Builder {
-        self.settings
-            .files
-            .push((name.to_ascii_uppercase(), content.as_ref().to_vec()));
-        self
-    }
-
-    /// File of the drive to select.
-    #[must_use]
-    pub fn select(mut self, name: &str) -> Builder {
-        self.settings.select = Some(name.to_owned());
-        self
-    }
-
-    /// Records the executed lines of user files; see [`Emulator::evidence`].
-    #[must_use]
-    pub fn record_lines(mut self, on: bool) -> Builder {
-        self.settings.record_lines = on;
-        self
-    }
-
-    /// Servo power at the start (default: off).
-    #[must_use]
-    pub fn servo_on(mut self, on: bool) -> Builder {
-        self.settings.servo_on = on;
-        self
-    }
-
     /// A fault that is armed from the start, as `--fault` takes it.
     ///
     /// # Errors
@@ -202,27 +167,6 @@ impl Builder {
         Ok(self)
     }
 
-    /// Seed for the random choices of faults (default: 0).
-    #[must_use]
-    pub fn fault_seed(mut self, seed: u64) -> Builder {
-        self.settings.controller.fault_seed = seed;
-        self
-    }
-
-    /// Varies what the manual leaves open, from this seed (default: nothing varies).
-    #[must_use]
-    pub fn vary(mut self, seed: u64) -> Builder {
-        self.settings.controller.vary = Some(seed);
-        self
-    }
-
-    /// Adds a control interface (default: none). [`ControlSettings::free`] is one on a free port of the loopback.
-    #[must_use]
-    pub fn control(mut self, control: ControlSettings) -> Builder {
-        self.settings.control = Some(control);
-        self
-    }
-
     /// A file for a transcript of every port, as `--transcript` does.
     ///
     /// # Errors
@@ -230,13 +174,6 @@ impl Builder {
     pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
         self.settings.transcripts.push(path.parse()?);
         Ok(self)
-    }
-
-    /// Starts from this snapshot. The controller configuration, files and selection of the builder are ignored.
-    #[must_use]
-    pub fn restore(mut self, path: impl Into<PathBuf>) -> Builder {
-        self.settings.restore = Some(path.into());
-        self
     }
 
     /// Starts the emulator in a thread of its own and returns when every port accepts connections.
@@ -281,10 +218,7 @@ impl Builder {
                     Err(error) => drop(started_sender.send(Err(error))),
                 }
             })
-            .map_err(|reason| StartError::System {
-                what: "a thread",
-                reason,
-            })?;
+            .map_err(cannot_start("a thread"))?;
         match started.recv() {
             Ok(Ok(started)) => Ok(Emulator {
                 listen,
@@ -295,10 +229,10 @@ impl Builder {
                 thread: Some(thread),
             }),
             Ok(Err(error)) => Err(error),
-            Err(_) => Err(StartError::System {
-                what: "the emulator",
-                reason: std::io::Error::other("its thread ended before it was ready"),
-            }),
+            Err(_) => {
+                let reason = io::Error::other("its thread ended before it was ready");
+                Err(cannot_start("the emulator")(reason))
+            }
         }
     }
 }
@@ -306,10 +240,12 @@ impl Builder {
 /// The runtime every emulator runs in: one thread, which is all the driver needs.
 pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     let built = runtime::Builder::new_current_thread().enable_all().build();
-    built.map_err(|reason| StartError::System {
-        what: "an async runtime",
-        reason,
-    })
+    built.map_err(cannot_start("an async runtime"))
+}
+
+/// The error of what the system does not start.
+fn cannot_start(what: &'static str) -> impl FnOnce(io::Error) -> StartError {
+    move |reason| StartError::System { what, reason }
 }
 
 /// Longest wall-clock time for which a method waits.

@@ -7,10 +7,9 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
-use ts3100_controller::output::{Event, Output};
-use ts3100_controller::port::Port;
 use ts3100_controller::{
-    ArmPose, Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time,
+    ArmPose, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
+    StatementCoverage, Time,
 };
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::clock::TimeMode;

@@ -7,18 +7,16 @@
 use crate::config::Settings;
 use std::io;
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use tracing::warn;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::OpenError;
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
 use ts3100_driver::snapshot;
 use ts3100_driver::store::backing::{Backing, WhenFull};
 use ts3100_driver::store::{Store, StoreError, StoredFiles};
 use ts3100_proto::name::FileName;
 use ts3100_recording::diff::Candidate;
-use ts3100_recording::transcript::RecorderError;
 
 /// The example programs by name, on the drive when neither a directory nor a file is given. The first needs no peer.
 pub const EXAMPLES: [(&str, &str); 2] = [
@@ -29,14 +27,9 @@ pub const EXAMPLES: [(&str, &str); 2] = [
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// A file of the PC cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    Read {
-        /// The file on the PC.
-        path: PathBuf,
-        /// The error of the operating system.
-        reason: io::Error,
-    },
+    /// A file of the PC cannot be read, or a transcript cannot be created.
+    #[error(transparent)]
+    File(#[from] PathError),
     /// The name of a file of the PC cannot be a name of the drive.
     #[error(transparent)]
     Name(#[from] NameError),
@@ -70,9 +63,6 @@ pub enum StartError {
         /// Error of the operating system.
         reason: io::Error,
     },
-    /// A transcript cannot be created.
-    #[error(transparent)]
-    Transcript(#[from] RecorderError),
     /// The initial snapshot cannot be read.
     #[error(transparent)]
     Snapshot(#[from] snapshot::FileError),
@@ -218,10 +208,7 @@ fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
     let mut found = Vec::new();
     for path in &settings.load {
         let name = drive_name(path)?;
-        let content = files::read(path, MAX_PC_FILE).map_err(|reason| StartError::Read {
-            path: path.clone(),
-            reason,
-        })?;
+        let content = files::read(path, MAX_PC_FILE).map_err(cannot("read", path))?;
         found.push((
             name,
             drive_content(&content, settings.controller.options.line_end),

@@ -5,8 +5,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use ts3100_controller::output::Output;
-use ts3100_controller::time::Time;
+use ts3100_controller::{Output, Time};
 use ts3100_driver::cell::Subscriber;
 
 /// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.
@@ -55,7 +54,6 @@ pub struct WatchSender {
 }
 
 /// Creates the two ends of a watch.
-#[must_use]
 pub fn channel() -> (WatchSender, Watch) {
     let shared = Arc::new(Shared::default());
     let sender = WatchSender {
@@ -91,7 +89,6 @@ impl Drop for WatchSender {
 
 impl Watch {
     /// The outputs that nobody has looked at yet; they are consumed.
-    #[must_use]
     pub fn take(&self) -> Vec<Output> {
         self.0.state().outputs.drain(..).collect()
     }

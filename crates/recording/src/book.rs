@@ -19,25 +19,21 @@ const ENDING: &str = match option_env!("TS3100_DOCS_URL") {
 };
 
 /// The section of a page of the reference.
-#[must_use]
 pub fn section(page: &str, anchor: &str) -> String {
     format!("{DOCS}reference/{page}.{ENDING}#{anchor}")
 }
 
 /// The section of a rule of findings.
-#[must_use]
 pub fn finding(rule: &Rule) -> String {
     section("findings", rule.id)
 }
 
 /// The section of a kind of diagnostic.
-#[must_use]
 pub fn diagnostic(kind: &DiagnosticKind) -> String {
     section("diagnostics", kind.name)
 }
 
 /// The section of an alarm.
-#[must_use]
 pub fn alarm(code: &AlarmCode) -> String {
     section("alarms", &format!("alarm-{}", code.number()))
 }

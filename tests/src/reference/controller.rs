@@ -2,10 +2,10 @@
 
 use super::{code, table};
 use std::fmt::Write as _;
-use ts3100_controller::CONDITION_FORMS;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_controller::findings::RULES;
 use ts3100_controller::variation::VARIATIONS;
+use ts3100_controller::{CONDITION_FORMS, Dialect};
 use ts3100_emulator::config::OPTIONS;
 use ts3100_proto::status::AlarmLevel;
 
@@ -83,9 +83,9 @@ pub fn options() -> String {
         OPTIONS.iter().map(|row| {
             [
                 format!("[`{0}`](#{0})", row.key),
-                row.values.to_string(),
-                default(row.field),
-                default(row.manual),
+                row.values().to_string(),
+                default(&row.default_in(Dialect::Field)),
+                default(&row.default_in(Dialect::Manual)),
             ]
         }),
     )

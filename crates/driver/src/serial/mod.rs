@@ -156,7 +156,6 @@ pub struct SerialLines {
 
 impl SerialLines {
     /// No line is open yet.
-    #[must_use]
     pub fn new(ends: BTreeMap<Port, SerialEndpoint>, options: LinkOptions) -> SerialLines {
         SerialLines {
             endpoints: ends,
@@ -231,13 +230,11 @@ impl SerialLines {
     }
 
     /// Endpoint of a port's line, if one is open.
-    #[must_use]
     pub fn endpoint(&self, port: Port) -> Option<&SerialEndpoint> {
         self.open.get(&port).map(|line| &line.endpoint)
     }
 
     /// Endpoint of each open line: link, device or address.
-    #[must_use]
     pub fn endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
         let places = self.open.iter();
         places
@@ -272,7 +269,6 @@ impl SerialLines {
     }
 
     /// Whether the port has an open serial line.
-    #[must_use]
     pub fn has(&self, port: Port) -> bool {
         self.open.contains_key(&port)
     }

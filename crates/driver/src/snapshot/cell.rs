@@ -1,7 +1,6 @@
 //! The state of several robots in one file: an object with the snapshot of each by its name.
 
-use super::{FileError, MAX_BYTES, ParseError, io_error};
-use crate::files;
+use super::{FileError, ParseError, read_text, unreadable, write_text};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,7 +13,6 @@ struct CellFile<T> {
 }
 
 /// The snapshots of robots as indented JSON.
-#[must_use]
 pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
     let states = states.iter();
     let robots = states
@@ -58,11 +56,7 @@ pub fn from_json(text: &str, names: &[String]) -> Result<Vec<Controller>, ParseE
 /// # Errors
 /// [`FileError`].
 pub fn read(path: &Path, names: &[String]) -> Result<Vec<Controller>, FileError> {
-    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
-    from_json(&text, names).map_err(|reason| FileError::Parse {
-        path: path.to_path_buf(),
-        reason,
-    })
+    from_json(&read_text(path)?, names).map_err(unreadable(path))
 }
 
 /// Reads the state of one robot from the file of a cell.
@@ -70,17 +64,14 @@ pub fn read(path: &Path, names: &[String]) -> Result<Vec<Controller>, FileError>
 /// # Errors
 /// [`FileError`].
 pub fn read_one(path: &Path, name: &str) -> Result<Controller, FileError> {
-    let wrong = |reason: ParseError| FileError::Parse {
-        path: path.to_path_buf(),
-        reason,
-    };
-    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
-    let file: CellFile<Snapshot> = serde_json::from_str(&text).map_err(|error| wrong(error.into()))?;
-    let mut robots = file.robots;
-    let snapshot = robots
-        .remove(name)
-        .ok_or_else(|| wrong(ParseError::NoRobot(name.to_owned())))?;
-    Controller::restore(snapshot).map_err(|error| wrong(error.into()))
+    read_robot(&read_text(path)?, name).map_err(unreadable(path))
+}
+
+fn read_robot(text: &str, name: &str) -> Result<Controller, ParseError> {
+    let mut file: CellFile<Snapshot> = serde_json::from_str(text)?;
+    let snapshot = file.robots.remove(name);
+    let snapshot = snapshot.ok_or_else(|| ParseError::NoRobot(name.to_owned()))?;
+    Ok(Controller::restore(snapshot)?)
 }
 
 /// Writes the file of a cell atomically.
@@ -88,5 +79,5 @@ pub fn read_one(path: &Path, name: &str) -> Result<Controller, FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, states: &[(String, Controller)]) -> Result<(), FileError> {
-    files::replace(path, to_pretty_json(states).as_bytes()).map_err(io_error("write", path))
+    write_text(path, &to_pretty_json(states))
 }

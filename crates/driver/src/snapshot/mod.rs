@@ -5,9 +5,8 @@
 
 pub mod cell;
 
-use crate::files;
+use crate::files::{self, PathError, cannot};
 use std::collections::BTreeMap;
-use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
 
@@ -45,15 +44,8 @@ impl From<serde_json::Error> for ParseError {
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// An error of the operating system.
-    #[error("cannot {what} the snapshot {}: {reason}", path.display())]
-    Io {
-        /// `read` or `write`.
-        what: &'static str,
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    Io(#[from] PathError),
     /// The content is not a valid snapshot.
     #[error("{}: {reason}", path.display())]
     Parse {
@@ -65,7 +57,6 @@ pub enum FileError {
 }
 
 /// The snapshot of a controller as indented JSON.
-#[must_use]
 pub fn to_pretty_json(controller: &Controller) -> String {
     // Serialization fails only for maps whose keys are not strings; a snapshot has none.
     let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
@@ -74,7 +65,6 @@ pub fn to_pretty_json(controller: &Controller) -> String {
 }
 
 /// The snapshot of a controller as JSON on one line.
-#[must_use]
 pub fn to_json_line(controller: &Controller) -> String {
     // As above.
     serde_json::to_string(&controller.snapshot()).unwrap_or_default()
@@ -96,11 +86,7 @@ pub fn from_json(text: &str) -> Result<Controller, ParseError> {
 /// # Errors
 /// [`FileError`].
 pub fn read(path: &Path) -> Result<Controller, FileError> {
-    let text = files::read_text(path, MAX_BYTES).map_err(io_error("read", path))?;
-    from_json(&text).map_err(|reason| FileError::Parse {
-        path: path.to_path_buf(),
-        reason,
-    })
+    from_json(&read_text(path)?).map_err(unreadable(path))
 }
 
 /// Writes a snapshot file atomically.
@@ -108,7 +94,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
-    files::replace(path, to_pretty_json(controller).as_bytes()).map_err(io_error("write", path))
+    write_text(path, &to_pretty_json(controller))
 }
 
 /// Checks that [`write()`] could write to `path`.
@@ -116,12 +102,23 @@ pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn check_target(path: &Path) -> Result<(), FileError> {
-    files::check_target(path).map_err(io_error("write", path))
+    Ok(files::check_target(path).map_err(cannot("write the snapshot", path))?)
 }
 
-fn io_error(what: &'static str, path: &Path) -> impl FnOnce(io::Error) -> FileError {
-    let path = path.to_path_buf();
-    move |reason| FileError::Io { what, path, reason }
+fn read_text(path: &Path) -> Result<String, FileError> {
+    Ok(files::read_text(path, MAX_BYTES).map_err(cannot("read the snapshot", path))?)
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
+    Ok(files::replace(path, text.as_bytes()).map_err(cannot("write the snapshot", path))?)
+}
+
+/// What is wrong with the content of this file.
+fn unreadable<E: Into<ParseError>>(path: &Path) -> impl Fn(E) -> FileError {
+    move |reason| FileError::Parse {
+        path: path.to_path_buf(),
+        reason: reason.into(),
+    }
 }
 
 /// Why a named snapshot could not be saved or found.
@@ -181,7 +178,6 @@ impl SnapshotStore {
     }
 
     /// The names, each with the virtual time of its snapshot in microseconds.
-    #[must_use]
     pub fn list(&self) -> Vec<(String, u64)> {
         let moments = self.0.iter();
         moments

@@ -41,7 +41,6 @@ pub struct Backing {
 
 impl Backing {
     /// Wraps a store; nothing is unsaved.
-    #[must_use]
     pub fn new(store: Store, when_full: WhenFull) -> Backing {
         Backing {
             store: Arc::new(Mutex::new(store)),
@@ -58,7 +57,6 @@ impl Backing {
     }
 
     /// Current status.
-    #[must_use]
     pub fn status(&self) -> &BackingStatus {
         &self.status
     }

@@ -2,7 +2,7 @@
 //! a power cycle, and EU answers the same after it. A hidden file is not a file of the RAM drive.
 
 use super::{Store, StoreError};
-use crate::files;
+use crate::files::{self, cannot};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::io;
@@ -27,7 +27,6 @@ struct Document {
 
 impl Store {
     /// The error history as it was saved last, newest first.
-    #[must_use]
     pub fn history(&self) -> &VecDeque<Alarm> {
         &self.history
     }
@@ -42,11 +41,8 @@ impl Store {
         }
         let version = VERSION;
         let document = Document { version, history };
-        let content = serde_json::to_vec(&document).map_err(|error| StoreError::Io {
-            action: "write",
-            path: self.directory.join(FILE),
-            reason: error.into(),
-        })?;
+        let path = self.directory.join(FILE);
+        let content = serde_json::to_vec(&document).map_err(cannot("write", &path))?;
         self.replace(FILE, &content)?;
         self.history = document.history;
         Ok(())

@@ -5,14 +5,12 @@ use super::exit::SCENARIO_FAILED;
 use super::junit_stub;
 use crate::config::{ServeArgs, Settings};
 use crate::launch::Launched;
-use anyhow::Context as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tracing::error;
 use ts3100_controller::Controller;
-use ts3100_driver::files;
 use ts3100_driver::snapshot;
 use ts3100_recording::faults;
-use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord};
+use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord, write_report};
 use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
 /// What is asked for at the end of a robot.
@@ -36,7 +34,7 @@ impl Ending {
         settings.reports.prepare()?;
         faults::prepare(&settings.report)?;
         if let Some(path) = &args.junit {
-            write_junit(path, &junit_stub::document(junit_stub::NOT_FINISHED))?;
+            write_report(path, &junit_stub::document(junit_stub::NOT_FINISHED))?;
         }
         if let Some(path) = &args.snapshot_on_exit {
             snapshot::check_target(path)?;
@@ -82,19 +80,13 @@ impl Ending {
     /// The results of a scenario; whether it has failed.
     fn report_scenario(&self, outcome: &ScenarioOutcome) -> anyhow::Result<bool> {
         if let Some(path) = &self.junit {
-            write_junit(path, &outcome.junit())?;
+            write_report(path, &outcome.junit())?;
         }
         for failure in outcome.failures() {
             error!(event = "scenario-failed", "scenario: {failure}");
         }
         Ok(outcome.has_failed())
     }
-}
-
-/// Writes the JUnit report.
-fn write_junit(path: &Path, document: &str) -> anyhow::Result<()> {
-    let written = files::replace(path, document.as_bytes());
-    written.with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// Why the exit code is not 0.

@@ -6,10 +6,11 @@
 use super::exit::NEGATIVE;
 use crate::log::print_error;
 use clap::{Args, Subcommand};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use ts3100_controller::faults::Fault;
+use ts3100_controller::variation::VARIATIONS;
 use ts3100_recording::faults;
 
 /// List the kinds of faults, or check fault specifications.
@@ -44,11 +45,23 @@ enum FaultsCommand {
 /// Runs it.
 pub(super) fn run(args: &FaultsArgs) -> ExitCode {
     match &args.command {
-        FaultsCommand::List { json: true } => println!("{:#}", faults::kinds_json()),
+        FaultsCommand::List { json: true } => println!("{:#}", kinds_json()),
         FaultsCommand::List { json: false } => print!("{}", faults::kinds_text()),
         FaultsCommand::Check { specs, faults, json } => return check(specs, faults, *json),
     }
     ExitCode::SUCCESS
+}
+
+/// Every kind and every variation.
+fn kinds_json() -> Value {
+    let variations = VARIATIONS.iter().map(
+        |variation| json!({ "name": variation.name, "what": variation.summary, "source": variation.source }),
+    );
+    json!({
+        "version": 1,
+        "kinds": ts3100_control::fault_kinds(),
+        "variations": variations.collect::<Vec<_>>(),
+    })
 }
 
 fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {

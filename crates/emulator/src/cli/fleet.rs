@@ -252,7 +252,6 @@ impl Fleet {
     }
 
     /// The seed of the legal variation, if there is one.
-    #[must_use]
     pub fn vary(&self) -> Option<u64> {
         let settings = Settings::from_args(&self.config.args(0)).ok()?;
         settings.controller.vary

@@ -38,6 +38,15 @@ struct Everyday {
     example: &'static str,
 }
 
+/// A subcommand of which `-h` shows all.
+const fn whole(name: &'static str, example: &'static str) -> Everyday {
+    Everyday {
+        name,
+        shown: &[],
+        example,
+    }
+}
+
 const EVERYDAY: &[Everyday] = &[
     Everyday {
         name: "serve",
@@ -96,11 +105,7 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 check *.scol",
     },
-    Everyday {
-        name: "fmt",
-        shown: &[],
-        example: "ts3100 fmt *.scol",
-    },
+    whole("fmt", "ts3100 fmt *.scol"),
     Everyday {
         name: "run",
         shown: &[
@@ -113,11 +118,7 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5",
     },
-    Everyday {
-        name: "faults",
-        shown: &[],
-        example: "ts3100 faults list",
-    },
+    whole("faults", "ts3100 faults list"),
     Everyday {
         name: "tap",
         shown: &[
@@ -164,16 +165,8 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 conform 127.0.0.1:1000 --junit conform.xml",
     },
-    Everyday {
-        name: "mcp",
-        shown: &[],
-        example: "ts3100 mcp --url http://127.0.0.1:3100",
-    },
-    Everyday {
-        name: "fidelity",
-        shown: &[],
-        example: "ts3100 fidelity --list",
-    },
+    whole("mcp", "ts3100 mcp --url http://127.0.0.1:3100"),
+    whole("fidelity", "ts3100 fidelity --list"),
     Everyday {
         name: "ctl",
         shown: &[
@@ -191,31 +184,14 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 ctl wait output 5 on --within 10",
     },
-    Everyday {
-        name: "ready",
-        shown: &[],
-        example: "ts3100 ready --wait 10s",
-    },
-    Everyday {
-        name: "completions",
-        shown: &[],
-        example: "source <(ts3100 completions bash)",
-    },
-    Everyday {
-        name: "man",
-        shown: &[],
-        example: "ts3100 man ~/.local/share/man/man1",
-    },
-    Everyday {
-        name: "coverage",
-        shown: &[],
-        example: "ts3100 coverage merge run1.json run2.json --out coverage.html",
-    },
-    Everyday {
-        name: "config",
-        shown: &[],
-        example: "ts3100 config schema > ts3100.schema.json",
-    },
+    whole("ready", "ts3100 ready --wait 10s"),
+    whole("completions", "source <(ts3100 completions bash)"),
+    whole("man", "ts3100 man ~/.local/share/man/man1"),
+    whole(
+        "coverage",
+        "ts3100 coverage merge run1.json run2.json --out coverage.html",
+    ),
+    whole("config", "ts3100 config schema > ts3100.schema.json"),
 ];
 
 /// Flags of `exec` that do not mean quite what they mean for `serve`.

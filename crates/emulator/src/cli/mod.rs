@@ -74,13 +74,11 @@ enum Command {
 }
 
 /// The definition of the command line with its whole help, for manuals.
-#[must_use]
 pub fn definition() -> clap::Command {
     help::with_help(Cli::command(), Extent::Everything)
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
-#[must_use]
 pub fn main() -> ExitCode {
     // No word for people: `exec` starts its guard so.
     if std::env::args_os()

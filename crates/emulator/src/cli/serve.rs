@@ -148,7 +148,7 @@ pub(super) async fn serve_until(
 fn list_options() -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
     for row in OPTIONS {
-        writeln!(stdout, "{:<20} {}", row.key, row.values)?;
+        writeln!(stdout, "{:<20} {}", row.key, row.values())?;
     }
     Ok(())
 }

@@ -16,8 +16,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::str::FromStr;
 use ts3100_control::ControlChoice;
-use ts3100_controller::options::{ControllerType, Dialect};
-use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::tcp::Ports;
 use ts3100_proto::words::{UnexpectedWord, Word};
@@ -214,7 +213,6 @@ pub struct WireTable {
 
 impl ServeArgs {
     /// Where the port numbers come from: ETHERNET.PAR and an offset, or the system.
-    #[must_use]
     pub fn tcp_ports(&self) -> Ports {
         match self.ports {
             Some(PortSource::Auto) => Ports::Auto,

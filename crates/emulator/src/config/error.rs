@@ -2,11 +2,10 @@
 
 use super::options::OptionError;
 use std::fmt::Display;
-use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_control::ControlError;
 use ts3100_controller::faults::FaultError;
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
@@ -15,13 +14,8 @@ const MAX_FILE: u64 = 1024 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    File {
-        /// Path of the file.
-        path: PathBuf,
-        /// The error of the operating system.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] PathError),
     /// A file or a value is not valid.
     #[error("{origin}: {reason}")]
     Invalid {
@@ -95,8 +89,5 @@ impl ConfigError {
 
 /// Reads a text file of at most [`MAX_FILE`] bytes.
 pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
-    files::read_text(path, MAX_FILE).map_err(|reason| ConfigError::File {
-        path: path.to_path_buf(),
-        reason,
-    })
+    Ok(files::read_text(path, MAX_FILE).map_err(cannot("read", path))?)
 }

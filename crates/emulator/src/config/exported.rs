@@ -13,25 +13,21 @@ pub const CONTROL_URL: &str = URL_VARIABLE;
 pub const ROBOT: &str = "TS3100_ROBOT";
 
 /// Address and port of an Ethernet channel, `ADDRESS:PORT`.
-#[must_use]
 pub fn channel(port: Port) -> String {
     format!("TS3100_{}", port.name())
 }
 
 /// The port of an Ethernet channel alone.
-#[must_use]
 pub fn channel_port(port: Port) -> String {
     format!("TS3100_{}_PORT", port.name())
 }
 
 /// Where a serial port is: a pseudo terminal, a device, an address.
-#[must_use]
 pub fn serial_line(port: Port) -> String {
     format!("TS3100_SERIAL_{}_LINE", port.name())
 }
 
 /// Whether `exec` sets this variable.
-#[must_use]
 pub fn is_exported(name: &str) -> bool {
     let is_channel = |port| name == channel(port) || name == channel_port(port);
     name == HOST

@@ -107,20 +107,17 @@ impl FleetConfig {
     }
 
     /// How many there are.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.count
     }
 
     /// The name of a robot.
-    #[must_use]
     pub fn name(&self, index: usize) -> String {
         let table = self.tables.get(index);
         table.map_or_else(|| format!("robot-{}", index + 1), |(name, _)| name.clone())
     }
 
     /// The robot of this name.
-    #[must_use]
     pub fn index(&self, name: &str) -> Option<usize> {
         if !self.tables.is_empty() {
             return self.tables.iter().position(|(known, _)| known == name);
@@ -131,13 +128,11 @@ impl FleetConfig {
     }
 
     /// The arguments that all have in common.
-    #[must_use]
     pub fn common(&self) -> &ServeArgs {
         &self.common
     }
 
     /// The arguments of one robot.
-    #[must_use]
     pub fn args(&self, index: usize) -> ServeArgs {
         let table = self
             .tables
@@ -192,7 +187,6 @@ impl FleetConfig {
     }
 
     /// The file for the last state of all robots, if one is asked for.
-    #[must_use]
     pub fn snapshot_of_all(&self) -> Option<&Path> {
         self.common
             .snapshot_on_exit
@@ -201,7 +195,6 @@ impl FleetConfig {
     }
 
     /// The file with the initial state of all robots, if there is one.
-    #[must_use]
     pub fn restored_for_all(&self) -> Option<&Path> {
         self.common.restore.as_deref().filter(|path| is_of_all(path))
     }
@@ -215,7 +208,6 @@ impl FleetConfig {
     }
 
     /// The robot at an address, if each has its own.
-    #[must_use]
     pub fn index_at(&self, address: IpAddr) -> Option<usize> {
         let number = match (self.common.listen.unwrap_or(Settings::LISTEN), address) {
             (IpAddr::V4(first), IpAddr::V4(address)) => {
@@ -228,7 +220,6 @@ impl FleetConfig {
     }
 
     /// Whether each robot is at an address of its own, with the same ports.
-    #[must_use]
     pub fn has_own_addresses(&self) -> bool {
         self.tables.is_empty()
             && self.common.port_step.is_none()
@@ -248,7 +239,7 @@ impl FleetConfig {
             let highest = 1_003 + u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * last;
             if step < 4 || highest > u32::from(u16::MAX) {
                 let reason = format!(
-                    "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \\
+                    "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \
                      use a step from 4 on, and leave --port-step out if the ports do not suffice"
                 );
                 return Err(refused(reason));
@@ -257,7 +248,7 @@ impl FleetConfig {
         let listen = args.listen.unwrap_or(Settings::LISTEN);
         if self.has_own_addresses() && listen.is_unspecified() {
             return Err(refused(format!(
-                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \\
+                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \
                  or use --port-step 10 or --ports auto"
             )));
         }
@@ -307,7 +298,7 @@ impl FleetConfig {
             for (key, path) in written.chain(transcripts).collect::<Vec<_>>() {
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
                     return Err(refused(format!(
-                        "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \\
+                        "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \
                          becomes the name of the robot",
                         path.display()
                     )));

@@ -31,9 +31,7 @@ use std::path::PathBuf;
 use tracing::info;
 use ts3100_control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use ts3100_controller::faults::Fault;
-use ts3100_controller::input::KeySwitch;
-use ts3100_controller::options::{Config, Dialect};
-use ts3100_controller::port::Port;
+use ts3100_controller::{Config, Dialect, KeySwitch, Port};
 use ts3100_driver::clock::{self, TimeGap, TimeMode};
 use ts3100_driver::serial::SerialEndpoint;
 use ts3100_proto::permission::PermissionTable;
@@ -97,7 +95,6 @@ impl Settings {
     pub const LISTEN: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
     /// The defaults around a controller: loopback, the ports of ETHERNET.PAR, real time, memory only.
-    #[must_use]
     pub fn new(controller: Config) -> Settings {
         Settings {
             listen: Settings::LISTEN,

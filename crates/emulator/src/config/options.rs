@@ -1,17 +1,19 @@
-//! The named options (decision D0) by their keys. [`OPTIONS`] has one row for each: the key, the accepted values, the
-//! defaults, and the field that is set.
+//! The named options (decision D0) by their keys. [`OPTIONS`] has one row for each: the key and the field that is set; how a
+//! value is read follows from the type of the field (`value`).
 //!
 //! The presets belong to the dialect. The effects are in the controller and, for the links, in [`ts3100_driver::tcp`] and
 //! [`ts3100_driver::store`].
 
 mod table;
+mod value;
 
 pub use table::OPTIONS;
 
 use std::fmt;
-use ts3100_controller::options::Options;
+use ts3100_controller::{Dialect, Options};
 use ts3100_driver::tcp::LinkOptions;
 use ts3100_proto::words::did_you_mean;
+use value::Setting;
 
 /// Why a named option cannot be set.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -38,16 +40,6 @@ pub enum OptionError {
 
 /// Where all options are listed.
 const ALL_OPTIONS: &str = "; `ts3100 serve --set help` lists them";
-
-/// A value as given, and the words that its option accepts.
-#[derive(Debug, Clone, Copy)]
-struct Given<'a> {
-    text: &'a str,
-    words: &'static [&'static str],
-}
-
-/// Sets the field of an option; `None` if the value does not fit.
-type Setter = fn(&mut Options, &mut LinkOptions, Given<'_>) -> Option<()>;
 
 /// The values that an option accepts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +79,6 @@ pub enum Values {
 
 impl Values {
     /// The words it is one of; empty for numbers and times.
-    #[must_use]
     pub fn words(&self) -> &'static [&'static str] {
         match self {
             Values::Flag => &["true", "false"],
@@ -122,18 +113,23 @@ impl fmt::Display for Values {
 }
 
 /// One option: a row of [`OPTIONS`].
-#[derive(Debug)]
 pub struct OptionRow {
     /// Name in `--set` and in the table `[options]`.
     pub key: &'static str,
+    setting: &'static dyn Setting,
+}
+
+impl OptionRow {
     /// The values it accepts.
-    pub values: Values,
-    /// Default in the dialect `field`; empty if it depends on the arm.
-    pub field: &'static str,
-    /// Default in the dialect `manual`; empty if it depends on the arm.
-    pub manual: &'static str,
-    /// Sets it. Words have their meanings in the same order.
-    set: Setter,
+    pub fn values(&self) -> Values {
+        self.setting.values()
+    }
+
+    /// Its default in a dialect; empty if it depends on the arm.
+    pub fn default_in(&self, dialect: Dialect) -> String {
+        let (mut options, mut links) = (Options::for_dialect(dialect), LinkOptions::default());
+        self.setting.text(&mut options, &mut links)
+    }
 }
 
 /// Sets one named option.
@@ -157,13 +153,10 @@ pub fn set_option(
             },
         });
     };
-    let given = Given {
-        text: value,
-        words: row.values.words(),
-    };
-    (row.set)(options, links, given).ok_or_else(|| OptionError::Value {
+    let set = row.setting.set(options, links, value);
+    set.ok_or_else(|| OptionError::Value {
         key: row.key,
-        expected: row.values.to_string(),
+        expected: row.values().to_string(),
         found: value.to_owned(),
     })
 }

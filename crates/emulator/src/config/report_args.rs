@@ -47,7 +47,6 @@ impl ReportArgs {
     }
 
     /// The reports these arguments ask for.
-    #[must_use]
     pub fn reports(&self) -> Reports {
         let format = |path: &PathBuf| {
             self.findings_format

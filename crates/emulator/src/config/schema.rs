@@ -9,6 +9,7 @@ use clap::{Arg, ArgAction};
 use serde_json::{Map, Value, json};
 use std::any::TypeId;
 use std::path::PathBuf;
+use ts3100_controller::Dialect;
 
 /// Keys of the command line that the file cannot have: itself, and the options, which have a table there.
 const NOT_IN_FILES: [&str; 2] = ["config", "set"];
@@ -52,7 +53,6 @@ pub struct Key {
 }
 
 /// Every key of the configuration file but the table `options`, in the order of `serve --help`.
-#[must_use]
 pub fn keys() -> Vec<Key> {
     let command = serve_command();
     let keys = command.get_arguments().filter_map(key);
@@ -61,7 +61,6 @@ pub fn keys() -> Vec<Key> {
 }
 
 /// The environment variable of a flag of `serve`.
-#[must_use]
 pub fn variable(flag: &str) -> String {
     format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
 }
@@ -84,7 +83,6 @@ fn key(argument: &Arg) -> Option<Key> {
 }
 
 /// A help text without its `[default: VALUE]`, and the value.
-#[must_use]
 pub fn split_default(help: &str) -> (String, Option<String>) {
     let Some((before, rest)) = help.split_once("[default: ") else {
         return (help.trim().to_owned(), None);
@@ -127,7 +125,6 @@ fn kind(argument: &Arg) -> Kind {
 }
 
 /// The JSON schema of the configuration file (draft 2020-12).
-#[must_use]
 pub fn schema() -> Value {
     let mut properties: Map<String, Value> = keys()
         .into_iter()
@@ -212,8 +209,9 @@ fn options_schema() -> Value {
     let mut top = Map::new();
     let mut groups: Map<String, Value> = Map::new();
     for row in OPTIONS {
-        let default = Some(row.field).filter(|default| !default.is_empty());
-        let schema = described(option_schema(&row.values), &row.values.to_string(), default);
+        let (values, default) = (row.values(), row.default_in(Dialect::Field));
+        let default = Some(default.as_str()).filter(|default| !default.is_empty());
+        let schema = described(option_schema(&values), &values.to_string(), default);
         match row.key.split_once('.') {
             None => {
                 top.insert(row.key.to_owned(), schema);

@@ -10,14 +10,14 @@ use std::task::{Context, Poll, Wake, Waker};
 use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
-use ts3100_controller::action::{Action, ActionError, IoKind};
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
-use ts3100_controller::input::{JogMode, PanelAction};
+use ts3100_controller::input::JogMode;
 use ts3100_controller::panel::PanelState;
-use ts3100_controller::port::Port;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
-use ts3100_controller::{ArmPose, Condition, ControlRight, Controller, KeySwitch};
+use ts3100_controller::{
+    Action, ActionError, ArmPose, Condition, ControlRight, Controller, IoKind, KeySwitch, PanelAction, Port,
+};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
@@ -187,20 +187,12 @@ impl Emulator {
     /// # Errors
     /// As [`Emulator::act`].
     pub fn set_variable(&self, name: &str, values: &[Number], restore: bool) -> Result<(), Error> {
+        let (name, values) = (name.to_owned(), values.to_vec());
         self.act(Action::SetVariable {
-            name: name.to_owned(),
-            values: values.to_vec(),
+            name,
+            values,
             restore,
         })
-    }
-
-    /// Sets a position to the present one of the arm. With `restore` also in the file.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn teach(&self, name: &str, restore: bool) -> Result<(), Error> {
-        let name = name.to_owned();
-        self.act(Action::Teach { name, restore })
     }
 
     /// Puts a file on the RAM drive.
@@ -208,10 +200,8 @@ impl Emulator {
     /// # Errors
     /// As [`Emulator::act`].
     pub fn put_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Error> {
-        self.act(Action::PutFile {
-            name: name.to_ascii_uppercase(),
-            content: content.as_ref().to_vec(),
-        })
+        let (name, content) = (name.to_ascii_uppercase(), content.as_ref().to_vec());
+        self.act(Action::PutFile { name, content })
     }
 
     /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
@@ -223,35 +213,6 @@ impl Emulator {
         self.act(Action::RaiseAlarm { number, detail })
     }
 
-    /// Turns a line on or off for a time and then back; an output pulse is always on.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn pulse(&self, side: IoKind, line: u16, on: bool, length: Duration) -> Result<(), Error> {
-        self.act(Action::Pulse {
-            side,
-            line,
-            on,
-            length,
-        })
-    }
-
-    /// Forces a line to a state, whatever drives it.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn force(&self, side: IoKind, line: u16, on: bool) -> Result<(), Error> {
-        self.act(Action::Force { side, line, on })
-    }
-
-    /// Releases a forced line.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn release(&self, side: IoKind, line: u16) -> Result<(), Error> {
-        self.act(Action::Release { side, line })
-    }
-
     /// Arms a fault; `spec` has the form of `--fault`.
     ///
     /// # Errors
@@ -259,22 +220,6 @@ impl Emulator {
     pub fn arm(&self, spec: &str) -> Result<(), Error> {
         let fault = Box::new(spec.parse::<Fault>()?);
         self.act(Action::Fault(FaultAction::Arm(fault)))
-    }
-
-    /// Disarms a fault by its number.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn disarm(&self, id: u32) -> Result<(), Error> {
-        self.act(Action::Fault(FaultAction::Disarm(id)))
-    }
-
-    /// Removes all faults.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn clear_faults(&self) -> Result<(), Error> {
-        self.act(Action::Fault(FaultAction::Clear))
     }
 
     /// Handles bytes as if the peer of a port had sent them.
@@ -380,6 +325,18 @@ actions! {
     power_on() => Action::PowerOn;
     /// Turns the power off and on again.
     power_cycle() => Action::Panel(PanelAction::PowerCycle);
+    /// Turns a line on or off for a time and then back; an output pulse is always on.
+    pulse(side: IoKind, line: u16, on: bool, length: Duration) => Action::Pulse { side, line, on, length };
+    /// Forces a line to a state, whatever drives it.
+    force(side: IoKind, line: u16, on: bool) => Action::Force { side, line, on };
+    /// Releases a forced line.
+    release(side: IoKind, line: u16) => Action::Release { side, line };
+    /// Sets a position to the present one of the arm. With `restore` also in the file.
+    teach(name: &str, restore: bool) => Action::Teach { name: name.to_owned(), restore };
+    /// Disarms a fault by its number.
+    disarm(id: u32) => Action::Fault(FaultAction::Disarm(id));
+    /// Removes all faults.
+    clear_faults() => Action::Fault(FaultAction::Clear);
 }
 
 /// Time.

@@ -2,20 +2,23 @@
 //! tolerance. Which answers belong together is decided in `matching`.
 
 use super::Tolerance;
-use std::ops::Range;
+use serde::Serialize;
+use std::mem::discriminant;
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{ETX, STX};
 
 /// A part of an answer that differs.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PartDifference {
     /// Its key, as `--ignore` takes it: `sf.servo`, `su.status`.
     pub key: String,
     /// For people.
     pub name: String,
-    /// Its bytes in the answer recorded, or where they would stand.
-    pub range: Range<usize>,
+    /// Its first byte in the answer recorded, or where it would be.
+    pub first: usize,
+    /// The byte after its last.
+    pub end: usize,
     /// What the recording says; none if the part is not there.
     pub recorded: Option<String>,
     /// What the emulator says; none if the part is not there.
@@ -32,7 +35,9 @@ pub(super) fn compare(
     if recorded == emulated {
         return (Vec::new(), 0);
     }
-    if reply_kind(recorded) != reply_kind(emulated) {
+    // OK, NG, SP, a file, or something else.
+    let kind = |wire: &[u8]| parse_reply(wire).as_ref().map(discriminant);
+    if kind(recorded) != kind(emulated) {
         return (vec![whole_difference("reply", recorded, emulated)], 0);
     }
     let (old, mut new) = (dissect(letters, recorded), dissect(letters, emulated));
@@ -50,7 +55,8 @@ pub(super) fn compare(
     differing.extend(new.into_iter().map(|part| PartDifference {
         key: part.key,
         name: part.name,
-        range: end..end,
+        first: end,
+        end,
         recorded: None,
         emulated: Some(part.value),
     }));
@@ -68,7 +74,8 @@ fn part_difference(part: DissectedField, other: Option<DissectedField>) -> PartD
     PartDifference {
         key: part.key,
         name: part.name,
-        range: part.range,
+        first: part.range.start,
+        end: part.range.end,
         recorded: Some(part.value),
         emulated: other.map(|other| other.value),
     }
@@ -79,20 +86,10 @@ fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifferen
     PartDifference {
         key: key.to_owned(),
         name: key.to_owned(),
-        range: 0..recorded.len(),
+        first: 0,
+        end: recorded.len(),
         recorded: shown(recorded),
         emulated: shown(emulated),
-    }
-}
-
-/// OK, NG, SP, a file, or something else.
-fn reply_kind(wire: &[u8]) -> u8 {
-    match parse_reply(wire) {
-        Some(Reply::Ok) => 0,
-        Some(Reply::Ng) => 1,
-        Some(Reply::Sp) => 2,
-        Some(Reply::Fl(_)) => 3,
-        None => 4,
     }
 }
 

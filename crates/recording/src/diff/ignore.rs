@@ -65,7 +65,6 @@ impl Ignore {
     }
 
     /// Whether a part does not count.
-    #[must_use]
     pub fn covers(&self, key: &str) -> bool {
         let covers = |pattern: &String| {
             let mut words = key.split('.');

@@ -13,12 +13,15 @@ mod player;
 pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
 
+use crate::transcript::json::as_text;
 use crate::transcript::{EndReason, PeerId, Recording};
 use matching::Matching;
 use player::Player;
+use serde::{Serialize, Serializer};
 use std::time::Duration;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::tcp::SecondConnection;
+use ts3100_proto::escape::Escaped;
 
 /// Most differences in a report; further ones are only counted.
 pub const MAX_DIFFERENCES: usize = 10_000;
@@ -47,32 +50,39 @@ impl Default for Tolerance {
     }
 }
 
-/// How an answer differs.
-#[derive(Debug, Clone, PartialEq)]
+/// How an answer differs. In JSON, answers are texts for people and times are microseconds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
 pub enum DifferenceKind {
     /// In its bytes.
     Bytes {
         /// The answer recorded.
+        #[serde(serialize_with = "for_reading")]
         recorded: Vec<u8>,
         /// The emulator's.
+        #[serde(serialize_with = "for_reading")]
         emulated: Vec<u8>,
-        /// Where, and what it means.
-        parts: Vec<PartDifference>,
         /// Why the emulator has refused, if it has.
         reason: Option<String>,
+        /// Where, and what it means.
+        parts: Vec<PartDifference>,
     },
     /// In its time, since the host or the robot last did something.
     Time {
         /// The answer recorded.
+        #[serde(serialize_with = "for_reading")]
         recorded: Vec<u8>,
         /// When it came.
+        #[serde(rename = "recorded_after_us", serialize_with = "micros")]
         recorded_after: Duration,
         /// When the emulator's came; earlier than what it was measured from is zero.
+        #[serde(rename = "emulated_after_us", serialize_with = "micros")]
         emulated_after: Duration,
     },
     /// The emulator does not send it.
     Missing {
         /// The answer recorded.
+        #[serde(serialize_with = "for_reading")]
         recorded: Vec<u8>,
         /// What the emulator says about the host's bytes before it, if anything.
         reason: Option<String>,
@@ -80,6 +90,7 @@ pub enum DifferenceKind {
     /// The emulator sends it, the recording has nothing of the kind.
     Surplus {
         /// The emulator's answer.
+        #[serde(serialize_with = "for_reading")]
         emulated: Vec<u8>,
         /// Why the emulator has refused, if it has.
         reason: Option<String>,
@@ -93,19 +104,34 @@ pub enum DifferenceKind {
     },
 }
 
+fn for_reading<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&Escaped::for_reading(bytes))
+}
+
+fn micros<S: Serializer>(duration: &Duration, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u64(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX))
+}
+
 /// A difference.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
+    /// Kind of the difference.
+    #[serde(flatten)]
+    pub kind: DifferenceKind,
     /// Line of the file of the recording.
     pub file_line: usize,
     /// Time of the recording.
+    #[serde(rename = "t_us", serialize_with = "micros_of")]
     pub at: Time,
     /// Where.
+    #[serde(serialize_with = "as_text::serialize")]
     pub line: PeerId,
     /// The host's text before it, as far as it is worth showing; empty if there was none.
     pub question: String,
-    /// Kind of the difference.
-    pub kind: DifferenceKind,
+}
+
+fn micros_of<S: Serializer>(time: &Time, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u64(time.as_micros())
 }
 
 /// Result of a replay.
@@ -137,7 +163,6 @@ pub struct Candidate {
 }
 
 /// Plays a recording to an emulator and compares what that answers.
-#[must_use]
 pub fn diff(recording: &Recording, candidate: Candidate, tolerance: &Tolerance) -> Report {
     let events = answers::events(recording, candidate.controller.config().options.text);
     Matching::new(Player::new(candidate, recording), tolerance).run(&events)

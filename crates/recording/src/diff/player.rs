@@ -5,9 +5,10 @@ use super::Candidate;
 use super::answers::{Answer, AnswerSplitter};
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
-use ts3100_controller::findings::Rule;
-use ts3100_controller::output::{DisconnectMode, Event};
-use ts3100_controller::{Action, Bytes, Controller, Input, Output, PanelAction, PersistError, Port, Time};
+use ts3100_controller::output::DisconnectMode;
+use ts3100_controller::{
+    Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Rule, Time,
+};
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};

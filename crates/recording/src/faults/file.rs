@@ -1,11 +1,10 @@
 //! Fault files: TOML with one table `[[fault]]` for each fault and the keys of a fault specification.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_controller::faults::{Fault, FaultError};
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 /// Largest file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
@@ -14,13 +13,8 @@ const MAX_FILE: u64 = 1024 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum FaultFileError {
     /// It cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    File {
-        /// Which file.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] PathError),
     /// It is no TOML; the reason has line and column.
     #[error("{}: {reason}", path.display())]
     Toml {
@@ -46,10 +40,7 @@ pub enum FaultFileError {
 /// # Errors
 /// See [`FaultFileError`].
 pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
-    let text = files::read_text(path, MAX_FILE).map_err(|reason| FaultFileError::File {
-        path: path.to_path_buf(),
-        reason,
-    })?;
+    let text = files::read_text(path, MAX_FILE).map_err(cannot("read", path))?;
     parse(path, &text)
 }
 

@@ -2,9 +2,7 @@
 //! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
 use super::fault_json;
-use crate::reports::seconds;
-use crate::reports::{ReportError, junit, write_report};
-use quick_junit::TestCaseStatus;
+use crate::reports::{junit, seconds, write_report};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,10 +11,8 @@ use std::time::Duration;
 use tracing::{info, warn};
 use ts3100_controller::faults::{Fault, FaultReport, Faults};
 use ts3100_controller::limits::MAX_FAULT_TIMES;
-use ts3100_controller::output::Event;
-use ts3100_controller::port::Port;
-use ts3100_controller::time::Time;
-use ts3100_driver::files;
+use ts3100_controller::{Event, Port, Time};
+use ts3100_driver::files::{self, PathError};
 
 /// One application of a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -135,7 +131,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
             let _ = writeln!(text, "{place}at {at} s: {message}");
         }
         let _ = writeln!(text, "A robust host: {}", fault.kind.remedy);
-        let mut case = junit::case(&class, &name, Duration::ZERO, TestCaseStatus::success());
+        let mut case = junit::case(&class, &name, Duration::ZERO, junit::success());
         case.set_system_out(text);
         case
     });
@@ -146,7 +142,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
 ///
 /// # Errors
 /// The first that cannot be written.
-pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
+pub fn prepare(files: &[PathBuf]) -> Result<(), PathError> {
     files.iter().try_for_each(|path| write_report(path, ""))
 }
 
@@ -154,7 +150,7 @@ pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
 ///
 /// # Errors
 /// The first that cannot be written.
-pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), ReportError> {
+pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), PathError> {
     files.iter().try_for_each(|path| {
         let text = if files::extension(path) == "xml" {
             junit(faults, log)

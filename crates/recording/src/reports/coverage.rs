@@ -4,10 +4,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reachable};
-use ts3100_controller::options::Config;
-use ts3100_controller::output::Verdict;
-use ts3100_controller::port::Port;
+use ts3100_controller::command_coverage::{PermissionCell, reachable};
+use ts3100_controller::{CommandCoverage, Config, Port, Verdict};
 use ts3100_driver::files;
 use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
 use ts3100_proto::status::MasterMode;
@@ -61,7 +59,6 @@ pub struct CoverageError {
 
 impl CoverageReport {
     /// The document of a run.
-    #[must_use]
     pub fn new(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
         let mut cells: BTreeMap<PermissionCell, (u64, bool)> = BTreeMap::new();
         for port in coverage.ports() {
@@ -82,7 +79,6 @@ impl CoverageReport {
     }
 
     /// One document of several: a cell counts what all count, and is reachable if it is in any of them.
-    #[must_use]
     pub fn merged(reports: impl IntoIterator<Item = CoverageReport>) -> CoverageReport {
         let mut cells: BTreeMap<_, CellReport> = BTreeMap::new();
         for cell in reports.into_iter().flat_map(|report| report.cells) {

@@ -2,9 +2,8 @@
 
 use crate::reports::seconds;
 use serde::Serialize;
-use ts3100_controller::command_coverage::CommandCoverage;
-use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
-use ts3100_controller::port::Port;
+use ts3100_controller::findings::{Finding, RULES, Tally};
+use ts3100_controller::{CommandCoverage, Findings, Port, Rule, Severity};
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_survey::ledger;
 
@@ -85,7 +84,6 @@ pub struct FindingView {
 
 impl FindingsView {
     /// The document of a run: with the assumptions that it rested on.
-    #[must_use]
     pub fn of_run(findings: &Findings, coverage: &CommandCoverage) -> FindingsView {
         let served = coverage.reached().map(|(cell, _)| cell.row());
         let broken = findings.broken().map(|(rule, _)| rule.id);
@@ -102,7 +100,6 @@ impl FindingsView {
     }
 
     /// The document of these findings.
-    #[must_use]
     pub fn new(findings: &Findings) -> FindingsView {
         let count = |severity: Severity| {
             let broken = findings.broken();

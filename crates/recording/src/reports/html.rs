@@ -98,7 +98,6 @@ fn distinct<'a>(
 }
 
 /// Text between tags.
-#[must_use]
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

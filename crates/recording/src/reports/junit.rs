@@ -28,25 +28,21 @@ pub fn case(class: &str, name: &str, time: Duration, status: TestCaseStatus) -> 
 }
 
 /// The status of a case that failed: `message` is one line, `text` all of it.
-#[must_use]
 pub fn failure(message: &str, text: &str) -> TestCaseStatus {
     unsuccessful(NonSuccessKind::Failure, message, text)
 }
 
 /// The status of a case that could not be tried: `message` is one line, `text` all of it.
-#[must_use]
 pub fn error(message: &str, text: &str) -> TestCaseStatus {
     unsuccessful(NonSuccessKind::Error, message, text)
 }
 
 /// The status of a case that passed.
-#[must_use]
 pub fn success() -> TestCaseStatus {
     TestCaseStatus::success()
 }
 
 /// The status of a case that could not be tried, which is no failure.
-#[must_use]
 pub fn skipped(message: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::skipped();
     status.set_message(message);
@@ -74,7 +70,7 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
     let class = format!("ts3100.findings.{severity}");
     let with = |status| case(&class, rule.id, Duration::ZERO, status);
     let Some(tally) = tally else {
-        return with(TestCaseStatus::success());
+        return with(success());
     };
     let mut text = format!(
         "{}\nManual: {}\nDo: {}\nSee: {}\n",
@@ -95,7 +91,7 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
         status.set_type(severity);
         return with(status);
     }
-    let mut case = with(TestCaseStatus::success());
+    let mut case = with(success());
     case.set_system_out(text);
     case
 }

@@ -1,13 +1,12 @@
 //! Lines of the user files executed, in the tracefile format of lcov that `genhtml` and coverage services read.
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
-use super::{ReportError, write_report};
+use super::write_report;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use ts3100_controller::StatementCoverage;
-use ts3100_controller::options::Config;
 use ts3100_controller::statement_coverage::FileVersion;
-use ts3100_driver::files;
+use ts3100_controller::{Config, StatementCoverage};
+use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_proto::name::FileName;
@@ -22,7 +21,7 @@ pub fn write(
     executed: &StatementCoverage,
     config: &Config,
     loaded: &[PathBuf],
-) -> Result<(), ReportError> {
+) -> Result<(), PathError> {
     let mut trace = String::from("TN:ts3100\n");
     for version in executed.versions() {
         let Some(record) = record(version, config) else {
@@ -80,14 +79,11 @@ fn find_source(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
 }
 
 /// Writes the content into a directory beside the tracefile: `run.info.src/PICK`, further contents `PICK.2`.
-fn write_source(trace: &Path, version: &FileVersion) -> Result<PathBuf, ReportError> {
+fn write_source(trace: &Path, version: &FileVersion) -> Result<PathBuf, PathError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));
-    files::make_directory(&directory).map_err(|reason| ReportError {
-        path: directory.clone(),
-        reason,
-    })?;
+    files::make_directory(&directory).map_err(cannot("write", &directory))?;
     let name = match version.number {
         1 => version.name.clone(),
         number => format!("{}.{number}", version.name),

@@ -16,41 +16,24 @@ pub use findings::FindingsView;
 pub use settings::{BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportOutcome, Reports, coverage_text};
 
 use crate::faults::FaultLog;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use ts3100_controller::options::Config;
-use ts3100_controller::output::Output;
-use ts3100_controller::{CommandCoverage, Controller, Findings, StatementCoverage, Time};
+use ts3100_controller::{CommandCoverage, Config, Controller, Findings, Output, StatementCoverage, Time};
 use ts3100_driver::cell::{Notice, Subscriber};
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 /// Virtual time in seconds.
-#[must_use]
 #[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
 pub fn seconds(time: Time) -> f64 {
     time.as_micros() as f64 / 1e6
-}
-
-/// A report that cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {reason}", path.display())]
-pub struct ReportError {
-    /// Which file.
-    pub path: PathBuf,
-    /// What the system said.
-    pub reason: io::Error,
 }
 
 /// Writes a whole file.
 ///
 /// # Errors
 /// It cannot be written.
-pub fn write_report(path: &Path, text: &str) -> Result<(), ReportError> {
-    files::replace(path, text.as_bytes()).map_err(|reason| ReportError {
-        path: path.to_path_buf(),
-        reason,
-    })
+pub fn write_report(path: &Path, text: &str) -> Result<(), PathError> {
+    files::replace(path, text.as_bytes()).map_err(cannot("write", path))
 }
 
 #[derive(Debug, Default)]
@@ -76,7 +59,6 @@ impl RunRecord {
     }
 
     /// A record of a run that starts with this controller. Executed lines are recorded if `record_lines` is set.
-    #[must_use]
     pub fn new(controller: &Controller, record_lines: bool) -> RunRecord {
         let record = RunRecord::default();
         record.data().record_lines = record_lines;
@@ -92,13 +74,11 @@ impl RunRecord {
     }
 
     /// Findings so far.
-    #[must_use]
     pub fn findings(&self) -> Findings {
         self.data().findings.clone()
     }
 
     /// Coverage of the permission tables so far, resets or not.
-    #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.command_coverage(), config)
     }
@@ -111,19 +91,16 @@ impl RunRecord {
     }
 
     /// Coverage of the permission tables since the start or the last reset.
-    #[must_use]
     pub fn coverage_since_reset(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.data().coverage, config)
     }
 
     /// Executed lines of the user files so far.
-    #[must_use]
     pub fn executed(&self) -> StatementCoverage {
         self.data().executed.clone()
     }
 
     /// Applications of faults so far.
-    #[must_use]
     pub fn fault_log(&self) -> FaultLog {
         self.data().fault_log.clone()
     }

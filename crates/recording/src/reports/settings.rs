@@ -1,14 +1,11 @@
 //! Which reports are written at the end of a run, and how they determine its exit code. The contents are in `findings`,
 //! `coverage`, `lcov` and the formats beside them.
 
-use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif};
-use super::{ReportError, write_report};
+use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif, write_report};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::Controller;
-use ts3100_controller::findings::{Findings, Rule, Severity};
-use ts3100_controller::options::Config;
-use ts3100_driver::files;
+use ts3100_controller::{Config, Controller, Findings, Rule, Severity};
+use ts3100_driver::files::{self, PathError};
 use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.
@@ -35,7 +32,6 @@ impl Deny {
     pub const WARNINGS: Deny = Deny::Severity(Severity::Warning);
 
     /// Whether the rule is one of them.
-    #[must_use]
     pub fn covers(&self, rule: &Rule) -> bool {
         match self {
             Deny::Severity(severity) => rule.severity >= *severity,
@@ -86,7 +82,6 @@ pub enum FindingsFormat {
 
 impl FindingsFormat {
     /// The format for a file extension; JSON by default.
-    #[must_use]
     pub fn from_path(path: &Path) -> FindingsFormat {
         match files::extension(path).as_str() {
             "xml" => FindingsFormat::Junit,
@@ -125,7 +120,6 @@ pub struct ReportOutcome {
 
 impl ReportOutcome {
     /// 0, [`DENIED`], or [`BELOW_COVERAGE`].
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         if !self.denied.is_empty() || !self.never_fired.is_empty() {
             DENIED
@@ -142,7 +136,7 @@ impl Reports {
     ///
     /// # Errors
     /// The first that cannot be written.
-    pub fn prepare(&self) -> Result<(), ReportError> {
+    pub fn prepare(&self) -> Result<(), PathError> {
         let findings = self.findings.iter().map(|(path, _)| path);
         let paths = findings.chain(&self.coverage).chain(&self.lcov);
         paths.into_iter().try_for_each(|path| write_report(path, ""))
@@ -157,7 +151,7 @@ impl Reports {
         run_record: &RunRecord,
         controller: &Controller,
         loaded: &[PathBuf],
-    ) -> Result<ReportOutcome, ReportError> {
+    ) -> Result<ReportOutcome, PathError> {
         let config = controller.config();
         let findings = run_record.findings();
         for (path, format) in &self.findings {
@@ -208,7 +202,6 @@ impl Reports {
 }
 
 /// A coverage report in the format for the extension of its file.
-#[must_use]
 pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
     match files::extension(path).as_str() {
         "html" | "htm" => html::page(report),

@@ -2,10 +2,8 @@
 //! are read here.
 
 use ts3100_controller::alarm::AlarmCode;
-use ts3100_controller::input::{Input, PanelAction};
-use ts3100_controller::port::Port;
 use ts3100_controller::signals::Signals;
-use ts3100_controller::{ACTION_FORMS, Action, ActionParseError};
+use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Input, PanelAction, Port};
 use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};

@@ -11,9 +11,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tracing::info;
-use ts3100_controller::input::Input;
-use ts3100_controller::output::Output;
-use ts3100_controller::{Condition, ConditionWatch, Controller, Time};
+use ts3100_controller::{Condition, ConditionWatch, Controller, Input, Output, Time};
 use ts3100_driver::cell::{ActionSource, Cell, Notice, PlannedAction, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
@@ -87,7 +85,6 @@ pub struct Play(Arc<Mutex<PlayState>>);
 
 impl Play {
     /// A scenario that has not started.
-    #[must_use]
     pub fn new(scenario: Scenario) -> Play {
         let start = scenario.start.actions.into_iter();
         let mut planned: Vec<_> = start.map(|action| (Duration::ZERO, action)).collect();
@@ -188,7 +185,6 @@ impl Play {
     }
 
     /// The outcome if the scenario ends now.
-    #[must_use]
     pub fn outcome(&self, now: Time) -> ScenarioOutcome {
         let state = self.state();
         let now = state.scenario_time(now);
@@ -228,7 +224,6 @@ impl Play {
     }
 
     /// How far the scenario is at `now`, a time of the controller.
-    #[must_use]
     pub fn progress(&self, now: Time) -> ScenarioProgress {
         let state = self.state();
         let now = state.scenario_time(now);

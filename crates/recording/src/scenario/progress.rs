@@ -52,7 +52,6 @@ pub enum EntryState {
 
 impl ScenarioProgress {
     /// The progress of these entries.
-    #[must_use]
     pub fn new(file: String, mut entries: Vec<EntryProgress>) -> ScenarioProgress {
         entries.sort_by_key(|entry| entry.line);
         let any = |state| entries.iter().any(|entry| entry.state == state);

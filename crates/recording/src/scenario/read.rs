@@ -4,16 +4,14 @@
 use super::action::ScenarioAction;
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use std::fmt::Display;
-use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use ts3100_controller::Condition;
-use ts3100_controller::input::PanelAction;
 use ts3100_controller::time::parse_duration;
-use ts3100_driver::files;
+use ts3100_controller::{Condition, PanelAction};
+use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::words::{Word, did_you_mean};
 
 /// The tables and their keys; the first is the file itself.
@@ -45,13 +43,8 @@ const MAX_DURATION: Duration = Duration::from_secs(365 * 86_400);
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file.
-    #[error("cannot read the scenario {}: {reason}", path.display())]
-    Io {
-        /// Which.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    Io(#[from] PathError),
     /// What stands in it.
     #[error("{}, line {line}: {reason}", path.display())]
     Content {
@@ -76,10 +69,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`], with the line.
     pub fn read(path: &Path) -> Result<Scenario, ScenarioError> {
-        let text = files::read_text(path, MAX_BYTES).map_err(|reason| ScenarioError::Io {
-            path: path.to_path_buf(),
-            reason,
-        })?;
+        let text = files::read_text(path, MAX_BYTES).map_err(cannot("read the scenario", path))?;
         Scenario::parse(path, &text)
     }
 

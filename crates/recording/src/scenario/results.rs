@@ -2,7 +2,6 @@
 //! condition.
 
 use crate::reports::junit;
-use quick_junit::TestCaseStatus;
 use std::time::Duration;
 
 /// What came of one entry.
@@ -42,7 +41,6 @@ pub struct ScenarioOutcome {
 
 impl ScenarioOutcome {
     /// Whether something was not as expected.
-    #[must_use]
     pub fn has_failed(&self) -> bool {
         self.failures().next().is_some()
     }
@@ -56,17 +54,12 @@ impl ScenarioOutcome {
     }
 
     /// As JUnit XML, with times in virtual seconds.
-    #[must_use]
     pub fn junit(&self) -> String {
         let cases = self.entries.iter().map(|entry| {
             let status = match &entry.verdict {
-                Verdict::Held => TestCaseStatus::success(),
+                Verdict::Held => junit::success(),
                 Verdict::Failed(reason) => junit::failure(reason, &format!("line {}", entry.line)),
-                Verdict::Skipped(reason) => {
-                    let mut status = TestCaseStatus::skipped();
-                    status.set_message(reason.as_str());
-                    status
-                }
+                Verdict::Skipped(reason) => junit::skipped(reason),
             };
             junit::case(&self.name, &entry.name, entry.time, status)
         });

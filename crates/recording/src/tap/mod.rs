@@ -6,8 +6,7 @@
 mod relay;
 
 use crate::transcript::{
-    EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
-    without_port,
+    EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, Side, TranscriptFile, without_port,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
@@ -18,6 +17,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tracing::{debug, info, warn};
 use ts3100_controller::{Port, Time};
 use ts3100_driver::clock::system_calendar;
+use ts3100_driver::files::PathError;
 use ts3100_driver::tcp::{ChannelError, bind};
 use ts3100_proto::escape::Escaped;
 
@@ -56,7 +56,7 @@ pub enum TapError {
     Channel(#[from] ChannelError),
     /// A transcript cannot be created.
     #[error(transparent)]
-    Recorder(#[from] RecorderError),
+    Recorder(#[from] PathError),
 }
 
 /// A tap with open ports.
@@ -112,7 +112,6 @@ impl Tap {
     }
 
     /// TCP port of each tapped channel.
-    #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
     }

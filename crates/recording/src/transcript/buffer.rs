@@ -85,7 +85,6 @@ pub struct TranscriptBuffer(Mutex<BufferState>);
 
 impl TranscriptBuffer {
     /// An empty buffer for at most so many records, up to [`MAX_BUFFERED_RECORDS`].
-    #[must_use]
     pub fn new(header: Header, most: usize) -> TranscriptBuffer {
         TranscriptBuffer(Mutex::new(BufferState {
             header,
@@ -138,7 +137,6 @@ impl TranscriptBuffer {
     }
 
     /// The transcript in a file format. A remark in front says how many records were discarded.
-    #[must_use]
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
         let pages = self.state();
         let missing = pages.records.front().filter(|_| pages.discarded > 0);

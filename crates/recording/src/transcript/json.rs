@@ -95,7 +95,7 @@ impl Bytes {
 }
 
 /// A value in its text form.
-mod as_text {
+pub(crate) mod as_text {
     use serde::{Deserialize, Deserializer, Serializer, de};
     use std::fmt::Display;
     use std::str::FromStr;

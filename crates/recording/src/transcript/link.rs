@@ -77,7 +77,6 @@ pub enum LinkRecord {
 
 impl LinkRecord {
     /// A record that this controller replaces the current one.
-    #[must_use]
     pub fn from_restored(controller: &Controller) -> LinkRecord {
         LinkRecord::Restored {
             at: controller.now(),
@@ -86,7 +85,6 @@ impl LinkRecord {
     }
 
     /// The time from which later records continue, if this record changes time.
-    #[must_use]
     pub fn new_time(&self) -> Option<Time> {
         match self {
             LinkRecord::Restored { at, .. } => Some(*at),
@@ -102,7 +100,6 @@ impl LinkRecord {
     }
 
     /// The input of the controller that this record stands for, if any.
-    #[must_use]
     pub fn input(&self) -> Option<Input> {
         Some(match *self {
             LinkRecord::Settings { port, host } => Input::SerialOpened { port, host },

@@ -14,10 +14,10 @@ pub mod text;
 
 pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
-pub use recorder::{MAX_BYTES, Recorder, RecorderError};
+pub use recorder::{MAX_BYTES, Recorder};
 pub use sink::{Observer, TranscriptSink, calendar_if_set};
 pub use ts3100_driver::cell::Side;
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,6 @@ pub struct PeerId {
 
 impl PeerId {
     /// The first peer of a port.
-    #[must_use]
     pub const fn first(port: Port) -> PeerId {
         PeerId { port, peer: 1 }
     }
@@ -127,7 +126,6 @@ pub enum RecordKind {
 
 impl RecordKind {
     /// The time from which later records continue, if this one changes time.
-    #[must_use]
     pub fn new_time(&self) -> Option<Time> {
         let RecordKind::Link(link) = self else { return None };
         link.new_time()
@@ -231,13 +229,8 @@ impl LineError {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file cannot be read.
-    #[error("cannot read {}: {reason}", path.display())]
-    File {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        reason: std::io::Error,
-    },
+    #[error(transparent)]
+    File(#[from] PathError),
     /// A line is invalid.
     #[error("{}:{line}: {reason}", path.display())]
     Content {
@@ -267,7 +260,6 @@ pub enum Format {
 
 impl Format {
     /// The format for a file extension; text without one.
-    #[must_use]
     pub fn from_path(path: &Path) -> Option<Format> {
         match files::extension(path).as_str() {
             "" if path.extension().is_none() => Some(Format::Text),
@@ -316,10 +308,7 @@ impl Recording {
             Some(Format::Json) => json::read,
             Some(Format::Text) | None => text::read,
         };
-        let content = files::read_text(path, MAX_TRANSCRIPT).map_err(|reason| ReadError::File {
-            path: path.to_path_buf(),
-            reason,
-        })?;
+        let content = files::read_text(path, MAX_TRANSCRIPT).map_err(cannot("read", path))?;
         let read = read(&content).and_then(Recording::validated);
         read.map_err(|(line, reason)| ReadError::Content {
             path: path.to_path_buf(),
@@ -340,7 +329,6 @@ impl Recording {
 }
 
 /// The address without its port number.
-#[must_use]
 pub fn without_port(peer: &str) -> String {
     match peer.parse::<std::net::SocketAddr>() {
         Ok(address) => address.ip().to_string(),

@@ -6,20 +6,13 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 use tracing::error;
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 
 /// Largest transcript that is written, in bytes; it ends there.
 pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;
 
-/// A transcript that cannot be begun.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write the transcript {}: {reason}", path.display())]
-pub struct RecorderError {
-    /// Where.
-    path: PathBuf,
-    /// What the system said.
-    reason: io::Error,
-}
+/// What fails when a transcript cannot be begun.
+const BEGIN: &str = "write the transcript";
 
 /// Writes the lines or packets of one format.
 #[derive(Debug)]
@@ -125,12 +118,9 @@ impl Recorder {
         targets: &[TranscriptFile],
         header: &Header,
         base: Duration,
-    ) -> Result<Recorder, RecorderError> {
+    ) -> Result<Recorder, PathError> {
         let begin = |target: &TranscriptFile| {
-            Output::create(target, header, base).map_err(|reason| RecorderError {
-                path: target.path.clone(),
-                reason,
-            })
+            Output::create(target, header, base).map_err(cannot(BEGIN, &target.path))
         };
         let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
         Ok(Recorder { outputs })
@@ -140,18 +130,17 @@ impl Recorder {
     ///
     /// # Errors
     /// stdout cannot be written.
-    pub fn on_stdout(header: &Header) -> Result<Recorder, RecorderError> {
+    pub fn on_stdout(header: &Header) -> Result<Recorder, PathError> {
         let path = PathBuf::from("stdout");
         let writer = Writer::Text(text::Writer::default());
         let output = Output::with_writer(path.clone(), Box::new(io::stdout()), writer, header);
-        let output = output.map_err(|reason| RecorderError { path, reason })?;
+        let output = output.map_err(cannot(BEGIN, &path))?;
         Ok(Recorder {
             outputs: vec![output],
         })
     }
 
     /// Whether anything is written at all.
-    #[must_use]
     pub fn is_on(&self) -> bool {
         !self.outputs.is_empty()
     }

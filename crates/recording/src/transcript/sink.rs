@@ -2,16 +2,16 @@
 //! no sockets, so embedded, stepped and replayed controllers give the same transcript.
 
 use super::{
-    EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
-    TranscriptBuffer, TranscriptFile, without_port,
+    EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, Side, TranscriptBuffer,
+    TranscriptFile, without_port,
 };
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
-use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::DisconnectMode;
-use ts3100_controller::{Action, Controller, Event, Input, Output, Port, Time};
+use ts3100_controller::{Action, Config, Controller, Dialect, Event, Input, Output, Port, Time};
 use ts3100_driver::cell::{Notice, Subscriber};
+use ts3100_driver::files::PathError;
 use ts3100_proto::calendar::CalendarTime;
 
 /// Turns inputs and outputs into records.
@@ -104,7 +104,6 @@ impl Observer {
 }
 
 /// The calendar for a header; `None` for the default of a new controller.
-#[must_use]
 pub fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
     Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
 }
@@ -131,7 +130,7 @@ impl TranscriptSink {
         files: &[TranscriptFile],
         buffered: Option<usize>,
         restored: Option<&Controller>,
-    ) -> Result<TranscriptSink, RecorderError> {
+    ) -> Result<TranscriptSink, PathError> {
         let mut sink = TranscriptSink {
             recorder: Recorder::create(files, &header, Duration::ZERO)?,
             buffer: buffered.map(|most| Arc::new(TranscriptBuffer::new(header, most))),
@@ -166,7 +165,6 @@ impl TranscriptSink {
     }
 
     /// The buffer in memory.
-    #[must_use]
     pub fn buffer(&self) -> Arc<TranscriptBuffer> {
         self.buffer.clone().unwrap_or_default()
     }

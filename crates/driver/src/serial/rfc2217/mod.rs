@@ -84,7 +84,6 @@ struct Control {
 
 impl Server {
     /// For a client that has just connected; a line nobody has set is set as the robot's.
-    #[must_use]
     pub fn new(robot: SerialSettings) -> Server {
         Server {
             decoder: Decoder::default(),

@@ -7,6 +7,7 @@ use super::CheckedFile;
 use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
+use ts3100_control::client::percent_encoded;
 use ts3100_recording::book;
 
 /// The JSON document: files in the order given, each with its remarks in the order of the source.
@@ -138,17 +139,8 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
 
 /// The path of a file as a URI reference (RFC 3986).
 fn uri_reference(path: &str) -> String {
-    let mut uri = String::new();
-    for byte in path.bytes() {
-        match byte {
-            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
-                uri.push(byte.into());
-            }
-            b'\\' => uri.push('/'),
-            other => uri.push_str(&format!("%{other:02X}")),
-        }
-    }
-    uri
+    let segments = path.split(['/', '\\']).map(percent_encoded);
+    segments.collect::<Vec<_>>().join("/")
 }
 
 #[cfg(test)]

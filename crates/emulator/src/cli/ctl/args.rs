@@ -4,11 +4,14 @@
 
 use super::target::TargetArgs;
 use crate::config::args::word;
-use clap::{ArgAction, Args, Subcommand, ValueEnum};
+use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::{CONDITION_FORMS, ControlRight, KeySwitch};
 use ts3100_recording::transcript::TranscriptFile;
+
+/// The methods of calls.
+pub const METHODS: [&str; 4] = ["GET", "PUT", "POST", "DELETE"];
 
 /// Inspect and control a running emulator, including its clock.
 ///
@@ -227,7 +230,8 @@ pub enum Command {
     /// Make any call of the OpenAPI document
     Call {
         /// Method
-        method: HttpMethod,
+        #[arg(value_parser = METHODS, ignore_case = true)]
+        method: String,
         /// Path, such as /state
         path: String,
         /// Body, in JSON
@@ -247,18 +251,6 @@ pub enum SnapshotCommand {
     Show { name: Option<String> },
     /// Continue from a snapshot file; - is stdin
     Load { path: PathBuf },
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum HttpMethod {
-    #[value(name = "GET", alias = "get")]
-    Get,
-    #[value(name = "PUT", alias = "put")]
-    Put,
-    #[value(name = "POST", alias = "post")]
-    Post,
-    #[value(name = "DELETE", alias = "delete")]
-    Delete,
 }
 
 #[derive(Debug, Subcommand)]

@@ -5,8 +5,7 @@
 
 use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
-    HttpMethod, JogCommand, LineCommand, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
-    WaitLimits,
+    JogCommand, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
@@ -75,8 +74,8 @@ fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
 }
 
 /// A switch with words of its own: `on` is the word for true.
-fn named_switch(path: &str, key: &str, on: &str, word: Option<&String>) -> Call {
-    switch(path, key, word.map(|word| word == on))
+fn named_switch(path: &str, key: &str, on: &str, word: &Option<String>) -> Call {
+    switch(path, key, word.as_ref().map(|word| word == on))
 }
 
 fn feed_hold(state: Option<&str>) -> Call {
@@ -179,16 +178,12 @@ impl Call {
             Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
             Command::KeySwitch { position } => setting("/key-switch", "position", position.map(Word::word)),
             Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
-            Command::EmergencyStop { action } => {
-                named_switch("/emergency-stop", "pressed", "press", action.as_ref())
-            }
-            Command::SafetySwitch { action } => {
-                named_switch("/safety-switch", "open", "open", action.as_ref())
-            }
+            Command::EmergencyStop { action } => named_switch("/emergency-stop", "pressed", "press", action),
+            Command::SafetySwitch { action } => named_switch("/safety-switch", "open", "open", action),
             Command::Servo { state } => switch("/servo", "on", *state),
             Command::FeedHold { state } => feed_hold(state.as_deref()),
             Command::MachineLock { state } => switch("/machine-lock", "on", *state),
-            Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
+            Command::Battery { state } => named_switch("/battery", "low", "low", state),
             Command::Override { percent } => setting("/override", "percent", *percent),
             Command::RunMode { mode } => setting("/run-mode", "mode", mode.as_deref()),
             Command::Program { action: None } => get("/program"),
@@ -236,7 +231,7 @@ impl Call {
             Command::Metrics => get("/metrics"),
             Command::Health => get("/health"),
             Command::Version => get("/version"),
-            Command::Call { method, path, body } => raw(*method, path, body.as_deref())?,
+            Command::Call { method, path, body } => raw(method, path, body.as_deref())?,
         })
     }
 }
@@ -273,19 +268,15 @@ fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
     })
 }
 
-fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
+fn raw(method: &str, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
     let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
     if !plain {
         return Err(UnexpectedWord::new("a path as a URL has it", path).into());
     }
     let body = body.map(serde_json::from_str).transpose().context("body")?;
-    let method = match method {
-        HttpMethod::Get => "GET",
-        HttpMethod::Put => "PUT",
-        HttpMethod::Post => "POST",
-        HttpMethod::Delete => "DELETE",
-    };
-    Ok(call(method, path, body))
+    let mut methods = METHODS.into_iter();
+    let method = methods.find(|known| known.eq_ignore_ascii_case(method));
+    Ok(call(method.unwrap_or_default(), path, body))
 }
 
 fn alarms(action: Option<&AlarmsCommand>) -> Call {
@@ -430,11 +421,7 @@ fn clock(action: Option<&ClockCommand>) -> anyhow::Result<Call> {
         None => get("/clock"),
         Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
         Some(ClockCommand::Advance { seconds, wall }) => {
-            let mut body = json!({"seconds": seconds});
-            if let Some(wall) = wall {
-                body["wall"] = json!(wall);
-            }
-            post("/clock/advance", body)
+            post("/clock/advance", json!({"seconds": seconds, "wall": wall}))
         }
         Some(ClockCommand::AdvanceUntil(until)) => post("/clock/advance-until", until_body(until)?),
     })
@@ -445,11 +432,7 @@ fn until_body(until: &WaitArgs) -> anyhow::Result<Value> {
 }
 
 fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
-    let mut body = json!({"condition": condition, "within": limits.within});
-    if let Some(wall) = limits.wall {
-        body["wall"] = json!(wall);
-    }
-    body
+    json!({"condition": condition, "within": limits.within, "wall": limits.wall})
 }
 
 /// The words of a condition, as the controller writes them. Backslashes mean what they mean to the other commands.
@@ -460,16 +443,10 @@ fn condition(words: &[String]) -> anyhow::Result<Value> {
 }
 
 fn events_path(events: EventsArgs) -> String {
-    let parts = [("since", events.since), ("count", events.count)];
-    let parts: Vec<String> = parts
-        .into_iter()
-        .filter_map(|(name, value)| Some(format!("{name}={}", value?)))
-        .collect();
-    if parts.is_empty() {
-        "/events".to_owned()
-    } else {
-        format!("/events?{}", parts.join("&"))
-    }
+    let since = events.since.map(|since| format!("since={since}"));
+    let count = events.count.map(|count| format!("count={count}"));
+    let query: Vec<String> = since.into_iter().chain(count).collect();
+    format!("/events?{}", query.join("&"))
 }
 
 /// `\r`, `\n`, `\t`, `\\` and `\xNN` as what they stand for.

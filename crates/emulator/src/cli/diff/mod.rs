@@ -13,8 +13,7 @@ use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
 use std::time::Duration;
-use ts3100_controller::options::{ControllerType, Dialect};
-use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
 use ts3100_recording::transcript::{Header, Recording, text};
 

@@ -152,14 +152,15 @@ fn part_line(part: &PartDifference) -> String {
     let PartDifference {
         key,
         name,
-        range,
+        first,
+        end,
         recorded,
         emulated,
     } = part;
-    let bytes = match range.len() {
-        0 => format!("at byte {}", range.start),
-        1 => format!("byte {}", range.start),
-        _ => format!("bytes {}-{}", range.start, range.end - 1),
+    let bytes = match end - first {
+        0 => format!("at byte {first}"),
+        1 => format!("byte {first}"),
+        _ => format!("bytes {first}-{}", end - 1),
     };
     let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "absent".to_owned());
     format!(
@@ -209,59 +210,6 @@ fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
         "ignored": report.ignored,
         "not_shown": report.more,
         "closer": closer.collect::<Vec<_>>(),
-        "differences": report.differences.iter().map(difference_json).collect::<Vec<_>>(),
-    })
-}
-
-fn difference_json(difference: &Difference) -> Value {
-    let shown = |bytes: &[u8]| Escaped::for_reading(bytes).to_string();
-    let mut value = match &difference.kind {
-        DifferenceKind::Bytes {
-            recorded,
-            emulated,
-            parts,
-            reason,
-        } => json!({
-            "kind": "bytes",
-            "recorded": shown(recorded),
-            "emulated": shown(emulated),
-            "reason": reason,
-            "parts": parts.iter().map(part_json).collect::<Vec<_>>(),
-        }),
-        DifferenceKind::Time {
-            recorded,
-            recorded_after,
-            emulated_after,
-        } => json!({
-            "kind": "time",
-            "recorded": shown(recorded),
-            "recorded_after_us": u64::try_from(recorded_after.as_micros()).unwrap_or(u64::MAX),
-            "emulated_after_us": u64::try_from(emulated_after.as_micros()).unwrap_or(u64::MAX),
-        }),
-        DifferenceKind::Missing { recorded, reason } => {
-            json!({"kind": "missing", "recorded": shown(recorded), "reason": reason})
-        }
-        DifferenceKind::Surplus { emulated, reason } => {
-            json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
-        }
-        DifferenceKind::Ended { recorded, emulated } => {
-            json!({"kind": "ended", "recorded": recorded, "emulated": emulated})
-        }
-    };
-    value["file_line"] = Value::from(difference.file_line);
-    value["t_us"] = Value::from(difference.at.as_micros());
-    value["line"] = Value::from(difference.line.to_string());
-    value["question"] = Value::from(difference.question.as_str());
-    value
-}
-
-fn part_json(part: &PartDifference) -> Value {
-    json!({
-        "key": part.key,
-        "name": part.name,
-        "first": part.range.start,
-        "end": part.range.end,
-        "recorded": part.recorded,
-        "emulated": part.emulated,
+        "differences": report.differences,
     })
 }

@@ -45,7 +45,7 @@ pub(super) fn suggestions(
     let mut closer = Vec::new();
     for row in OPTIONS {
         let key = row.key;
-        for value in row.values.words() {
+        for value in row.values().words() {
             let mut other = settings.clone();
             let options = &mut other.controller.options;
             if set_option(options, &mut other.links, key, value).is_err() {

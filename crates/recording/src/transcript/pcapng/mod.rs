@@ -80,7 +80,6 @@ pub struct Writer {
 
 impl Writer {
     /// The time of the first moment of the transcript since 1970 is `base`; zero for virtual time.
-    #[must_use]
     pub fn new(base: Duration) -> Writer {
         Writer {
             base,

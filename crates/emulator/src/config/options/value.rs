@@ -1,0 +1,245 @@
+//! How the values of the named options are read and written, by the type of their field.
+
+use super::Values;
+use scol_mini::IntDivision;
+use std::fmt::Display;
+use std::str::FromStr;
+use std::time::Duration;
+use ts3100_controller::Options;
+use ts3100_controller::options::{
+    BadCharacter, Malformed, NoPeer, SfTexts, Strobe, UnknownInput, UnsolicitedSp, WaitAfterStop,
+    WhileSending,
+};
+use ts3100_driver::store::backing::WhenFull;
+use ts3100_driver::tcp::{LinkOptions, SecondConnection};
+use ts3100_proto::parameter::{LineEnd, OpenMode};
+use ts3100_proto::status::su::SuLayout;
+use ts3100_proto::status::vr::VrLayout;
+use ts3100_proto::text::{Checksum, StxRule};
+use ts3100_proto::words::split_duration;
+
+/// The field of an option.
+pub(super) type Place<T> = for<'a> fn(&'a mut Options, &'a mut LinkOptions) -> &'a mut T;
+
+/// How the field of an option is set and shown.
+pub(super) trait Setting: Sync {
+    /// The values it accepts.
+    fn values(&self) -> Values;
+    /// Sets it; `None` if the value does not fit.
+    fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()>;
+    /// The value it has; empty if it depends on the arm.
+    fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String;
+}
+
+/// A field whose type says which values there are.
+pub(super) struct Field<T: 'static>(pub Place<T>);
+
+/// A type of field with values of its own.
+pub(super) trait Value: Sized {
+    fn values() -> Values;
+    fn parse(text: &str) -> Option<Self>;
+    fn text(&self) -> String;
+}
+
+impl<T: Value> Setting for Field<T> {
+    fn values(&self) -> Values {
+        T::values()
+    }
+
+    fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()> {
+        *self.0(options, links) = T::parse(text)?;
+        Some(())
+    }
+
+    fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
+        self.0(options, links).text()
+    }
+}
+
+/// Values that have a word each.
+macro_rules! words {
+    ($($type:ident { $($value:ident $word:literal),* })*) => {$(
+        impl Value for $type {
+            fn values() -> Values {
+                Values::Words(&[$($word),*])
+            }
+
+            /// `_` counts as `-`, because keys are written with one and values with the other.
+            fn parse(text: &str) -> Option<$type> {
+                match text.replace('_', "-").as_str() {
+                    $($word => Some($type::$value),)*
+                    _ => None,
+                }
+            }
+
+            fn text(&self) -> String {
+                match self {
+                    $($type::$value => $word,)*
+                }
+                .to_owned()
+            }
+        }
+    )*};
+}
+
+words! {
+    BadCharacter { Drop "drop", Keep "keep" }
+    Checksum { None "none", Sum "sum" }
+    IntDivision { Truncate "truncate", Real "real" }
+    LineEnd { Lf "lf", Cr "cr" }
+    Malformed { Alarm "alarm", LeadingNumber "leading-number" }
+    NoPeer { Alarm "alarm", Silent "silent" }
+    SecondConnection { Refuse "refuse", Replace "replace" }
+    SfTexts { One "one", Several "several" }
+    Strobe { Free "free", Required "required" }
+    StxRule { Detect "detect", Required "required" }
+    SuLayout { OneRecord "one-record", SixRecords "six-records" }
+    UnknownInput { Alarm "alarm", Zero "zero" }
+    UnsolicitedSp { Auto "auto", Always "true", Never "false" }
+    VrLayout { Blanks "blanks", Packed "packed" }
+    WaitAfterStop { Next "next", Again "again" }
+    WhenFull { Refuse "refuse", Memory "memory" }
+    WhileSending { Lost "lost", Kept "kept" }
+}
+
+impl Value for bool {
+    fn values() -> Values {
+        Values::Flag
+    }
+
+    fn parse(text: &str) -> Option<bool> {
+        text.parse().ok()
+    }
+
+    fn text(&self) -> String {
+        self.to_string()
+    }
+}
+
+/// The parts of a list.
+fn parts(text: &str) -> impl Iterator<Item = &str> {
+    text.split([' ', ',']).filter(|part| !part.is_empty())
+}
+
+/// How each of IP0 to IP3 opens.
+impl Value for [OpenMode; 4] {
+    fn values() -> Values {
+        Values::OpenModes
+    }
+
+    fn parse(text: &str) -> Option<[OpenMode; 4]> {
+        let modes = parts(text).map(|digit| match digit {
+            "0" => Some(OpenMode::NotUsed),
+            "1" => Some(OpenMode::Server),
+            "2" => Some(OpenMode::Client),
+            _ => None,
+        });
+        modes.collect::<Option<Vec<OpenMode>>>()?.try_into().ok()
+    }
+
+    fn text(&self) -> String {
+        self.map(|mode| mode.number().to_string()).join(" ")
+    }
+}
+
+/// Five times in milliseconds in rising order; one stands for all.
+impl Value for [Duration; 5] {
+    fn values() -> Values {
+        Values::Quartiles
+    }
+
+    fn parse(text: &str) -> Option<[Duration; 5]> {
+        const MOST: f64 = 60_000.0;
+        let times = parts(text).map(|word| {
+            let millis = word.parse::<f64>().ok();
+            let millis = millis.filter(|millis| (0.0..=MOST).contains(millis))?;
+            Some(Duration::from_secs_f64(millis / 1e3))
+        });
+        let times = times.collect::<Option<Vec<Duration>>>()?;
+        match times.as_slice() {
+            [one] => Some([*one; 5]),
+            five if five.is_sorted() => five.try_into().ok(),
+            _ => None,
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut times = self.map(|time| (time.as_secs_f64() * 1e3).to_string()).to_vec();
+        times.dedup();
+        times.join(" ")
+    }
+}
+
+/// A duration from the shortest to an hour, and a usual one: `200ms`, `2s` or `0.5s`.
+pub(super) struct Period(pub &'static str, pub &'static str, pub Place<Duration>);
+
+fn parse_duration(text: &str) -> Option<Duration> {
+    let (number, micros) = split_duration(text, &["ms", "s"])?;
+    let seconds = number.trim().parse::<f64>().ok()? * f64::from(micros) / 1e6;
+    Duration::try_from_secs_f64(seconds).ok()
+}
+
+impl Setting for Period {
+    fn values(&self) -> Values {
+        let Period(least, example, _) = *self;
+        Values::Duration { least, example }
+    }
+
+    fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()> {
+        const HOUR: Duration = Duration::from_secs(3_600);
+        let range = parse_duration(self.0)?..=HOUR;
+        *self.2(options, links) = parse_duration(text).filter(|time| range.contains(time))?;
+        Some(())
+    }
+
+    fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
+        let time = *self.2(options, links);
+        match time.subsec_millis() {
+            0 => format!("{}s", time.as_secs()),
+            _ => format!("{}ms", time.as_millis()),
+        }
+    }
+}
+
+/// A whole number: what it counts, its smallest and its largest value.
+pub(super) struct Whole<T: 'static>(pub &'static str, pub T, pub T, pub Place<T>);
+
+impl<T: Copy + Display + FromStr + Into<usize> + PartialOrd + Sync> Setting for Whole<T> {
+    fn values(&self) -> Values {
+        let Whole(unit, min, max, _) = *self;
+        let (min, max) = (min.into(), max.into());
+        Values::Whole { unit, min, max }
+    }
+
+    fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()> {
+        let number = text.parse().ok();
+        *self.3(options, links) = number.filter(|number| (self.1..=self.2).contains(number))?;
+        Some(())
+    }
+
+    fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
+        self.3(options, links).to_string()
+    }
+}
+
+/// A number that depends on the arm unless it is set: its smallest and its largest value.
+pub(super) struct Real(pub f32, pub f32, pub Place<Option<f32>>);
+
+impl Setting for Real {
+    fn values(&self) -> Values {
+        let Real(min, max, _) = *self;
+        Values::Number { min, max }
+    }
+
+    fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()> {
+        let number = text.parse().ok();
+        let number: f32 = number.filter(|number| (self.0..=self.1).contains(number))?;
+        *self.2(options, links) = Some(number);
+        Some(())
+    }
+
+    fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
+        let number = *self.2(options, links);
+        number.map(|number| number.to_string()).unwrap_or_default()
+    }
+}
