@@ -138,23 +138,18 @@ macro_rules! switches {
     ($($path:literal $document:ident { $field:ident: $state:ident } => $set:expr;
     $(#[$get_doc:meta])* $get:ident
     $(#[$put_doc:meta])* $put:ident)*) => {$(
-        impl $document {
-            fn $state(view: &View<'_>) -> $document {
-                let $field = view.controller.state().$state;
-                $document { $field }
-            }
-        }
-
         $(#[$get_doc])*
         #[utoipa::path(get, path = $path, responses((status = 200, body = $document)))]
         async fn $get(handle: Handle) -> Answer<$document> {
-            handle.query($document::$state).await.map(Json)
+            let state = |view: &View<'_>| $document { $field: view.controller.state().$state };
+            handle.query(state).await.map(Json)
         }
 
         $(#[$put_doc])*
         #[utoipa::path(put, path = $path, request_body = $document, responses((status = 200, body = $document)))]
         async fn $put(handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
-            handle.act($set, $document::$state).await.map(Json)
+            let state = |view: &View<'_>| $document { $field: view.controller.state().$state };
+            handle.act($set, state).await.map(Json)
         }
     )*};
 }
@@ -237,7 +232,10 @@ switches! {
 /// It turns feed hold on, or off if it is on.
 #[utoipa::path(post, path = "/feed-hold/press", responses((status = 200, body = Switch)))]
 async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
-    handle.press(PanelAction::FeedHold, Switch::feed_hold).await
+    let state = |view: &View<'_>| Switch {
+        on: view.controller.state().feed_hold,
+    };
+    handle.press(PanelAction::FeedHold, state).await
 }
 
 /// Get the speed override

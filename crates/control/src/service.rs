@@ -182,8 +182,6 @@ fn gauges(view: &View<'_>) -> Vec<Gauge> {
     let state = controller.state();
     let has_peer = |port: &Port| controller.peer(*port).is_some();
     let peers = Port::ALL.into_iter().filter(has_peer).count();
-    let gauge = |name, help, value: f64| Gauge { name, help, value };
-    let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));
     #[expect(clippy::cast_precision_loss, reason = "there are six ports and 32 alarms")]
     let (peers, alarms) = (peers as f64, controller.alarms().active().len() as f64);
     let drive = view.backing.into_iter().flat_map(drive_gauges);
@@ -193,13 +191,13 @@ fn gauges(view: &View<'_>) -> Vec<Gauge> {
             "Virtual time since the start or the last reset.",
             seconds(controller.now()),
         ),
-        switch(
+        gauge(
             "ts3100_power",
             "1 while the power of the controller is on.",
             state.powered,
         ),
-        switch("ts3100_servo", "1 while servo power is on.", state.servo),
-        switch(
+        gauge("ts3100_servo", "1 while servo power is on.", state.servo),
+        gauge(
             "ts3100_running",
             "1 while a program or the statement of DO runs.",
             controller.status() == ExecutionStatus::Running,
@@ -211,15 +209,20 @@ fn gauges(view: &View<'_>) -> Vec<Gauge> {
     gauges
 }
 
+/// One value of the metrics: what is on or off is 1 or 0.
+fn gauge(name: &'static str, help: &'static str, value: impl Into<f64>) -> Gauge {
+    let value = value.into();
+    Gauge { name, help, value }
+}
+
 fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
-    let gauge = |name, help, value: f64| Gauge { name, help, value };
     #[expect(clippy::cast_precision_loss, reason = "a chart shows no more")]
     let (failures, unkept) = (condition.failures as f64, condition.unsaved.len() as f64);
     [
         gauge(
             "ts3100_drive_failing",
             "1 if the directory of the RAM drive did not take the last change.",
-            f64::from(u8::from(condition.error.is_some())),
+            condition.error.is_some(),
         ),
         gauge(
             "ts3100_drive_failures",

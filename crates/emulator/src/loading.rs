@@ -8,7 +8,7 @@ use crate::config::Settings;
 use std::io;
 use std::net::SocketAddr;
 use tracing::warn;
-use ts3100_controller::{Controller, Time};
+use ts3100_controller::{Controller, DriveError, Time};
 use ts3100_driver::driver::OpenError;
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
@@ -127,11 +127,8 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         present.push((name, content));
     }
     let files = present.iter().chain(&put).cloned().collect();
-    let mut controller =
-        Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
-            name: "a file".to_owned(),
-            reason: error.to_string(),
-        })?;
+    let controller = Controller::new(settings.controller.clone(), present);
+    let mut controller = controller.map_err(|error| cannot_store("a file", &error))?;
     let mut remembers = false;
     if let Some((store, _)) = &store {
         for warning in store.warnings() {
@@ -142,10 +139,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     }
     for (name, content) in put {
         let stored = controller.put_file(&name, &content);
-        stored.map_err(|error| StartError::Store {
-            name,
-            reason: error.to_string(),
-        })?;
+        stored.map_err(|error| cannot_store(&name, &error))?;
     }
     if let Some(name) = &settings.select {
         let selected = controller.select(Time::ZERO, name);
@@ -172,6 +166,11 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         has_examples: has_examples && settings.restore.is_none(),
         restored: remembers || settings.restore.is_some(),
     })
+}
+
+fn cannot_store(name: &str, error: &DriveError) -> StartError {
+    let (name, reason) = (name.to_owned(), error.to_string());
+    StartError::Store { name, reason }
 }
 
 /// The emulator of these settings, to play a recording to.

@@ -84,6 +84,7 @@ impl Machine {
     #[inline(always)]
     #[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
     fn instruction(&mut self, program: &Program, op: &Op, mut registers: Registers<'_>) -> Option<Next> {
+        // Operands are taken apart here: handed on as one value they would be copied and cut up again.
         match *op {
             Op::Step => return None,
             Op::Jump(target) => return Some(Next::To(target)),
@@ -102,19 +103,27 @@ impl Machine {
                 let value = registers.get(a)?;
                 registers.put(to, value)?;
             }
-            Op::Add(operands) => registers.arithmetic(operands, i32::checked_add, |a, b| a + b)?,
-            Op::Subtract(operands) => registers.arithmetic(operands, i32::checked_sub, |a, b| a - b)?,
-            Op::Multiply(operands) => registers.arithmetic(operands, i32::checked_mul, |a, b| a * b)?,
-            Op::Divide(operands @ Operands { to, a, b }) => {
+            Op::Add(Operands { to, a, b }) => {
+                registers.arithmetic(to, a, b, i32::checked_add, |a, b| a + b)?;
+            }
+            Op::Subtract(Operands { to, a, b }) => {
+                registers.arithmetic(to, a, b, i32::checked_sub, |a, b| a - b)?;
+            }
+            Op::Multiply(Operands { to, a, b }) => {
+                registers.arithmetic(to, a, b, i32::checked_mul, |a, b| a * b)?;
+            }
+            Op::Divide(Operands { to, a, b }) => {
                 let [left, right] = [registers.get(a)?, registers.get(b)?];
                 if Cell::integers([left, right]).is_none() {
                     // What is divided by zero is not finite, and left to the step.
                     registers.put_real(to, left.single()? / right.single()?)?;
                 } else {
-                    registers.binary(Binary::Divide, operands, &program.options)?;
+                    registers.binary(Binary::Divide, to, a, b, &program.options)?;
                 }
             }
-            Op::Binary(operator, operands) => registers.binary(operator, operands, &program.options)?,
+            Op::Binary(operator, Operands { to, a, b }) => {
+                registers.binary(operator, to, a, b, &program.options)?;
+            }
             Op::Unary { operator, to, a } => {
                 let value = unary(operator, registers.number(a)?).ok()?;
                 registers.put(to, value.into())?;
@@ -318,8 +327,14 @@ impl Registers<'_> {
     }
 
     #[inline(always)]
-    fn binary(&mut self, operator: Binary, operands: Operands, options: &LanguageOptions) -> Option<()> {
-        let Operands { to, a, b } = operands;
+    fn binary(
+        &mut self,
+        operator: Binary,
+        to: Register,
+        a: Register,
+        b: Register,
+        options: &LanguageOptions,
+    ) -> Option<()> {
         let (a, b) = (self.number(a)?, self.number(b)?);
         self.put(to, binary(operator, a, b, options).ok()?.into())
     }
@@ -327,7 +342,9 @@ impl Registers<'_> {
     #[inline(always)]
     fn arithmetic(
         &mut self,
-        Operands { to, a, b }: Operands,
+        to: Register,
+        a: Register,
+        b: Register,
         integers: impl Fn(i32, i32) -> Option<i32>,
         reals: impl Fn(f32, f32) -> f32,
     ) -> Option<()> {

@@ -7,7 +7,7 @@ use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
     JogCommand, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
-use anyhow::{Context as _, anyhow, bail};
+use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
@@ -205,15 +205,7 @@ impl Call {
             }
             Command::Position { name, value, restore } => position(name.as_deref(), value, *restore)?,
             Command::File { action } => file(action.as_ref())?,
-            Command::Channel {
-                port: None,
-                action: None,
-            } => get("/channels"),
-            Command::Channel { port: None, .. } => bail!("which port?"),
-            Command::Channel {
-                port: Some(port),
-                action,
-            } => channel(&port.to_ascii_uppercase(), action.as_ref()),
+            Command::Channel { port, action } => channel(port.as_deref(), action.as_ref())?,
             Command::Lines => get("/lines"),
             Command::StatusFrame => get("/status-frame"),
             Command::Decode(text) => decode(text),
@@ -401,9 +393,15 @@ fn read_content(path: &Path) -> anyhow::Result<Value> {
     })
 }
 
-fn channel(port: &str, action: Option<&ChannelCommand>) -> Call {
-    let path = format!("/channels/{port}");
-    match action {
+fn channel(port: Option<&str>, action: Option<&ChannelCommand>) -> anyhow::Result<Call> {
+    let Some(port) = port else {
+        return match action {
+            None => Ok(get("/channels")),
+            Some(_) => Err(anyhow!("which port?")),
+        };
+    };
+    let path = format!("/channels/{}", port.to_ascii_uppercase());
+    Ok(match action {
         None => get(path),
         Some(ChannelCommand::Drop) => post(format!("{path}/drop"), json!({})),
         Some(ChannelCommand::Inject { hex: Some(hex), .. }) => {
@@ -413,7 +411,7 @@ fn channel(port: &str, action: Option<&ChannelCommand>) -> Call {
             let text = unescape(text.as_deref().unwrap_or_default());
             post(format!("{path}/inject"), json!({"text": text}))
         }
-    }
+    })
 }
 
 fn clock(action: Option<&ClockCommand>) -> anyhow::Result<Call> {

@@ -26,19 +26,11 @@ const READ_BUFFER: usize = 1_024;
 /// Largest file taken from a controller: a full RAM drive and its directory are smaller.
 const MAX_CONTENT: usize = 4 * 1024 * 1024;
 
-fn after_bytes(found: &[u8]) -> String {
-    if found.is_empty() {
-        String::new()
-    } else {
-        format!(" after {}", Escaped::for_reading(found))
-    }
-}
-
-fn only_bytes(found: &[u8]) -> String {
-    if found.is_empty() {
-        String::new()
-    } else {
-        format!(", found only {}", Escaped::for_reading(found))
+/// These words and the bytes that came; nothing if none did.
+fn with_bytes(words: &str, found: &[u8]) -> String {
+    match found {
+        [] => String::new(),
+        found => format!("{words} {}", Escaped::for_reading(found)),
     }
 }
 
@@ -351,7 +343,8 @@ impl Session {
     fn read(&mut self, expected: &str, limit: Option<Limit>) -> Result<(), NoAnswer> {
         let now = Instant::now();
         let late = |limit: Limit, flag: &str| {
-            let (length, found) = (limit.length.as_secs_f64(), only_bytes(&self.received));
+            let length = limit.length.as_secs_f64();
+            let found = with_bytes(", found only", &self.received);
             let (address, hint) = (&self.address, robot_hint(&self.address));
             NoAnswer::new(format_args!(
                 "{address} does not answer within {length} s{flag}: expected {expected}{found}{hint}"
@@ -369,7 +362,7 @@ impl Session {
         let configured = self.stream.set_read_timeout(left);
         match configured.and_then(|()| self.stream.read(&mut buffer)) {
             Ok(0) => {
-                let (address, found) = (&self.address, after_bytes(&self.received));
+                let (address, found) = (&self.address, with_bytes(" after", &self.received));
                 return Err(NoAnswer::new(format_args!(
                     "{address} closed the connection{found} instead of sending {expected}"
                 )));
