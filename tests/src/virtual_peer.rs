@@ -1,6 +1,8 @@
 //! A [`Robot`] as a peer of `ts3100 survey`: its waiting is virtual time.
 
 use crate::Robot;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use ts3100_controller::{Output, Port, Time};
 use ts3100_survey::{Line, Peer, PeerError};
@@ -14,6 +16,8 @@ pub struct VirtualPeer {
     open: [bool; 3],
     /// What was sent on the line for commands, one item for each call, with its time.
     pub sent: Vec<(Duration, Vec<u8>)>,
+    /// When somebody interrupts the survey, and the flag of its plan.
+    pub interruption: Option<(Duration, Arc<AtomicBool>)>,
 }
 
 impl VirtualPeer {
@@ -28,6 +32,7 @@ impl VirtualPeer {
             port,
             open: [false; 3],
             sent: Vec::new(),
+            interruption: None,
         }
     }
 
@@ -97,6 +102,9 @@ impl Peer for VirtualPeer {
     }
 
     fn receive(&mut self, line: Line, until: Duration) -> Result<Vec<u8>, PeerError> {
+        if let Some((at, stop)) = &self.interruption {
+            stop.store(self.now() >= *at, Ordering::Relaxed);
+        }
         if !self.open[line as usize] {
             return Err(PeerError::Closed);
         }

@@ -2,6 +2,7 @@
 //! what it sends is what it says.
 
 mod files;
+mod restoring;
 
 use std::time::Duration;
 use ts3100_controller::faults::FaultAction;
@@ -20,7 +21,7 @@ const ALL: [Class; 4] = [Class::Look, Class::Files, Class::Program, Class::Motio
 fn plan(classes: &[Class]) -> Plan {
     Plan {
         classes: classes.to_vec(),
-        only: Vec::new(),
+        ..Plan::default()
     }
 }
 
@@ -57,47 +58,6 @@ fn a_controller_as_it_is_by_default_has_the_first_reading_of_every_question() {
     assert_eq!(others, [("while-sending", "", "only a serial line takes turns")]);
 }
 
-#[test]
-fn turns_of_the_last_axis_are_answered_by_every_arm_that_has_one_and_undone() {
-    let turns = [
-        "quick-status-motion",
-        "feed-hold-motion",
-        "stop-in-motion",
-        "break-in-motion",
-        "statement-after-motion",
-        "lines-in-motion",
-    ];
-    for model in [
-        ArmModel::tv800(),
-        ArmModel::thl400_four_axes(),
-        ArmModel::thl400(),
-    ] {
-        let mut peer = peer(Config { model, ..config(&[]) }, Port::Ip0);
-        let before = peer.robot.cell.controller.current_position().joints;
-        let plan = Plan {
-            only: turns.map(str::to_owned).to_vec(),
-            ..plan(&[Class::Motion])
-        };
-        let report = survey(&mut peer, &plan, &mut |_| {}).unwrap();
-        assert_eq!(report.stopped, None);
-        let verdicts: Vec<_> = report
-            .answers
-            .iter()
-            .map(|answer| (answer.probe.as_str(), answer.verdict))
-            .collect();
-        assert_eq!(
-            verdicts,
-            turns.map(|turn| (turn, Verdict::Manual)),
-            "{:?}",
-            report.answers
-        );
-        let after = peer.robot.cell.controller.current_position().joints;
-        for (before, after) in before.iter().zip(after) {
-            assert!((before - after).abs() <= 1, "{before} {after}");
-        }
-    }
-}
-
 /// Options and values that a survey finds, and the class of questions that it takes.
 const DECIDED: &[(&str, Class, &[&str])] = &[
     ("channel.no_peer", Class::Program, &["alarm", "silent"]),
@@ -115,6 +75,7 @@ const DECIDED: &[(&str, Class, &[&str])] = &[
         &["0", "0.001", "0.5", "12.5"],
     ),
     ("scol.int_division", Class::Program, &["truncate", "real"]),
+    ("scol.sticky_work", Class::Motion, &["true", "false"]),
     ("servo.interval", Class::Motion, &["0s", "7s", "3s"]),
     ("sf.split", Class::Look, &["one", "several"]),
     ("sp.unsolicited", Class::Program, &["auto", "true", "false"]),
@@ -134,6 +95,18 @@ fn options(pairs: &[(&str, &str)]) -> Options {
     Options {
         equal_within: Some(within),
         ..config.options
+    }
+}
+
+#[test]
+fn the_arm_is_known_with_a_checksum_too() {
+    for (model, arm) in [(ArmModel::thl400(), "SCARA"), (ArmModel::tv800(), "six axes")] {
+        let config = Config {
+            model,
+            ..config(&[("text.checksum", "sum")])
+        };
+        let report = survey(&mut peer(config, Port::Ip0), &plan(&ALL), &mut |_| {}).unwrap();
+        assert_eq!((report.stopped, report.arm.as_str()), (None, arm));
     }
 }
 
@@ -245,6 +218,7 @@ const LOOKS: &[&str] = &[
     "<STX>SU<CR><ETX>",
     "<STX>VR<CR><ETX>",
     "<STX>CA<CR><ETX>",
+    "<STX>EU<CR><ETX>",
     "<STX>SF<CR><ETX>",
     "<STX>SM,1<CR><ETX>",
     "<STX>HI,1 8<CR><ETX>",
@@ -304,84 +278,6 @@ fn to_look_sends_nothing_else_keeps_its_pauses_and_takes_less_than_a_minute() {
     for window in requests.windows(21) {
         assert!(window[20] - window[0] >= Duration::from_secs(1));
     }
-}
-
-#[test]
-fn what_it_changes_is_put_back_whatever_happens() {
-    let mut config = config(&[]);
-    config.fault_seed = 5;
-    for fault in [
-        None,
-        Some("no-reply:command=RN,after=9"),
-        Some("reset-mid-text:command=MR,after=5"),
-    ] {
-        let mut peer = peer(config.clone(), Port::Ip0);
-        peer.robot.load("MINE", "PROGRAM MINE\nEND\n");
-        if let Some(fault) = fault {
-            peer.robot
-                .feed(FaultAction::Arm(Box::new(fault.parse().unwrap())).into());
-        }
-        let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
-        assert_eq!(
-            report.stopped.is_some(),
-            fault.is_some(),
-            "{fault:?}: {:?}",
-            report.stopped
-        );
-        assert_eq!(report.left, [""; 0], "{fault:?}");
-        let controller = &peer.robot.cell.controller;
-        assert!(
-            controller.files().all(|(name, _)| name != "TSSURVEY"),
-            "{fault:?}"
-        );
-        assert_eq!(controller.selected(), "MINE", "{fault:?}");
-        assert_eq!(controller.alarms().active(), [], "{fault:?}");
-        // And nothing of the user's is written down.
-        assert!(!report.write().contains("MINE"), "{fault:?}");
-    }
-}
-
-#[test]
-fn a_robot_that_works_or_has_such_a_file_is_left_alone() {
-    let mut peer = peer(config(&[]), Port::Ip0);
-    peer.robot.load("TSSURVEY", "PROGRAM MINE\nEND\n");
-    let report = survey(&mut peer, &plan(&ALL), &mut |_| {}).unwrap();
-    let refused = report
-        .answers
-        .iter()
-        .filter(|answer| answer.verdict == Verdict::Refused)
-        .count();
-    assert_eq!(
-        refused,
-        report.answers.len() - plan(&[Class::Look]).probes().count() + 1,
-        "and while-sending"
-    );
-    let mut files = peer.robot.cell.controller.files();
-    assert!(files.any(|file| file == ("TSSURVEY", b"PROGRAM MINE\nEND\n".as_slice())));
-}
-
-#[test]
-fn servo_power_is_as_it_was() {
-    for was_on in [true, false] {
-        let mut peer = VirtualPeer::new(Robot::with(config(&[])), Port::Ip0);
-        peer.robot.panel(PanelAction::Servo(was_on));
-        let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
-        assert_eq!(report.stopped, None);
-        assert_eq!(report.count(Verdict::Refused), 0, "{:?}", report.answers);
-        assert_eq!(peer.robot.cell.controller.state().servo, was_on);
-        assert_eq!(report.left, [""; 0]);
-    }
-}
-
-#[test]
-fn servo_power_that_came_without_an_answer_is_turned_off() {
-    let mut peer = VirtualPeer::new(Robot::with(config(&[])), Port::Ip0);
-    let fault = "no-reply:command=SO".parse().unwrap();
-    peer.robot.feed(FaultAction::Arm(Box::new(fault)).into());
-    let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
-    assert!(report.stopped.is_some());
-    assert!(!peer.robot.cell.controller.state().servo);
-    assert_eq!(report.left, [""; 0]);
 }
 
 #[test]
@@ -445,7 +341,6 @@ const NOT_ASKED: &[(&str, &str)] = &[
     ("drive.capacity", "it would fill the drive"),
     ("drive.when_full", "the emulator alone has it"),
     ("reply.delay", "measured; a_file_makes_another_robot_answer_alike"),
-    ("scol.sticky_work", "it takes a motion to a place"),
     (
         "serial.bad_character",
         "no port of a computer sends a character with a wrong parity among right ones",

@@ -3,7 +3,6 @@
 
 mod channels;
 mod files;
-pub mod forms;
 mod look;
 mod motion;
 mod program;
@@ -66,6 +65,7 @@ pub fn probes() -> impl Iterator<Item = &'static Probe> {
 pub(crate) use files::size as files_size;
 pub(crate) use motion::arm_status;
 pub(crate) use program::plain;
+pub(crate) use turns::moved_axis;
 
 /// The question with this name.
 #[must_use]

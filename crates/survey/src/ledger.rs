@@ -86,28 +86,93 @@ const RESTS_ON: &[(&str, &[&str])] = &[
     ("WD", &["ext-8"]),
     ("ZS", &["ext-3"]),
     ("abbreviated", &["op-17"]),
+    ("answer-missing", &["text-8"]),
+    ("bad-checksum", &["text-7"]),
     ("blank-after-comma", &["text-5"]),
+    ("bytes-outside", &["text-2"]),
     ("command-in-exchange", &["text-10"]),
+    ("data-cleared", &["scol-5"]),
+    ("download-abandoned", &["text-8"]),
+    ("file-bad-line", &["file-4"]),
+    ("file-too-large", &["file-6"]),
+    ("file-without-download", &["text-13"]),
     ("half-duplex", &["line-6"]),
+    ("half-value", &["scol-7"]),
+    ("input-empty", &["scol-6"]),
+    ("input-line-feed", &["scol-6"]),
     ("input-overflow", &["scol-4"]),
+    ("left-jogging", &["ext-20"]),
+    ("line-garbled", &["line-4"]),
     ("lower-case", &["text-5"]),
-    ("text-over-long", &["text-3"]),
+    ("message-too-long", &["text-6"]),
+    ("parameter-broken", &["file-13"]),
     ("print-cut", &["scol-19"]),
+    ("second-connection", &["text-18"]),
+    ("selected-overwritten", &["file-7"]),
+    ("start-servo-off", &["op-3"]),
+    ("text-over-long", &["text-3"]),
+    ("text-unfinished", &["text-8"]),
     ("unexpected-answer", &["text-12"]),
+    ("watchdog-late", &["ext-8"]),
 ];
 
-/// The assumed rows that a host rests on which has sent these commands and got these findings, in the order of the page.
-pub fn rests_on<'a>(done: impl IntoIterator<Item = &'a str>) -> impl Iterator<Item = Row> {
+/// Words of programs, and the rows that a program with them rests on.
+const PROGRAMS_REST_ON: &[(&str, &[&str])] = &[
+    ("BCDIN", &["scol-33"]),
+    ("BCDOUT", &["scol-33"]),
+    ("BREAK", &["scol-24"]),
+    ("DEST", &["scol-36"]),
+    ("FOR", &["scol-45"]),
+    ("INPUT", &["scol-5", "scol-6"]),
+    ("MOTIONT", &["scol-36"]),
+    ("MOVE", &["motion-10"]),
+    ("MOVEC", &["motion-11", "motion-12"]),
+    ("MOVEJ", &["motion-1"]),
+    ("MOVES", &["motion-11"]),
+    ("NOWAIT", &["scol-25"]),
+    ("ON", &["scol-37", "scol-38"]),
+    ("PAUSE", &["scol-24"]),
+    ("PRINT", &["scol-3"]),
+    ("PULOUT", &["scol-33"]),
+    ("REMAIN", &["scol-36"]),
+    ("REMAINT", &["scol-36"]),
+    ("RESTORE", &["scol-12"]),
+    ("RESUME", &["scol-24"]),
+    ("SWITCH", &["scol-40"]),
+    ("TASK", &["scol-40", "scol-41", "scol-42"]),
+    ("TID", &["scol-40"]),
+    ("TIMER", &["scol-35"]),
+    ("WAIT", &["scol-39"]),
+    ("WITH", &["scol-31"]),
+];
+
+/// The assumed rows, in the order of the page, that a host rests on which has sent these commands and got these findings, and
+/// the programs that it has run.
+pub fn rests_on<'a>(
+    done: impl IntoIterator<Item = &'a str>,
+    programs: impl IntoIterator<Item = &'a [u8]>,
+) -> impl Iterator<Item = Row> {
     let mut ids: BTreeSet<&str> = BTreeSet::new();
+    let mut add = |table: &[(&str, &'static [&'static str])], word: &str| {
+        let found = table.iter().filter(|(known, _)| *known == word);
+        ids.extend(found.flat_map(|(_, ids)| ids.iter()));
+    };
     for word in done {
         // The rows of the permission tables have operands, as in `RS,ERR`.
         let letters = word.split(',').next().unwrap_or(word);
-        let found = RESTS_ON
-            .iter()
-            .filter(|(known, _)| *known == word || *known == letters);
-        ids.extend(found.flat_map(|(_, ids)| ids.iter()));
+        add(RESTS_ON, letters);
     }
-    rows().filter(move |row| row.evidence == Evidence::Assumed && ids.contains(&row.id))
+    for program in programs {
+        for line in String::from_utf8_lossy(program).lines() {
+            // No strings, and no comments.
+            let code = line.split('"').step_by(2).collect::<Vec<_>>().join(" ");
+            let code = code.split('\'').next().unwrap_or_default().to_ascii_uppercase();
+            for word in code.split(|char: char| !char.is_ascii_alphanumeric()) {
+                add(PROGRAMS_REST_ON, word);
+            }
+        }
+    }
+    assumed().filter(move |row| ids.contains(&row.id))
 }
 
 /// One row.
@@ -143,17 +208,19 @@ pub fn count(evidence: Evidence) -> usize {
     rows().filter(|row| row.evidence == evidence).count()
 }
 
-/// How many assumed rows the answers of a report settle, and how many there are.
-#[must_use]
-pub fn settled(report: &Report) -> (usize, usize) {
-    let is_answered = |id: &str| {
+/// The rows of which nothing is known.
+pub fn assumed() -> impl Iterator<Item = Row> {
+    rows().filter(|row| row.evidence == Evidence::Assumed)
+}
+
+/// The rows that remain assumed after the answers of a report.
+pub fn remaining(report: &Report) -> impl Iterator<Item = Row> {
+    let is_settled = |id: &str| {
         report.answers.iter().any(|answer| {
             answer.probe == id && matches!(answer.verdict, Verdict::Manual | Verdict::Variation)
         })
     };
-    let assumed = rows().filter(|row| row.evidence == Evidence::Assumed);
-    let settled = assumed.filter(|row| row.survey.split(", ").all(is_answered));
-    (settled.count(), count(Evidence::Assumed))
+    assumed().filter(move |row| !row.survey.split(", ").all(is_settled))
 }
 
 fn weakest(text: &str) -> Evidence {
@@ -194,6 +261,7 @@ mod tests {
             "do-stop-notice",
             "file-round-trip",
             "erase-absent",
+            "history-form",
             "undefined-variable",
             "loop-variable",
         ];
@@ -207,11 +275,19 @@ mod tests {
 
     #[test]
     fn a_host_rests_on_rows_that_exist_and_are_assumed() {
+        let count = |ids: Vec<Row>, expected: &[&str], word: &str| {
+            assert_eq!(ids.len(), expected.len(), "{word}: {ids:?}");
+        };
         for (word, ids) in RESTS_ON {
-            let found: Vec<_> = rests_on([*word]).map(|row| row.id).collect();
-            assert_eq!(found.len(), ids.len(), "{word}: {found:?}");
+            count(rests_on([*word], []).collect(), ids, word);
         }
-        assert_eq!(rests_on(["SU", "VR"]).count(), 0);
+        for (word, ids) in PROGRAMS_REST_ON {
+            count(rests_on([], [word.as_bytes()]).collect(), ids, word);
+        }
+        assert_eq!(
+            rests_on(["SU", "VR"], [b"R = 1 'WAIT\nPRINT \"IF\"".as_slice()]).count(),
+            1
+        );
     }
 
     #[test]

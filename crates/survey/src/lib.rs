@@ -7,6 +7,7 @@
 
 pub mod catalogue;
 mod delays;
+mod forms;
 pub mod ledger;
 pub mod passive;
 mod peer;

@@ -3,7 +3,8 @@
 //!
 //! One [`Passive`] for each connection; [`Evidence`] joins them. What was heard in two ways is unknown.
 
-use crate::catalogue::{self, forms};
+use crate::catalogue;
+use crate::forms;
 use crate::probe::Verdict;
 use crate::report::{Answer, Report};
 use std::collections::{BTreeMap, BTreeSet};
@@ -281,6 +282,7 @@ impl<'a> Passive<'a> {
                 let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
                 self.evidence.versions = records.map(text).collect();
             }
+            "EU" => self.evidence.hear("history-form", forms::history(content)),
             "CA" => self.evidence.hear("directory-form", forms::directory(content)),
             "SM" if QuickStatus::decode(content).is_ok() => {
                 self.evidence.hear("quick-status-form", "14 items");

@@ -22,12 +22,15 @@ pub enum Line {
 /// Why bytes cannot be sent or received.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PeerError {
-    /// The controller cannot be reached.
+    /// The controller cannot be reached. The reason names no address: files of surveys have it.
     #[error("{0}")]
     Unreachable(String),
     /// The controller ended the connection.
     #[error("the controller closed the connection")]
     Closed,
+    /// Somebody wants the survey to end.
+    #[error("it was interrupted")]
+    Interrupted,
     /// A serial line has one connection and no talk channel.
     #[error("a serial line has no such connection")]
     Absent,

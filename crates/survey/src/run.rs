@@ -1,26 +1,29 @@
 //! Asks a controller, question by question.
 
 use crate::catalogue;
-use crate::catalogue::forms;
-use crate::delays::Delays;
 use crate::peer::{Peer, PeerError};
 use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
 use crate::talk::{FILE, Heard, PATIENCE, QUIET, Talk, Trouble};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::escape::parse;
 use ts3100_proto::status::ca::decode_directory;
+use ts3100_proto::status::sf::SystemStatus;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{CR, Checksum, ETX, STX};
 
 /// What is asked.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Plan {
     /// Only questions of these classes.
     pub classes: Vec<Class>,
     /// Only the questions with these names; empty: all.
     pub only: Vec<String>,
+    /// Set by others: nothing more is asked, and what was changed is put back.
+    pub stop: Arc<AtomicBool>,
 }
 
 impl Plan {
@@ -47,8 +50,8 @@ pub enum Step<'a> {
 struct Before {
     selected: String,
     has_changed_selection: bool,
-    /// Servo power, where the survey switches it.
-    servo: Option<bool>,
+    /// Servo power and the angles of the arm, where the survey may change them.
+    arm: Option<SystemStatus>,
 }
 
 /// Asks a controller. What the survey changes it puts back, also when it has to stop; what it could not put back is in the
@@ -62,19 +65,16 @@ pub fn survey(
     watch: &mut dyn FnMut(Step<'_>),
 ) -> Result<Report, PeerError> {
     let is_serial = peer.is_serial();
-    let mut talk = Talk::new(peer);
+    let mut talk = Talk::new(peer, Arc::clone(&plan.stop));
     let mut report = Report::default();
-    match greet(&mut talk, &mut report) {
-        Ok(()) => {}
-        Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) => {
-            return Err(PeerError::Unreachable(reason));
-        }
+    if let Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) = greet(&mut talk, &mut report) {
+        return Err(PeerError::Unreachable(reason));
     }
     let mut before = Before::default();
     let mut class = None;
+    let mut is_surprised = false;
     for probe in plan.probes() {
         watch(Step::Asking(probe));
-        talk.take_traffic();
         let allowed = match &report.stopped {
             Some(_) => Err(Trouble::Refused("the survey had stopped".to_owned())),
             None if class == Some(probe.class) => Ok(()),
@@ -86,7 +86,9 @@ pub fn survey(
                 prepared
             }
         };
-        let answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
+        // What was sent before is no answer: SF has positions, and CA names.
+        talk.written().take();
+        let mut answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
             Ok(heard) => Answer::heard(probe, heard),
             Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
             Err(Trouble::Surprise(reason)) => {
@@ -94,11 +96,10 @@ pub fn survey(
                 Answer::without(probe, Verdict::Unknown, reason)
             }
         };
-        let mut traffic = talk.take_traffic();
+        answer.traffic = talk.written().take();
         if !probe.is_public {
-            traffic.clear();
+            answer.traffic.clear();
         }
-        let answer = Answer { traffic, ..answer };
         watch(Step::Answered(&answer));
         report.answers.push(answer);
         // What was not prepared was not asked: the file of that name may be the user's.
@@ -109,19 +110,30 @@ pub fn survey(
         {
             report.stopped = Some(format!("after {}: {reason}", probe.id));
         }
+        is_surprised |= report.stopped.is_some() && !plan.stop.load(Ordering::Relaxed);
     }
-    if report.stopped.is_some() {
+    if is_surprised {
         distrust_silence(&mut report);
     }
-    if class >= Some(Class::Files) || before.servo.is_some() {
+    talk.ignore_interruptions();
+    if class >= Some(Class::Files) || before.arm.is_some() {
         report.left = put_back(&mut talk, &before, report.stopped.is_some());
     }
-    report.delays = match is_serial {
+    if !is_serial {
         // There the line takes most of the time.
-        true => Delays::default(),
-        false => talk.delays().clone(),
-    };
+        report.delays = talk.delays().clone();
+    }
+    redact(&mut report, &mut talk);
     Ok(report)
+}
+
+/// Reasons may tell what a controller has sent.
+fn redact(report: &mut Report, talk: &mut Talk<'_>) {
+    let answers = report.answers.iter_mut();
+    let texts = answers.flat_map(|answer| [&mut answer.heard, &mut answer.note]);
+    for text in texts.chain(&mut report.stopped).chain(&mut report.left) {
+        *text = String::from_utf8_lossy(&talk.written().redacted(text.as_bytes())).into_owned();
+    }
 }
 
 /// Finds out whether texts have a checksum, and what kind of controller it is.
@@ -130,6 +142,7 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     let text = talk.text("SU\r");
     talk.send_at_once(&text)?;
     let mut heard = talk.hear(PATIENCE)?;
+    let is_no_text = talk.is_midway();
     if heard.is_none() {
         // With checksums the controller still waits for that of the text; without, one byte between texts is nothing.
         talk.set_checksum(Checksum::Sum);
@@ -137,15 +150,21 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
         talk.send_at_once(&Vec::from_iter(sum))?;
         heard = talk.hear(PATIENCE)?;
     }
-    let heard = heard.ok_or_else(|| Trouble::Surprise("no answer to SU".to_owned()))?;
+    let heard = heard.ok_or_else(|| {
+        let what = match is_no_text {
+            true => "what answers SU is no text of a controller",
+            false => "no answer to SU",
+        };
+        Trouble::Surprise(what.to_owned())
+    })?;
     if !heard.data.starts_with(b"FL,") {
         return Err(Trouble::Surprise(
-            "SU is answered, but not by a status: is this port IP0 or HOST of a robot controller?".to_owned(),
+            "SU is answered, but not by a status".to_owned(),
         ));
     }
     talk.rest_of_content("SU", heard.data.to_vec())?;
     let status = talk.status()?;
-    talk.hide(&status.file);
+    talk.written().hide(&status.file);
     if let Some(content) = talk.content("VR")? {
         let records = content
             .split(|byte| *byte == CR)
@@ -155,20 +174,14 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     }
     if let Some(content) = talk.content("CA")? {
         for entry in decode_directory(&content).unwrap_or_default() {
-            talk.hide(&entry.name);
+            talk.written().hide(&entry.name);
         }
     }
-    let burst = talk.burst("SF")?;
-    let form = forms::total_status(&burst, burst.first() == Some(&STX));
+    let (form, _) = talk.total_status()?;
     form.split(", ")
         .last()
         .unwrap_or_default()
         .clone_into(&mut report.arm);
-    talk.acknowledge()?;
-    if form.starts_with("several") {
-        talk.rest_of_burst()?;
-        talk.acknowledge()?;
-    }
     Ok(())
 }
 
@@ -214,8 +227,9 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if status.feed_hold {
         return refused("feed hold is on; end it");
     }
-    before.servo.get_or_insert(status.servo);
-    if !status.servo {
+    let is_on = status.servo;
+    before.arm.get_or_insert(status);
+    if !is_on {
         talk.command("SO")?;
         talk.wait(QUIET)?;
     }
@@ -228,7 +242,7 @@ fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     for _ in 0..probe.repeats.max(1) {
         let heard = ask_once(talk, probe)?;
         // Once is enough to see what was done.
-        talk.keep_traffic();
+        talk.written().keep();
         // The same command in the usual form is answered: silence and NG meant the form.
         match probe.class {
             // Also for its time: few answers come in this class.
@@ -321,18 +335,22 @@ fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// Puts servo power back. Returns what is left: power is not turned on after a surprise, and feed hold is not ended.
-fn power_back(talk: &mut Talk<'_>, was_on: bool, is_surprised: bool) -> Result<Vec<&'static str>, Trouble> {
+/// Puts servo power back. Returns what is left: power is not turned on and no axis is turned after a surprise, and feed hold
+/// is not ended.
+fn arm_back(talk: &mut Talk<'_>, before: &SystemStatus, is_surprised: bool) -> Result<Vec<String>, Trouble> {
     let status = catalogue::arm_status(talk)?.1;
     let mut left = Vec::new();
-    match (was_on, status.servo) {
-        (true, false) if is_surprised => left.push("servo power was on and is off"),
+    match (before.servo, status.servo) {
+        (true, false) if is_surprised => left.push("servo power was on and is off".to_owned()),
         (true, false) => talk.command("SO")?,
         (false, true) => talk.command("BR")?,
         (true, true) | (false, false) => {}
     }
     if status.feed_hold {
-        left.push("feed hold is on");
+        left.push("feed hold is on".to_owned());
+    }
+    if let Some((axis, by)) = catalogue::moved_axis(&before.joint, &status.joint) {
+        left.push(format!("axis {axis} is {by:.2} degrees or mm from where it was"));
     }
     Ok(left)
 }
@@ -360,12 +378,11 @@ fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<Str
     {
         left.push("the program that was selected before is not selected".to_owned());
     }
-    if let Some(was_on) = before.servo {
-        match power_back(talk, was_on, is_surprised) {
-            Ok(rest) => left.extend(rest.into_iter().map(str::to_owned)),
-            Err(_) => left.push("servo power and feed hold may have changed".to_owned()),
+    if let Some(arm) = &before.arm {
+        match arm_back(talk, arm, is_surprised) {
+            Ok(rest) => left.extend(rest),
+            Err(_) => left.push("servo power, feed hold and the last axis may have changed".to_owned()),
         }
     }
-    talk.take_traffic();
     left
 }

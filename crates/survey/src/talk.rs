@@ -1,19 +1,26 @@
 //! The conversation of a survey: keeps the pauses that the manual asks for, cuts what comes into texts, notices what nobody
 //! asked for, and writes everything down.
 
-use crate::peer::{Line, Peer, PeerError};
 mod program;
+mod written;
 
 use crate::delays::Delays;
+use crate::forms;
+use crate::peer::{Line, Peer, PeerError};
 use core::time::Duration;
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_proto::command::RunMode;
-use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::STOP;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
-use ts3100_proto::text::{Checksum, Decoded, Framing, StxRule, Text, TextDecoder, TextOptions, encode_text};
+use ts3100_proto::text::{
+    Checksum, Decoded, Framing, STX, StxRule, Text, TextDecoder, TextOptions, encode_text,
+};
+use written::Written;
+pub(crate) use written::described;
 
 /// Shortest time between what came last and what is sent next: the manual asks for 50 ms (TRN-05), and at most 20 texts a
 /// second are sent.
@@ -22,12 +29,10 @@ pub(crate) const PAUSE: Duration = Duration::from_millis(52);
 pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
 /// A line is quiet when nothing has come for so long.
 pub(crate) const QUIET: Duration = Duration::from_millis(300);
+/// How soon an interruption is noticed.
+const PROMPT: Duration = Duration::from_millis(100);
 /// Largest content that is taken from a controller.
 const MAX_CONTENT: usize = 1024 * 1024;
-/// Most lines of traffic that are kept of one question.
-const MAX_TRAFFIC: usize = 60;
-/// Longest text that is written down whole.
-const MAX_SHOWN: usize = 120;
 /// The file of the survey on the RAM drive.
 pub(crate) const FILE: &str = "TSSURVEY";
 
@@ -49,7 +54,9 @@ impl From<PeerError> for Trouble {
     fn from(error: PeerError) -> Trouble {
         match error {
             PeerError::Absent => Trouble::Refused(error.to_string()),
-            PeerError::Unreachable(_) | PeerError::Closed => Trouble::Surprise(error.to_string()),
+            PeerError::Unreachable(_) | PeerError::Closed | PeerError::Interrupted => {
+                Trouble::Surprise(error.to_string())
+            }
         }
     }
 }
@@ -73,18 +80,15 @@ pub struct Talk<'a> {
     without_channel: Option<String>,
     /// Unsolicited SP that have come.
     stops: usize,
-    /// What went over the line, for the report.
-    traffic: Vec<String>,
-    /// Nothing is added to it.
-    is_kept: bool,
+    written: Written,
     delays: Delays,
-    /// Names of files on the controller, which are not written down.
-    names: Vec<String>,
+    /// Set by others: nothing more is asked.
+    stop: Arc<AtomicBool>,
 }
 
 impl<'a> Talk<'a> {
     /// A conversation that has not begun.
-    pub(crate) fn new(peer: &'a mut dyn Peer) -> Talk<'a> {
+    pub(crate) fn new(peer: &'a mut dyn Peer, stop: Arc<AtomicBool>) -> Talk<'a> {
         let last = peer.now();
         Talk {
             peer,
@@ -97,10 +101,28 @@ impl<'a> Talk<'a> {
             lengths: BTreeMap::new(),
             without_channel: None,
             stops: 0,
-            traffic: Vec::new(),
-            is_kept: false,
+            written: Written::default(),
             delays: Delays::default(),
-            names: Vec::new(),
+            stop,
+        }
+    }
+
+    /// From now on nobody interrupts: what was changed is put back.
+    pub(crate) fn ignore_interruptions(&mut self) {
+        self.stop = Arc::default();
+    }
+
+    /// Waits for bytes until this time; none came: empty.
+    fn receive(&mut self, line: Line, until: Duration) -> Result<Vec<u8>, PeerError> {
+        loop {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(PeerError::Interrupted);
+            }
+            let next = until.min(self.now() + PROMPT);
+            let bytes = self.peer.receive(line, next)?;
+            if !bytes.is_empty() || self.now() >= until {
+                return Ok(bytes);
+            }
         }
     }
 
@@ -128,44 +150,19 @@ impl<'a> Talk<'a> {
         self.decoder = decoder(checksum);
     }
 
-    /// The traffic since the last call, up to [`Talk::keep_traffic`].
-    pub(crate) fn take_traffic(&mut self) -> Vec<String> {
-        self.is_kept = false;
-        std::mem::take(&mut self.traffic)
+    /// What is written down.
+    pub(crate) fn written(&mut self) -> &mut Written {
+        &mut self.written
     }
 
-    /// What goes over the line from now on is not written down, until [`Talk::take_traffic`].
-    pub(crate) fn keep_traffic(&mut self) {
-        self.is_kept = true;
+    fn note(&mut self, direction: char, bytes: &[u8]) {
+        let at = self.now();
+        self.written.note(at, direction, bytes);
     }
 
     /// How long answers took.
     pub(crate) fn delays(&self) -> &Delays {
         &self.delays
-    }
-
-    /// A name that is not written down.
-    pub(crate) fn hide(&mut self, name: &str) {
-        if !name.is_empty() && name != FILE && !name.ends_with(".PAR") {
-            self.names.push(name.to_owned());
-        }
-    }
-
-    fn note(&mut self, direction: char, bytes: &[u8]) {
-        if self.is_kept || self.traffic.len() >= MAX_TRAFFIC || bytes.is_empty() {
-            return;
-        }
-        let shown = bytes.get(..bytes.len().min(MAX_SHOWN)).unwrap_or_default();
-        let mut text = Escaped::new(shown).to_string();
-        for name in &self.names {
-            text = text.replace(name.as_str(), &"x".repeat(name.len()));
-        }
-        let rest = match bytes.len() - shown.len() {
-            0 => String::new(),
-            more => format!(" ... {more} bytes more"),
-        };
-        let at = self.peer.now().as_secs_f64();
-        self.traffic.push(format!("{at:.3} {direction} {text}{rest}"));
     }
 
     /// Begins a new conversation on a fresh connection.
@@ -210,7 +207,7 @@ impl<'a> Talk<'a> {
     pub fn listen(&mut self, line: Line, wait: Duration) -> Result<Vec<u8>, PeerError> {
         let (mut heard, mut until) = (Vec::new(), self.now() + wait);
         while self.now() < until {
-            let bytes = self.peer.receive(line, until)?;
+            let bytes = self.receive(line, until)?;
             if !bytes.is_empty() {
                 until = self.now() + QUIET;
                 heard.extend(bytes);
@@ -231,7 +228,7 @@ impl<'a> Talk<'a> {
 
     /// Bytes that have come, as texts. An unsolicited SP is counted and not returned.
     fn take(&mut self, until: Duration) -> Result<Vec<Text>, Trouble> {
-        let bytes = self.peer.receive(Line::Commands, until)?;
+        let bytes = self.receive(Line::Commands, until)?;
         if !bytes.is_empty() {
             self.last = self.now();
             self.note('<', &bytes);
@@ -242,10 +239,7 @@ impl<'a> Talk<'a> {
             match decoded {
                 Decoded::Text(text) if text.error.is_none() && text.data == STOP => self.stops += 1,
                 Decoded::Text(text) if text.error.is_none() => texts.push(text),
-                Decoded::Text(text) => {
-                    let what = Escaped::for_reading(&text.data);
-                    return Err(Trouble::Surprise(format!("a text came damaged: {what}")));
-                }
+                Decoded::Text(_) => return Err(Trouble::Surprise("a text came damaged".to_owned())),
                 Decoded::Skipped { bytes } => {
                     return Err(Trouble::Surprise(format!(
                         "{bytes} bytes came that belong to no text"
@@ -264,7 +258,7 @@ impl<'a> Talk<'a> {
         let until = self.now() + duration;
         while self.now() < until {
             if let Some(text) = self.take(until)?.first() {
-                let what = Escaped::for_reading(&text.data);
+                let what = described(&text.data);
                 return Err(Trouble::Surprise(format!("nobody asked, and there came {what}")));
             }
         }
@@ -303,7 +297,7 @@ impl<'a> Talk<'a> {
                 return match texts.next() {
                     None => Ok(Some(text)),
                     Some(second) => {
-                        let what = Escaped::for_reading(&second.data);
+                        let what = described(&second.data);
                         Err(Trouble::Surprise(format!("a second answer came: {what}")))
                     }
                 };
@@ -377,7 +371,7 @@ impl<'a> Talk<'a> {
             b"OK\r" => Ok(true),
             b"NG\r" => Ok(false),
             other => {
-                let what = Escaped::for_reading(other);
+                let what = described(other);
                 Err(Trouble::Surprise(format!("the answer to {command} is {what}")))
             }
         }
@@ -466,10 +460,38 @@ impl<'a> Talk<'a> {
         Ok(format!("{kind}{without}"))
     }
 
+    /// SF: in how many texts it travels and of which arm it is, as in [`forms::total_status`], and its content.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn total_status(&mut self) -> Result<(&'static str, Vec<u8>), Trouble> {
+        let sum = usize::from(self.checksum == Checksum::Sum);
+        let mut burst = self.burst("SF")?;
+        burst.truncate(burst.len() - sum);
+        let has_stx = burst.first() == Some(&STX);
+        let begin = usize::from(has_stx);
+        if burst.get(begin..).is_some_and(|data| data.starts_with(b"NG")) {
+            return Err(Trouble::Refused("SF got NG".to_owned()));
+        }
+        let form = forms::total_status(&burst, has_stx);
+        self.acknowledge()?;
+        if form.starts_with("several") {
+            burst.pop();
+            burst.extend(self.rest_of_burst()?.into_iter().skip(begin));
+            self.acknowledge()?;
+        }
+        Ok((form, burst.split_off(burst.len().min(begin + b"FL,".len()))))
+    }
+
+    /// Bytes have come that are no whole text yet.
+    pub(crate) fn is_midway(&self) -> bool {
+        self.decoder.is_partial()
+    }
+
     /// Whether the controller has closed the connection for commands.
     pub fn is_closed(&mut self) -> bool {
         let until = self.now() + PAUSE;
-        self.peer.receive(Line::Commands, until) == Err(PeerError::Closed)
+        self.receive(Line::Commands, until) == Err(PeerError::Closed)
     }
 
     /// Waits for the first byte, which stays part of its text.
@@ -479,7 +501,7 @@ impl<'a> Talk<'a> {
     pub fn until_something_comes(&mut self, patience: Duration) -> Result<(), Trouble> {
         let until = self.now() + patience;
         while self.now() < until {
-            let bytes = self.peer.receive(Line::Commands, until)?;
+            let bytes = self.receive(Line::Commands, until)?;
             if !bytes.is_empty() {
                 self.note('<', &bytes);
                 self.decoder.push(&bytes);
@@ -519,7 +541,7 @@ impl<'a> Talk<'a> {
     fn bytes(&mut self, enough: usize) -> Result<Vec<u8>, Trouble> {
         let (mut heard, mut until) = (Vec::new(), self.now() + PATIENCE);
         while self.now() < until && heard.len() < enough {
-            let bytes = self.peer.receive(Line::Commands, until)?;
+            let bytes = self.receive(Line::Commands, until)?;
             if !bytes.is_empty() {
                 self.last = self.now();
                 until = self.last + QUIET;

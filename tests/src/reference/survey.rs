@@ -16,17 +16,20 @@ pub(super) fn questions() -> String {
                 "-" => option.to_owned(),
                 option => format!("[{}](options.md#{option})", code(option)),
             };
+            let known = ledger::rows().filter(|row| row.survey.split(", ").any(|id| id == probe.id));
+            let known: Vec<&str> = known.map(|row| row.id).collect();
             [
                 code(probe.id),
                 probe.question.to_owned(),
                 probe.sends.replace('<', "\\<"),
                 option,
+                known.join(", "),
             ]
         });
         let heading = class.word();
         format!(
             "### {heading}\n\n{}",
-            table(["Name", "Question", "Sends", "Decides"], rows)
+            table(["Name", "Question", "Sends", "Decides", "Row"], rows)
         )
     });
     sections.collect::<Vec<_>>().join("\n\n")

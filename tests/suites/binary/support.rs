@@ -42,7 +42,8 @@ pub fn run(words: &[&str]) -> Output {
     })
 }
 
-fn kill(signal: &str, id: u32) {
+/// Sends a signal to a process.
+pub fn kill(signal: &str, id: u32) {
     assert!(
         Command::new("kill")
             .args(["-s", signal, &id.to_string()])

@@ -1,6 +1,8 @@
 //! `ts3100 survey`, `conform` and `fidelity` as commands, against an emulator with sockets.
 
-use super::support::{Serve, expect_code, run, stderr, stdout};
+use super::support::{Serve, expect_code, kill, run, stderr, stdout, ts3100};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::process::Stdio;
 use ts3100_tests::testing::TempDir;
 
 #[test]
@@ -76,19 +78,25 @@ fn a_survey_is_a_file_that_another_emulator_takes() {
 #[test]
 fn a_controller_without_ip1_answers_the_rest() {
     let serve = Serve::ready(&["serve", "--servo-on"]);
+    let directory = TempDir::new("survey");
+    let path = directory.path().join("robot.toml");
     let output = run(&[
         "survey",
         &serve.address(0),
         "--ask=program",
         "--only=value,print-without-peer,print-numbers,buffer-reset",
         "--ip1=1",
+        "--out",
+        path.to_str().unwrap(),
     ]);
     expect_code(&output, 0);
     let said = stdout(&output);
     assert!(
-        said.contains("refused   print-numbers          cannot connect to 127.0.0.1:1"),
+        said.contains("refused   print-numbers          cannot connect to port 1:"),
         "{said}"
     );
+    let file = std::fs::read_to_string(path).unwrap();
+    assert!(file.contains("port 1:") && !file.contains("127.0.0.1"), "{file}");
     assert!(said.contains("--ip1 gives its port"), "{said}");
     assert!(
         said.contains("2 manual, 0 variation, 0 unknown, 2 refused"),
@@ -123,6 +131,96 @@ fn nothing_is_sent_without_consent_or_to_nobody() {
     let output = run(&["survey", &serve.address(1), "--only", "stx"]);
     expect_code(&output, 3);
     assert!(stderr(&output).contains("no answer to SU"), "{}", stderr(&output));
+    // A page is no text, and a controller serves one host.
+    let web = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let place = web.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (mut visitor, _) = web.accept().unwrap();
+        visitor
+            .write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n<html>")
+            .unwrap();
+        // Until the other side has ended.
+        let _ = visitor.read_to_end(&mut Vec::new());
+    });
+    let output = run(&["survey", &place, "--only", "stx"]);
+    expect_code(&output, 3);
+    let said = stderr(&output);
+    assert!(said.contains("no text of a controller"), "{said}");
+    assert!(said.contains("Give the port of IP0"), "{said}");
+    let host = serve.dial(0);
+    let output = run(&["survey", &address, "--only", "stx"]);
+    expect_code(&output, 3);
+    let said = stderr(&output);
+    assert!(said.contains("closed the connection"), "{said}");
+    drop(host);
+    // What cannot be written is known before.
+    let output = run(&[
+        "survey",
+        &address,
+        "--only",
+        "stx",
+        "--out",
+        "/nowhere/robot.toml",
+    ]);
+    expect_code(&output, 2);
+    assert!(!stdout(&output).contains("manual    "), "{}", stdout(&output));
+}
+
+#[cfg(unix)]
+#[test]
+fn at_ctrl_c_what_was_changed_is_put_back() {
+    let serve = Serve::ready(&["serve", "--servo-on"]);
+    let directory = TempDir::new("survey");
+    let path = directory.path().join("robot.toml");
+    let path = path.to_str().unwrap();
+    let address = serve.address(0);
+    let mut survey = ts3100(&["survey", &address, "--ask=program", "--out", path])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // One program has run, and the next one is being stored.
+    let mut said = BufReader::new(survey.stdout.take().unwrap());
+    let mut line = String::new();
+    while !line.starts_with("manual    value") {
+        line.clear();
+        assert_ne!(said.read_line(&mut line).unwrap(), 0, "it ended");
+    }
+    kill("INT", survey.id());
+    said.read_to_string(&mut line).unwrap();
+    let output = survey.wait_with_output().unwrap();
+    expect_code(&output, 1);
+    let errors = stderr(&output);
+    assert!(errors.contains("it was interrupted"), "{errors}");
+    assert!(!errors.contains("not put back"), "{errors}");
+    let file = std::fs::read_to_string(path).unwrap();
+    assert!(file.contains("probe = \"value\"\nquestion"), "{file}");
+    let directory = serve.host(&["ca"]);
+    assert!(!stdout(&directory).contains("TSSURVEY"), "{}", stdout(&directory));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_serial_line_is_surveyed_at_a_terminal() {
+    let lines = TempDir::new("survey");
+    let folder = lines.path().to_str().unwrap();
+    let serve = Serve::ready(&[
+        "serve",
+        "--serial-dir",
+        folder,
+        "--control-right",
+        "rs232c",
+        "--servo-on",
+    ]);
+    let host = serve.serial["host"].as_str().unwrap();
+    let only = "--only=stx,status-form,second-connection,file-round-trip,value";
+    let output = run(&["survey", "--serial", host, "--ask=look,files,program", only]);
+    expect_code(&output, 0);
+    let said = stdout(&output);
+    assert!(
+        said.contains("4 manual, 0 variation, 0 unknown, 1 refused"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -135,15 +233,34 @@ fn what_is_known_is_counted_and_findings_name_what_a_run_rested_on() {
     let list = stdout(&run(&["fidelity", "--list"]));
     assert!(list.contains("text-5     assumed   lower-case"), "{list}");
     let directory = TempDir::new("survey");
-    let path = directory.path().join("findings.json");
-    let serve = Serve::ready(&["serve", "--findings", path.to_str().unwrap()]);
-    serve.host(&["fd"]);
+    let [json, markdown] = ["findings.json", "findings.md"].map(|name| directory.path().join(name));
+    let serve = Serve::ready(&[
+        "serve",
+        "--servo-on",
+        "--findings",
+        json.to_str().unwrap(),
+        "--findings",
+        markdown.to_str().unwrap(),
+    ]);
+    // The second one ends feed hold; a program starts.
+    for command in [&["fd"][..], &["fd"], &["sl", "DEMO"], &["rn"]] {
+        expect_code(&serve.host(command), 0);
+    }
     serve.signal("TERM");
-    let document = std::fs::read_to_string(path).unwrap();
+    let document = std::fs::read_to_string(json).unwrap();
     let document: serde_json::Value = serde_json::from_str(&document).unwrap();
-    assert_eq!(document["assumptions"][0]["id"], "op-16", "{document}");
+    let rows = document["assumptions"].as_array().unwrap();
+    let survey = |id: &str| {
+        let row = rows.iter().find(|row| row["id"] == id);
+        row.map(|row| row["survey"].as_str().unwrap())
+    };
+    assert_eq!(survey("op-16"), Some("feed-hold, feed-hold-motion"), "{document}");
+    assert_eq!(survey("op-9"), Some("unsolicited-stop"), "{document}");
     assert_eq!(
-        document["assumptions"][0]["survey"],
-        "feed-hold, feed-hold-motion"
+        survey("motion-10"),
+        Some("motion"),
+        "a MOVE of the program: {document}"
     );
+    let markdown = std::fs::read_to_string(markdown).unwrap();
+    assert!(markdown.contains("- op-16: FD toggles"), "{markdown}");
 }

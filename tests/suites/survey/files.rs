@@ -1,6 +1,7 @@
 //! The files of surveys: read, compared, and made into an emulator that answers alike.
 
-use super::{ALL, config, peer, plan, surveyed};
+use super::{ALL, DECIDED, config, peer, plan, surveyed};
+use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::{Config, PanelAction, Port};
 use ts3100_emulator::config::{ServeArgs, Settings};
@@ -67,27 +68,91 @@ const HELD: &[&[u8]] = &[
     b"\x02OK\r\x03",
 ];
 
-fn answers(mut robot: Robot) -> Vec<(u64, Vec<u8>)> {
+/// What it says later, with a peer at IP1 too.
+const HELD_LATER: &[(Port, &[u8])] = &[
+    (Port::Ip0, b"\x02ZZ\r\x03\x02SU\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02UL,ETHERNET.PAR\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02SL,D\r\x03"),
+    (Port::Ip0, b"\x02DO,R = 1\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02SU\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip0, b"\x02SL,B\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip1, b"ABC\r"),
+    (Port::Ip0, b"\x02SU\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02SL,C\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip0, b"\x02SP\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip0, b"\x02SU\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02BR\r\x03"),
+    (Port::Ip0, b"\x02SO\r\x03"),
+    (Port::Ip0, b"\x02BR\r\x03"),
+    (Port::Ip0, b"\x02SO\r\x03"),
+    (Port::Ip0, b"\x02SF\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+];
+
+const PRINTS: &str = "PROGRAM B\nN = 7\nM = 2\nX = 0.0005\nE = 0\nIF X == 0.0 THEN E = 1\nP.X = 5\nSUB\n\
+    PRINT IP1, N/M, E, CR\nINPUT IP1, N\nPRINT IP1, N, CR\nEND\n\
+    PROGRAM SUB\nPRINT IP1, P.X, CR\nEND\nDATA\nPOINT P = 1,2,3\nEND\n";
+const LOOKS: &str = "GLOBAL\nR = 0\nEND\nPROGRAM D\nN = 999\nN = DIN(N)\nPRINT IP1, N, CR\nEND\n";
+const WAITS: &str = "PROGRAM C\nN = 0\nWAIT N == 1\nPRINT IP1, \"ON\", CR\nDELAY 2\nEND\n";
+
+fn answers(mut robot: Robot) -> Vec<(u64, Port, Vec<u8>)> {
+    robot.load("B", PRINTS);
+    robot.load("C", WAITS);
+    robot.load("D", LOOKS);
     robot.connect(Port::Ip0);
     robot.panel(PanelAction::Servo(true));
     let mut heard = Vec::new();
-    for text in HELD {
-        robot.raw(Port::Ip0, text);
-        for _ in 0..400 {
-            let bytes = robot.received(Port::Ip0);
-            if !bytes.is_empty() {
-                heard.push((robot.now().as_micros(), bytes));
+    let mut say = |robot: &mut Robot, port, text| {
+        robot.raw(port, text);
+        for _ in 0..80 {
+            for port in [Port::Ip0, Port::Ip1] {
+                let bytes = robot.received(port);
+                if !bytes.is_empty() {
+                    heard.push((robot.now().as_micros(), port, bytes));
+                }
             }
-            robot.advance_ms(1);
+            robot.advance_ms(5);
         }
+    };
+    for text in HELD {
+        say(&mut robot, Port::Ip0, text);
+    }
+    robot.connect(Port::Ip1);
+    for (port, text) in HELD_LATER {
+        say(&mut robot, *port, text);
     }
     heard
 }
 
-#[test]
-fn a_file_makes_another_robot_answer_alike() {
+/// The emulator that `serve --like` makes of a report.
+fn like(report: &Report) -> Config {
     let directory = TempDir::new("survey");
     let path = directory.path().join("robot.toml");
+    std::fs::write(&path, report.write()).unwrap();
+    let args = ServeArgs {
+        like: Some(path),
+        ..ServeArgs::default()
+    };
+    Config {
+        // The same calendar: the daemon's is today.
+        calendar: config(&[]).calendar,
+        ..Settings::from_args(&args).unwrap().controller
+    }
+}
+
+#[test]
+fn a_file_makes_another_robot_answer_alike() {
     let strange = [
         ("su.layout", "six-records"),
         ("vr.layout", "packed"),
@@ -102,27 +167,32 @@ fn a_file_makes_another_robot_answer_alike() {
         ("sp.unsolicited", "false"),
         ("drive.open_mode", "1 1 0 0"),
     ];
-    for options in [
-        &strange[..],
-        &[],
-        &[("text.checksum", "sum"), ("sp.unsolicited", "true")],
-    ] {
-        let report = surveyed(options, &ALL);
-        std::fs::write(&path, report.write()).unwrap();
-        let args = ServeArgs {
-            like: Some(path.clone()),
-            ..ServeArgs::default()
-        };
-        let like = Settings::from_args(&args).unwrap().controller;
-        let original = answers(Robot::with(config(options)));
+    let several = [
+        strange.to_vec(),
+        vec![("text.checksum", "sum"), ("sp.unsolicited", "true")],
+    ];
+    let several = several.into_iter().map(|options| (options, ALL.to_vec()));
+    let each = DECIDED.iter().flat_map(|(option, class, values)| {
+        values.iter().map(|value| (vec![(*option, *value)], vec![*class]))
+    });
+    let default = answers(Robot::with(config(&[])));
+    let mut others = BTreeSet::new();
+    for (options, classes) in several.chain(each) {
+        let original = answers(Robot::with(config(&options)));
         assert!(original.len() > 10, "{original:?}");
-        // The same calendar: the daemon's is today.
-        let like = Config {
-            calendar: config(options).calendar,
-            ..like
-        };
-        assert_eq!(answers(Robot::with(like)), original, "{options:?}");
+        let surveyed = like(&surveyed(&options, &classes));
+        assert_eq!(answers(Robot::with(surveyed)), original, "{options:?}");
+        if let ([(option, _)], true) = (options.as_slice(), original != default) {
+            others.insert(*option);
+        }
     }
+    // The recording would show it.
+    let hidden: Vec<_> = DECIDED
+        .iter()
+        .map(|(option, ..)| *option)
+        .filter(|option| !others.contains(option))
+        .collect();
+    assert_eq!(hidden, ["scol.sticky_work"], "it takes a motion");
 }
 
 const SEEDS: u64 = 32;

@@ -5,14 +5,19 @@
 mod page;
 
 use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
+use super::serve::stop_signal;
+use super::tap;
 use crate::config::args;
-use crate::log::print_error;
+use crate::embed::single_threaded;
+use crate::log::{print_error, print_note};
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Subcommand};
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::io::{self, BufRead as _, Write as _};
-use std::net::{SocketAddr, ToSocketAddrs as _};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use ts3100_driver::files;
 use ts3100_proto::parameter::SerialSettings;
@@ -22,8 +27,7 @@ use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
 use ts3100_survey::ledger::{self, Evidence};
 use ts3100_survey::passive::{Evidence as Heard, Passive};
 use ts3100_survey::{
-    Answer, Class, Peer, PeerError, Plan, Report, SerialPeer, Step, TcpPeer, Verdict, catalogue, differences,
-    survey,
+    Answer, Class, Peer, Plan, Report, SerialPeer, Step, TcpPeer, Verdict, catalogue, differences, survey,
 };
 
 /// A line on stdout; a closed pipe is not an error.
@@ -33,8 +37,6 @@ macro_rules! say {
     }};
 }
 
-/// Port of IP0 of a controller as delivered (ETH-05).
-const IP0_PORT: u16 = 1_000;
 /// What is typed before axes could move.
 const CONSENT: &str = "ready";
 /// The program and its version, as files name it.
@@ -45,9 +47,9 @@ const MADE_BY: &str = concat!("ts3100 ", env!("CARGO_PKG_VERSION"));
 /// Asks a real controller, or any other, and writes what it answers into a file: `ts3100 serve --like FILE` then behaves like
 /// that controller. By default only commands are sent that change nothing (`look`). One connection, at most 20 requests a
 /// second, with the pauses that the manual asks for. It stops at the first surprise and puts back what it changed. Nothing is
-/// sent anywhere else.
+/// sent anywhere else. Ctrl-C ends it: it restores what it changed, and writes the answers so far.
 ///
-/// Exit codes: 0 done; 1 stopped at a surprise, or the files differ; 2 wrong usage or a file that cannot be read; 3 no answer.
+/// Exit codes: 0 done; 1 stopped at a surprise or by Ctrl-C, or the files differ; 2 wrong usage or a file that cannot be read; 3 no answer.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
 pub(super) struct SurveyArgs {
@@ -103,7 +105,7 @@ struct TargetArgs {
     #[arg(long, value_name = "SETTINGS", default_value = "9600 8 0 1", value_parser = serial_settings)]
     serial_settings: SerialSettings,
     /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs that
-    /// compute, print and wait; motion turns the last axis a little, with somebody at the emergency stop
+    /// compute, print and wait; motion turns the last axis and moves the arm a little, with somebody at the emergency stop
     #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = args::word::<Class>())]
     ask: Vec<Class>,
     /// Only these questions; `--dry-run` lists them
@@ -190,6 +192,7 @@ fn plan(target: &TargetArgs) -> anyhow::Result<Plan> {
     let plan = Plan {
         classes: target.ask.clone(),
         only: target.only.clone(),
+        ..Plan::default()
     };
     if plan.probes().next().is_none() {
         return Err(anyhow!("no question of --only is of a class of --ask"));
@@ -201,16 +204,7 @@ fn peer(target: &TargetArgs) -> anyhow::Result<Box<dyn Peer>> {
     if let Some(device) = &target.serial {
         return Ok(Box::new(SerialPeer::new(device, target.serial_settings)));
     }
-    let address = target.address.as_deref().unwrap_or_default();
-    let has_port = address.contains(':') && address.parse::<std::net::IpAddr>().is_err();
-    let found = match has_port {
-        true => address.to_socket_addrs(),
-        false => (address, IP0_PORT).to_socket_addrs(),
-    };
-    let ip0 = found
-        .with_context(|| format!("{address}: expected NAME, ADDRESS, NAME:PORT or ADDRESS:PORT"))?
-        .next()
-        .ok_or_else(|| anyhow!("{address}: no address found"))?;
+    let ip0 = tap::real_address(target.address.as_deref().unwrap_or_default())?;
     let next = ip0.port().checked_add(1).unwrap_or(ip0.port());
     let ip1 = SocketAddr::new(ip0.ip(), target.ip1.unwrap_or(next));
     Ok(Box::new(TcpPeer::new(ip0, ip1)))
@@ -225,7 +219,7 @@ fn explained(class: Class) -> &'static str {
             "selects and runs programs TSSURVEY that compute, print and wait; no axis moves; resets the program and its alarms"
         }
         Class::Motion => {
-            "switches servo power, executes statements with DO, uses feed hold and BREAK; turns the last axis by up to 10 degrees and back, at 1 to 5 % of its speed"
+            "switches servo power, executes statements with DO, uses feed hold and BREAK; turns the last axis by up to 10 degrees and moves the arm by 1 mm, and back, at 1 to 5 % of their speed"
         }
     }
 }
@@ -248,20 +242,55 @@ fn consents(plan: &Plan) -> bool {
         return true;
     }
     eprint!(
-        "The class motion switches servo power, and turns the last axis by up to 10 degrees and back, slowly. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
-         Type {CONSENT} to go on: "
+        "The class motion {}. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
+         Type {CONSENT} to go on: ",
+        explained(Class::Motion)
     );
     let mut line = String::new();
     let read = io::stdin().lock().read_line(&mut line);
     read.is_ok() && line.trim() == CONSENT
 }
 
-/// Asks, and says how it goes.
-fn asked(target: &TargetArgs, plan: &Plan) -> anyhow::Result<Result<Report, PeerError>> {
+/// The first signal ends the survey, which puts back what it changed; the second one ends the process.
+fn stop_at_a_signal(stop: &Arc<AtomicBool>) -> anyhow::Result<()> {
+    const WHAT: &str = "cannot listen for signals";
+    let runtime = single_threaded()?;
+    let first = runtime.block_on(async { stop_signal() }).context(WHAT)?;
+    let stop = Arc::clone(stop);
+    std::thread::spawn(move || {
+        runtime.block_on(first);
+        stop.store(true, Ordering::Relaxed);
+        print_note("restoring what was changed; press Ctrl-C again to end at once");
+        if let Ok(second) = runtime.block_on(async { stop_signal() }) {
+            runtime.block_on(second);
+            std::process::exit(NEGATIVE.into());
+        }
+    });
+    Ok(())
+}
+
+/// Asks, and says how it goes. Without answers: the exit code.
+fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Report, u8>> {
+    let plan = plan(target)?;
+    show_plan(&plan);
+    if target.dry_run {
+        return Ok(Err(0));
+    }
+    // A file that cannot be written is known before minutes have passed.
+    if let Some(path) = file {
+        files::check_target(path).with_context(|| cannot_write(path))?;
+    }
+    if !consents(&plan) {
+        print_error(format_args!(
+            "nothing was sent: the class motion needs the word {CONSENT}"
+        ));
+        return Ok(Err(UNUSABLE));
+    }
     let mut peer = peer(target)?;
+    stop_at_a_signal(&plan.stop)?;
     say!("");
     let mut reason = String::new();
-    let report = survey(&mut *peer, plan, &mut |step| match step {
+    let report = survey(&mut *peer, &plan, &mut |step| match step {
         Step::Asking(_) => {}
         // One reason may hold for a whole class.
         Step::Answered(answer) if !reason.is_empty() && answer.note == reason => {
@@ -272,10 +301,38 @@ fn asked(target: &TargetArgs, plan: &Plan) -> anyhow::Result<Result<Report, Peer
             reason.clone_from(&answer.note);
         }
     });
-    Ok(report.map(|mut report| {
-        MADE_BY.clone_into(&mut report.made_by);
-        report
-    }))
+    Ok(match report {
+        Ok(report) => Ok(Report {
+            made_by: MADE_BY.to_owned(),
+            ..report
+        }),
+        Err(error) => {
+            let whom = target.address.iter().chain(&target.serial).next();
+            print_error(format_args!(
+                "cannot survey {}: {error}. Give the port of IP0, or the line of HOST, and end other host programs: a controller serves one",
+                whom.map_or("", String::as_str)
+            ));
+            Err(NO_ANSWER)
+        }
+    })
+}
+
+/// Says what is not as it should be at the end. Returns the exit code.
+fn ended(report: &Report) -> u8 {
+    for left in &report.left {
+        print_error(format_args!("not put back: {left}"));
+    }
+    match &report.stopped {
+        None => 0,
+        Some(reason) => {
+            print_error(format_args!("stopped: {reason}"));
+            NEGATIVE
+        }
+    }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
 }
 
 /// One answer.
@@ -297,44 +354,21 @@ fn summary(report: &Report) -> String {
 }
 
 fn ask_controller(target: &TargetArgs, out: Option<&Path>) -> anyhow::Result<u8> {
-    let plan = plan(target)?;
-    show_plan(&plan);
-    if target.dry_run {
-        return Ok(0);
-    }
-    if !consents(&plan) {
-        print_error(format_args!(
-            "nothing was sent: the class motion needs the word {CONSENT}"
-        ));
-        return Ok(UNUSABLE);
-    }
-    let report = match asked(target, &plan)? {
+    let report = match asked(target, out)? {
         Ok(report) => report,
-        Err(error) => {
-            print_error(error);
-            return Ok(NO_ANSWER);
-        }
+        Err(code) => return Ok(code),
     };
     say!("\n{}", summary(&report));
     keep(&report, out)?;
-    for left in &report.left {
-        print_error(format_args!("not put back: {left}"));
-    }
-    if let Some(reason) = &report.stopped {
-        print_error(format_args!("stopped at a surprise: {reason}"));
-        return Ok(NEGATIVE);
-    }
-    Ok(0)
+    Ok(ended(&report))
 }
 
 fn keep(report: &Report, out: Option<&Path>) -> anyhow::Result<()> {
     if let Some(path) = out {
-        std::fs::write(path, report.write()).with_context(|| format!("cannot write {}", path.display()))?;
-        say!("{}: read it before you give it to others", path.display());
-        say!(
-            "ts3100 serve --like {} answers like this controller",
-            path.display()
-        );
+        files::replace(path, report.write().as_bytes()).with_context(|| cannot_write(path))?;
+        let path = path.display();
+        say!("{path}: read it before you give it to others: ts3100 survey show {path}");
+        say!("ts3100 serve --like {path} answers like this controller");
     }
     Ok(())
 }
@@ -387,37 +421,26 @@ fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
 }
 
 /// The connections of the recording on which commands are sent.
-fn protocol_lines(recording: &Recording) -> Vec<PeerId> {
-    let mut found = BTreeMap::new();
-    for record in &recording.records {
-        if let RecordKind::FromHost { line, .. } = &record.kind
-            && line.port.protocol().is_some()
-        {
-            found.insert(*line, ());
-        }
-    }
-    found.into_keys().collect()
+fn protocol_lines(recording: &Recording) -> BTreeSet<PeerId> {
+    let records = recording.records.iter();
+    let lines = records.filter_map(|record| match &record.kind {
+        RecordKind::FromHost { line, .. } => Some(*line),
+        RecordKind::Connected { .. }
+        | RecordKind::FromRobot { .. }
+        | RecordKind::Ended { .. }
+        | RecordKind::Action(_)
+        | RecordKind::Link(_)
+        | RecordKind::Remark(_) => None,
+    });
+    lines.filter(|line| line.port.protocol().is_some()).collect()
 }
 
 /// Runs `conform`.
 pub(super) fn conform(args: &ConformArgs) -> anyhow::Result<u8> {
-    let plan = plan(&args.target)?;
-    show_plan(&plan);
-    if args.target.dry_run {
-        return Ok(0);
-    }
-    if !consents(&plan) {
-        print_error(format_args!(
-            "nothing was sent: the class motion needs the word {CONSENT}"
-        ));
-        return Ok(UNUSABLE);
-    }
-    let report = match asked(&args.target, &plan)? {
+    let junit = args.junit.as_deref();
+    let report = match asked(&args.target, junit)? {
         Ok(report) => report,
-        Err(error) => {
-            print_error(error);
-            return Ok(NO_ANSWER);
-        }
+        Err(code) => return Ok(code),
     };
     let fails = |answer: &Answer| match answer.verdict {
         Verdict::Manual | Verdict::Refused => false,
@@ -426,11 +449,13 @@ pub(super) fn conform(args: &ConformArgs) -> anyhow::Result<u8> {
     };
     let failed = report.answers.iter().filter(|answer| fails(answer)).count();
     say!("\n{}; {failed} failed", summary(&report));
-    if let Some(path) = &args.junit {
-        let xml = junit_of(&report, fails);
-        std::fs::write(path, xml).with_context(|| format!("cannot write {}", path.display()))?;
+    if let Some(path) = junit {
+        files::replace(path, junit_of(&report, fails).as_bytes()).with_context(|| cannot_write(path))?;
     }
-    Ok(if failed == 0 { 0 } else { NEGATIVE })
+    Ok(match ended(&report) {
+        0 if failed > 0 => NEGATIVE,
+        code => code,
+    })
 }
 
 fn junit_of(report: &Report, fails: impl Fn(&Answer) -> bool) -> String {

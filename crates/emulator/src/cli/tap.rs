@@ -107,7 +107,7 @@ impl FromStr for ChannelArg {
 }
 
 /// Address of the real controller and port of its IP0.
-fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
+pub(super) fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
     let has_port = text.contains(':') && text.parse::<IpAddr>().is_err();
     let found = if has_port {
         text.to_socket_addrs()

@@ -234,14 +234,21 @@ fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
         let times: Vec<String> = times.iter().map(ToString::to_string).collect();
         set.push(format!("reply.delay={}", times.join(" ")));
     }
-    let (settled, assumed) = ledger::settled(&report);
+    let remaining: Vec<&str> = ledger::remaining(&report).map(|row| row.id).collect();
     info!(
-        "like {}: {} options set; its answers settle {settled} of the {assumed} behaviours that are assumed, the others remain so",
+        "like {}: {} options set; {} of {} behaviours remain assumed (`ts3100 survey show` explains them): {}",
         path.display(),
-        set.len()
+        set.len(),
+        remaining.len(),
+        ledger::assumed().count(),
+        remaining.join(" ")
     );
     set.append(&mut args.set);
     args.set = set;
+    let version = report.versions.first().map_or("", String::as_str);
+    let kinds = args::CONTROLLERS.iter().map(|(_, kind, _)| *kind);
+    let named = kinds.into_iter().find(|kind| version.starts_with(kind.name()));
+    args.controller = args.controller.or(named);
     if args.model.is_none() && report.arm == SCARA {
         args.model = SCARA_MODEL.parse().ok();
     }

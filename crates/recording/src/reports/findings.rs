@@ -3,12 +3,15 @@
 use crate::reports::seconds;
 use serde::Serialize;
 use ts3100_controller::findings::{Finding, RULES, Tally};
-use ts3100_controller::{CommandCoverage, Findings, Port, Rule, Severity};
+use ts3100_controller::{CommandCoverage, Findings, Port, Rule, Severity, StatementCoverage};
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_survey::ledger;
 
 /// Version of the document; raised when a key changes its meaning.
 const VERSION: u32 = 1;
+
+/// The command that starts a program.
+const START: &str = "RN";
 
 /// All findings of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -83,11 +86,18 @@ pub struct FindingView {
 }
 
 impl FindingsView {
-    /// The document of a run: with the assumptions that it rested on.
-    pub fn of_run(findings: &Findings, coverage: &CommandCoverage) -> FindingsView {
-        let served = coverage.reached().map(|(cell, _)| cell.row());
+    /// The document of a run: with the assumptions that it rested on, those of the programs on the drive once a host has
+    /// started one.
+    pub fn of_run(
+        findings: &Findings,
+        coverage: &CommandCoverage,
+        executed: &StatementCoverage,
+    ) -> FindingsView {
+        let served = || coverage.reached().map(|(cell, _)| cell.row());
         let broken = findings.broken().map(|(rule, _)| rule.id);
-        let rows = ledger::rests_on(served.chain(broken));
+        let programs = executed.versions().iter().map(|file| file.content.as_slice());
+        let has_started = served().any(|row| row == START);
+        let rows = ledger::rests_on(served().chain(broken), programs.filter(|_| has_started));
         let assumptions = rows.map(|row| AssumptionView {
             id: row.id,
             behaviour: row.behaviour,

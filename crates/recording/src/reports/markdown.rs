@@ -38,6 +38,12 @@ pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> St
         out,
         "\n{percent} % of the permission tables used: {reached} of {reachable} cells."
     );
+    if !findings.assumptions.is_empty() {
+        out += "\nThis run rested on what nobody knows of a real controller:\n\n";
+    }
+    for row in &findings.assumptions {
+        let _ = writeln!(out, "- {}: {}", row.id, row.behaviour);
+    }
     out
 }
 

@@ -193,10 +193,13 @@ impl Reports {
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
             FindingsFormat::Markdown => {
                 let coverage = run.command_coverage();
-                let view = FindingsView::of_run(findings, &coverage);
+                let view = FindingsView::of_run(findings, &coverage, &run.executed());
                 markdown::document(&view, &CoverageReport::new(&coverage, config))
             }
-            FindingsFormat::Json => pretty(&FindingsView::of_run(findings, &run.command_coverage())),
+            FindingsFormat::Json => {
+                let coverage = run.command_coverage();
+                pretty(&FindingsView::of_run(findings, &coverage, &run.executed()))
+            }
         }
     }
 }

@@ -123,14 +123,12 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(|talk| {
             talk.select(computes!("INPUT IP1, R\r\n"))?;
             talk.open(Line::Channel)?;
-            talk.start()?;
-            talk.wait(QUIET)?;
+            talk.begin()?;
             talk.say(Line::Channel, b"12")?;
             talk.wait(QUIET)?;
             talk.open(Line::Channel)?;
             talk.wait(QUIET)?;
             talk.say(Line::Channel, b"3\r")?;
-            talk.wait(QUIET)?;
             talk.finish()?;
             talk.close(Line::Channel);
             Ok(plain(&talk.variable("R", 1)?))
@@ -147,12 +145,10 @@ pub(super) const PROBES: &[Probe] = &[
                 "DELAY 1\r\nPRINT IP1, \"BUFFRESET\"\r\nINPUT IP1, R\r\n"
             ))?;
             talk.open(Line::Channel)?;
-            talk.start()?;
-            talk.wait(QUIET)?;
+            talk.begin()?;
             talk.say(Line::Channel, b"3\r")?;
             let printed = talk.listen(Line::Channel, SETTLED + QUIET)?;
             talk.say(Line::Channel, b"4\r")?;
-            talk.wait(QUIET)?;
             talk.finish()?;
             talk.close(Line::Channel);
             let value = plain(&talk.variable("R", 1)?);
@@ -192,11 +188,9 @@ fn prints(talk: &mut Talk<'_>, source: &str) -> Result<Heard, Trouble> {
 fn inputs(talk: &mut Talk<'_>, source: &str, sent: &[u8]) -> Result<Heard, Trouble> {
     talk.select(source)?;
     talk.open(Line::Channel)?;
-    talk.start()?;
-    talk.wait(QUIET)?;
+    talk.begin()?;
     talk.expect_running()?;
     talk.say(Line::Channel, sent)?;
-    talk.wait(QUIET)?;
     let ended = talk.finish()?;
     talk.close(Line::Channel);
     let value = plain(&talk.variable("R", 1)?);
@@ -213,8 +207,7 @@ fn input_buffer(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         "N = 0\r\nR = 0\r\nDELAY 1\r\nNX: INPUT IP1, N\r\nR = R + 1\r\nGOTO NX\r\n"
     ))?;
     talk.open(Line::Channel)?;
-    talk.start()?;
-    talk.wait(QUIET)?;
+    talk.begin()?;
     talk.say(Line::Channel, "100\r".repeat(75).as_bytes())?;
     // DELAY first; then as long as it counts.
     let end = talk.now() + PATIENCE * 2;
@@ -242,10 +235,8 @@ fn input_before_start(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.open(Line::Channel)?;
     talk.say(Line::Channel, b"3\r")?;
     talk.wait(QUIET)?;
-    talk.start()?;
-    talk.wait(QUIET)?;
+    talk.begin()?;
     talk.say(Line::Channel, b"4\r")?;
-    talk.wait(QUIET)?;
     talk.finish()?;
     talk.close(Line::Channel);
     Ok(plain(&talk.variable("R", 1)?))

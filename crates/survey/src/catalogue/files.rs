@@ -97,6 +97,14 @@ pub(super) const PROBES: &[Probe] = &[
         ..FILES
     },
     Probe {
+        id: "file-high-byte",
+        question: "Is a file with a byte from 80 hex on refused?",
+        sends: "DL of TSSURVEY with a byte B0 hex in a comment",
+        ask: Ask::Steps(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
+        readings: &[reading("refused"), reading("stored")],
+        ..FILES
+    },
+    Probe {
         id: "file-long-line",
         question: "Is a file with a line of more than 252 characters refused?",
         sends: "DL of TSSURVEY with a comment of 300 characters",
@@ -134,7 +142,7 @@ pub(crate) fn size(talk: &mut Talk<'_>) -> Result<Option<usize>, Trouble> {
     let content = talk.content("CA")?;
     let content = content.ok_or_else(|| Trouble::Refused("CA got NG".to_owned()))?;
     let entries = decode_directory(&content)
-        .map_err(|error| Trouble::Surprise(format!("the answer to CA: {error}")))?;
+        .map_err(|_| Trouble::Surprise("the answer to CA has no form that is known".to_owned()))?;
     let mine = entries.iter().find(|entry| entry.name == FILE);
     Ok(mine.and_then(|entry| usize::try_from(entry.size).ok()))
 }

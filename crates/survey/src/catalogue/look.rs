@@ -1,6 +1,7 @@
 //! Questions that change nothing.
 
-use super::{ROW, decides, default_of_an_arm, forms, reading};
+use super::{ROW, decides, default_of_an_arm, reading};
+use crate::forms;
 use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, Talk, Trouble};
@@ -189,10 +190,20 @@ pub(super) const PROBES: &[Probe] = &[
         ..ROW
     },
     Probe {
+        id: "history-form",
+        question: "Which form has EU?",
+        sends: "EU",
+        ask: Ask::Steps(|talk| form(talk, "EU", forms::history)),
+        readings: &[reading("a count, and its errors")],
+        is_public: false,
+        repeats: 2,
+        ..ROW
+    },
+    Probe {
         id: "total-status-texts",
         question: "In how many texts does SF travel?",
         sends: "SF",
-        ask: Ask::Steps(total_status),
+        ask: Ask::Steps(|talk| Ok(talk.total_status()?.0.to_owned())),
         readings: &[
             decides("one text, six axes", "sf.split", "one"),
             decides("several texts, six axes", "sf.split", "several"),
@@ -211,6 +222,7 @@ pub(super) const PROBES: &[Probe] = &[
             decides("NG", "extensions", "false"),
             default_of_an_arm(reading("served on a SCARA arm")),
         ],
+        is_public: false,
         ..ROW
     },
     Probe {
@@ -431,27 +443,11 @@ fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     Ok(heard.to_owned())
 }
 
-pub(super) fn total_status(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    let burst = talk.burst("SF")?;
-    let sum = usize::from(talk.checksum() == Checksum::Sum);
-    let text = burst.get(..burst.len() - sum).unwrap_or_default();
-    if text.get(1..).is_some_and(|data| data.starts_with(b"NG")) {
-        return Err(Trouble::Refused("SF got NG".to_owned()));
-    }
-    let form = forms::total_status(text, text.first() == Some(&STX));
-    talk.acknowledge()?;
-    if form == "several texts, six axes" {
-        talk.rest_of_burst()?;
-        talk.acknowledge()?;
-    }
-    Ok(form.to_owned())
-}
-
 fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     // Two of them: one alone may be refused for another reason.
     let quick_status = talk.content("SM,1")?.is_some();
     let inputs = talk.content("HI,1 8")?.is_some();
-    let is_scara = total_status(talk)? == "one text, SCARA";
+    let is_scara = talk.total_status()?.0 == "one text, SCARA";
     Ok(match (quick_status, inputs, is_scara) {
         (true, true, true) => "served on a SCARA arm",
         (true, true, false) => "served",

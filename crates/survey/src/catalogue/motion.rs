@@ -8,7 +8,6 @@ use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
-use ts3100_proto::text::STX;
 
 pub(super) const MOTION: Probe = Probe {
     class: Class::Motion,
@@ -76,8 +75,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.reopen()?;
             talk.select(WAITS)?;
             talk.take_stops();
-            talk.start()?;
-            talk.wait(QUIET)?;
+            talk.begin()?;
             if !talk.asks("EC,BREAK")? {
                 talk.finish()?;
                 return Ok("NG".to_owned());
@@ -124,19 +122,9 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "stop-in-feed-hold",
         question: "Where does SP in feed hold stop a program?",
-        sends: "a program with DELAY 3; RN, FD, SP, SF",
+        sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
         ask: Ask::Steps(|talk| {
-            talk.select(WAITS)?;
-            talk.start()?;
-            talk.wait(QUIET)?;
-            talk.command("FD")?;
-            talk.command("SP")?;
-            talk.wait(QUIET)?;
-            let status = total_status(talk)?;
-            if status.feed_hold {
-                talk.command("FD")?;
-            }
-            talk.finish()?;
+            let (_, status) = stopped_in_feed_hold(talk)?;
             let hold = if status.feed_hold { ", still held" } else { "" };
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
@@ -144,6 +132,19 @@ pub(super) const PROBES: &[Probe] = &[
             reading("stop (retry)"),
             reading("stop (continue)"),
             reading("running, still held"),
+        ],
+        is_public: false,
+        ..MOTION
+    },
+    Probe {
+        id: "feed-hold-running",
+        question: "Does SU show a program in feed hold as running?",
+        sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
+        ask: Ask::Steps(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str().to_owned())),
+        readings: &[
+            reading("running"),
+            reading("stop (retry)"),
+            reading("stop (continue)"),
         ],
         is_public: false,
         ..MOTION
@@ -233,31 +234,37 @@ pub(super) const PROBES: &[Probe] = &[
     },
 ];
 
-/// SF of either arm.
-pub(crate) fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
-    Ok(arm_status(talk)?.1)
-}
-
-/// SF of either arm, in one text or two, and which arm it is.
+/// SF, and of which arm it is.
 pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus), Trouble> {
-    let mut burst = talk.burst("SF")?;
-    talk.acknowledge()?;
-    let head = if burst.first() == Some(&STX) { 4 } else { 3 };
-    let form = super::forms::total_status(&burst, head == 4);
-    if form.starts_with("several") {
-        burst.pop();
-        burst.extend(talk.rest_of_burst()?.into_iter().skip(1));
-        talk.acknowledge()?;
-    }
+    let (form, content) = talk.total_status()?;
     let layout = match form {
         "one text, SCARA" => SfLayout::Six,
         _ => SfLayout::Eight,
     };
-    let content = burst.get(head..head + layout.len()).unwrap_or_default();
-    let status = SystemStatus::decode(content, layout);
+    let status = SystemStatus::decode(content.get(..layout.len()).unwrap_or_default(), layout);
     status
         .map(|status| (layout, status))
-        .map_err(|error| Trouble::Surprise(format!("the answer to SF: {error}")))
+        .map_err(|_| Trouble::Surprise("the answer to SF has no form that is known".to_owned()))
+}
+
+fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
+    Ok(arm_status(talk)?.1)
+}
+
+/// Holds a program and stops it: the status while it is held, and after SP.
+fn stopped_in_feed_hold(talk: &mut Talk<'_>) -> Result<(ExecutionStatus, SystemStatus), Trouble> {
+    talk.select(WAITS)?;
+    talk.begin()?;
+    talk.command("FD")?;
+    let held = talk.status()?.execution;
+    talk.command("SP")?;
+    talk.wait(QUIET)?;
+    let status = total_status(talk)?;
+    if status.feed_hold {
+        talk.command("FD")?;
+    }
+    talk.finish()?;
+    Ok((held, status))
 }
 
 /// Halves the interval in which the time lies, until it is known to 10 ms. What the network adds is never taken for time of the

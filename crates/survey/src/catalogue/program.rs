@@ -2,7 +2,7 @@
 
 use super::{ROW, decides, default_of_an_arm, reading};
 use crate::probe::{Ask, Class, Probe};
-use crate::talk::{FILE, Heard, QUIET, Talk, Trouble};
+use crate::talk::{FILE, Heard, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -115,6 +115,14 @@ pub(super) const PROBES: &[Probe] = &[
         ..PROGRAM
     },
     Probe {
+        id: "loop-empty",
+        question: "How often runs FOR I = 3 TO 1?",
+        sends: "a program: FOR I = 3 TO 1, R = R + 1, NEXT I",
+        ask: Ask::Value(computes!("R = 0\r\nFOR I = 3 TO 1\r\nR = R + 1\r\nNEXT I\r\n")),
+        readings: &[reading("0"), reading("1")],
+        ..PROGRAM
+    },
+    Probe {
         id: "data-copy",
         question: "Does a subprogram see what its caller has assigned to a name of DATA?",
         sends: "a program: P.X = 5, and a subprogram: R = P.X",
@@ -181,7 +189,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is the second factor of P * T relative to the first?",
         sends: "a program: R = X of a position turned by 90 degrees, times a shift by 10 in Y",
         ask: Ask::Steps(|talk| {
-            let turned = match super::look::total_status(talk)?.as_str() {
+            let turned = match talk.total_status()?.0 {
                 "one text, SCARA" => "0,0,0,90",
                 _ => "0,0,0,0,0,90",
             };
@@ -245,8 +253,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(|talk| {
             let source = computes!("DELAY 1.2\r\nR = 1\r\nDELAY 1\r\n");
             talk.select(source)?;
-            talk.start()?;
-            talk.wait(QUIET)?;
+            talk.begin()?;
             talk.command("SP")?;
             talk.finish()?;
             talk.store(source)?;
@@ -280,6 +287,16 @@ pub(super) const PROBES: &[Probe] = &[
         ..PROGRAM
     },
     Probe {
+        id: "loop-time",
+        question: "How many seconds do 500 turns of an empty loop take?",
+        sends: "a program: TIMER = 0, FOR I = 1 TO 500, NEXT I, R = TIMER",
+        ask: Ask::Value(computes!(
+            "TIMER = 0\r\nFOR I = 1 TO 500\r\nNEXT I\r\nR = TIMER\r\n"
+        )),
+        readings: &[reading("0.05"), reading("*")],
+        ..PROGRAM
+    },
+    Probe {
         id: "label-rcycle",
         question: "What is answered to RS,CYC without the label RCYCLE?",
         sends: "a program without RCYCLE, selected; RS,CYC",
@@ -308,8 +325,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program: DELAY 1.2, R = 1; RN, SP",
         ask: Ask::Steps(|talk| {
             talk.select(computes!("DELAY 1.2\r\nR = 1\r\n"))?;
-            talk.start()?;
-            talk.wait(QUIET)?;
+            talk.begin()?;
             talk.command("SP")?;
             let status = talk.finish()?;
             let name = status.map_or("running", ExecutionStatus::as_str);
@@ -377,8 +393,7 @@ fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
 
 fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
-    talk.start()?;
-    talk.wait(QUIET)?;
+    talk.begin()?;
     talk.command("SP")?;
     if talk.until_stopped(SETTLED)?.is_none() {
         talk.command("EC,BREAK")?;

@@ -1,7 +1,8 @@
-//! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %. Somebody stands at the emergency stop.
+//! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %; one moves the arm by
+//! a millimetre. Somebody stands at the emergency stop.
 
 use super::motion::{MOTION, arm_status};
-use super::reading;
+use super::{decides, reading};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -11,6 +12,8 @@ use ts3100_proto::status::sf::SfLayout;
 /// How far the last axis is turned, in degrees: that of a SCARA is the faster one, and each takes somewhat less than a second.
 const ANGLE: f32 = 5.0;
 const ANGLE_OF_SCARA: f32 = 10.0;
+/// How far the arm is moved, in millimetres.
+const SHIFT: f32 = 1.0;
 /// Percent of its speed on the way back.
 const SPEED_BACK: u8 = 5;
 /// Two angles that differ by less are the same.
@@ -19,6 +22,8 @@ const EXACT: f32 = 0.05;
 const SOON: Duration = Duration::from_millis(100);
 /// How long a turn may take: the override of the robot may be low.
 const LONGEST_TURN: Duration = Duration::from_secs(30);
+/// The type of a position, as MR numbers it.
+const POSITION: u8 = 4;
 /// The first statement of [`program`] is on this line.
 const FIRST_LINE: u16 = 7;
 
@@ -38,6 +43,18 @@ pub(super) const PROBES: &[Probe] = &[
             reading("DS is 1 meanwhile, DC counts at the beginning"),
             reading("DS is 1 meanwhile, DC stays"),
             reading("DS stays 0"),
+        ],
+        ..TURNS
+    },
+    Probe {
+        id: "status-in-motion",
+        question: "Does SU show a motion by DO as running until the arm rests?",
+        sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
+        ask: Ask::Steps(|talk| turned(talk, status_in_motion)),
+        readings: &[
+            reading("until it rests"),
+            reading("not to its end"),
+            reading("it shows as stopped"),
         ],
         ..TURNS
     },
@@ -118,6 +135,17 @@ pub(super) const PROBES: &[Probe] = &[
         ],
         ..TURNS
     },
+    Probe {
+        id: "work-line",
+        question: "For how many positions does a WORK line of the DATA block hold?",
+        sends: "a program that puts HERE into a global, MR of it; a program that moves by 1 mm to a position after WORK, to the next one, and back, WITH SPEED = 5",
+        ask: Ask::Steps(work_line),
+        readings: &[
+            decides("the next one", "scol.sticky_work", "false"),
+            decides("all that follow", "scol.sticky_work", "true"),
+        ],
+        ..TURNS
+    },
 ];
 
 /// What is turned, from where, and how far.
@@ -136,15 +164,20 @@ impl Turn {
         self.from + self.by
     }
 
-    /// A motion by DO, or a statement of a program.
-    fn statement(self, by: f32) -> String {
-        self.statement_at(1, by)
+    /// The motion that is looked at, for DO or a program.
+    fn statement(self) -> String {
+        motion(1, self.axis, self.by)
     }
 
-    /// At `speed` percent.
-    fn statement_at(self, speed: u8, by: f32) -> String {
-        format!("MOVEI {}, {by:.2} WITH SPEED = {speed}", self.axis)
+    /// And back.
+    fn back(self, speed: u8) -> String {
+        motion(speed, self.axis, -self.by)
     }
+}
+
+/// A motion at `speed` percent.
+fn motion(speed: u8, axis: usize, by: f32) -> String {
+    format!("MOVEI {axis}, {by:.2} WITH SPEED = {speed}")
 }
 
 fn same(one: f32, other: f32) -> bool {
@@ -163,23 +196,26 @@ fn turned(
     };
     let from = joint(&status.joint, axis);
     let by = if from > 0.0 { -size } else { size };
-    let turn = Turn { axis, from, by };
-    let heard = steps(talk, turn);
-    if let Err(Trouble::Surprise(reason)) = heard {
+    let heard = steps(talk, Turn { axis, from, by });
+    if let Err(Trouble::Surprise(_)) = heard {
         // What is unclear must not go on at a machine.
-        return Err(Trouble::Surprise(format!(
-            "{reason}; axis {axis} was not turned back, by up to {size} degrees"
-        )));
+        return heard;
     }
     if heard.is_err() {
         talk.finish()?;
     }
     let rest = from - angle(talk, axis)?;
     if rest.abs() >= EXACT {
-        talk.command(&format!("DO,{}", turn.statement_at(SPEED_BACK, rest)))?;
+        talk.command(&format!("DO,{}", motion(SPEED_BACK, axis, rest)))?;
         talk.until_stopped(LONGEST_TURN)?;
     }
     heard
+}
+
+/// The first axis that is no longer where it was, and by how much.
+pub(crate) fn moved_axis(before: &[f32; 8], now: &[f32; 8]) -> Option<(usize, f32)> {
+    let by = now.iter().zip(before).map(|(now, before)| now - before);
+    (1..).zip(by).find(|(_, by)| by.abs() >= EXACT)
 }
 
 /// A program of these statements.
@@ -201,7 +237,7 @@ fn angle(talk: &mut Talk<'_>, axis: usize) -> Result<f32, Trouble> {
 /// DO needs a selected file.
 fn start_by_do(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
     talk.select(&program(&["R = 1"]))?;
-    talk.command(&format!("DO,{}", turn.statement(turn.by)))
+    talk.command(&format!("DO,{}", turn.statement()))
 }
 
 /// The axis is no longer where it was.
@@ -251,6 +287,27 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble
     })
 }
 
+fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+    start_by_do(talk, turn)?;
+    talk.wait(SOON)?;
+    let is_shown = talk.status()?.execution == ExecutionStatus::Running;
+    let during = angle(talk, turn.axis)?;
+    talk.until_stopped(LONGEST_TURN)?;
+    let end = angle(talk, turn.axis)?;
+    talk.wait(QUIET)?;
+    let rest = angle(talk, turn.axis)?;
+    expect_turned(turn, rest)?;
+    if same(during, rest) {
+        return Err(too_fast());
+    }
+    Ok(match (is_shown, same(end, rest)) {
+        (true, true) => "until it rests",
+        (true, false) => "not to its end",
+        (false, _) => "it shows as stopped",
+    }
+    .to_owned())
+}
+
 fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     start_by_do(talk, turn)?;
     // Before anything is asked: a status of a serial line takes as long as the turn.
@@ -277,7 +334,7 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
 
 /// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
 fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Heard, Trouble> {
-    talk.select(&program(&[&turn.statement(turn.by), "R = 1"]))?;
+    talk.select(&program(&[&turn.statement(), "R = 1"]))?;
     talk.start()?;
     talk.wait(QUIET)?;
     talk.command(command)?;
@@ -302,11 +359,12 @@ fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Hear
 
 fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     let mut times = [0.0_f32; 2];
-    for (time, (by, wait)) in times
-        .iter_mut()
-        .zip([(turn.by, "DISABLE NOWAIT"), (-turn.by, "ENABLE NOWAIT")])
-    {
-        talk.select(&program(&[wait, &turn.statement(by), "R = TIMER"]))?;
+    let turns = [
+        ("DISABLE NOWAIT", turn.statement()),
+        ("ENABLE NOWAIT", turn.back(1)),
+    ];
+    for (time, (wait, motion)) in times.iter_mut().zip(turns) {
+        talk.select(&program(&[wait, &motion, "R = TIMER"]))?;
         talk.start()?;
         talk.until_stopped(LONGEST_TURN)?;
         let value = talk.variable("R", 1)?;
@@ -326,10 +384,7 @@ fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trou
 }
 
 fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
-    talk.select(&program(&[
-        &turn.statement(turn.by),
-        &turn.statement_at(SPEED_BACK, -turn.by),
-    ]))?;
+    talk.select(&program(&[&turn.statement(), &turn.back(SPEED_BACK)]))?;
     talk.start()?;
     talk.wait(SOON)?;
     let (_, status) = arm_status(talk)?;
@@ -351,4 +406,43 @@ fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
         line(status.execution_line),
         line(status.analysis_line)
     ))
+}
+
+/// The first position is in the coordinate system for certain; the second one has the same numbers. They are those of the place
+/// where the arm is, as MR tells them, with its posture.
+fn work_line(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+    talk.run("GLOBAL\r\nPSURV = POINT(0,0,0)\r\nEND\r\nPROGRAM SURVEY\r\nPSURV = HERE\r\nEND\r\n")?;
+    let here = talk.variable("PSURV", POSITION)?;
+    let (place, posture) = here.rsplit_once(' ').unwrap_or((&here, ""));
+    // MR writes it as a real.
+    let posture = posture.split('.').next().unwrap_or_default();
+    let here = format!("{}/{posture}", place.replace(' ', ","));
+    // Towards the base the arm has room.
+    let shift = if here.starts_with('-') { SHIFT } else { -SHIFT };
+    let has_run = talk.try_run(&format!(
+        "GLOBAL\r\nR = 7.0\r\nS = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nDISABLE NOWAIT\r\nP = HERE\r\n\
+         MOVE PSURV1 WITH SPEED = {SPEED_BACK}\r\nR = HERE.X - P.X\r\n\
+         MOVE PSURV2 WITH SPEED = {SPEED_BACK}\r\nS = HERE.X - P.X\r\n\
+         MOVE P WITH SPEED = {SPEED_BACK}\r\nEND\r\n\
+         DATA\r\nTRANS TSURV = {shift},0,0\r\nWORK TSURV\r\nPOINT PSURV1 = {here}\r\nPOINT PSURV2 = {here}\r\nEND\r\n"
+    ))?;
+    if !has_run {
+        return Err(Trouble::Refused(format!(
+            "the arm cannot be moved by {SHIFT} mm here"
+        )));
+    }
+    let mut is_shifted = [false; 2];
+    for (is_shifted, name) in is_shifted.iter_mut().zip(["R", "S"]) {
+        let value = talk.variable(name, 1)?;
+        let moved: f32 = value
+            .parse()
+            .map_err(|_| Trouble::Refused(format!("{name} is {value}")))?;
+        *is_shifted = (moved - shift).abs() < SHIFT / 2.0;
+    }
+    Ok(match is_shifted {
+        [true, false] => "the next one",
+        [true, true] => "all that follow",
+        [false, _] => "none",
+    }
+    .to_owned())
 }

@@ -70,7 +70,7 @@ impl Peer for SerialPeer {
             .stop_bits(stop_bits)
             .data_bits(data_bits)
             .open()
-            .map_err(|error| PeerError::Unreachable(format!("cannot open {}: {error}", self.device)))?;
+            .map_err(|error| PeerError::Unreachable(format!("cannot open the serial port: {error}")))?;
         self.port = Some(port);
         Ok(())
     }

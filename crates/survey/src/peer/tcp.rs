@@ -55,7 +55,8 @@ impl Peer for TcpPeer {
             Line::Commands | Line::Second => self.ip0,
             Line::Channel => self.ip1,
         };
-        let unreachable = |error| PeerError::Unreachable(format!("cannot connect to {address}: {error}"));
+        let port = address.port();
+        let unreachable = |error| PeerError::Unreachable(format!("cannot connect to port {port}: {error}"));
         let stream = TcpStream::connect_timeout(&address, CONNECT).map_err(unreachable)?;
         stream
             .set_nodelay(true)

@@ -1,12 +1,13 @@
 //! Files and programs of the survey on the controller.
 
-use super::{FILE, Talk, Trouble};
+use super::{FILE, Talk, Trouble, described};
 use std::time::Duration;
-use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{Framing, encode_text};
 
+/// A program that was started is at its first statement by then.
+const BEGUN: Duration = Duration::from_millis(150);
 /// Longest run of a program of the survey.
 const LONGEST_RUN: Duration = Duration::from_secs(8);
 
@@ -36,7 +37,7 @@ impl Talk<'_> {
                 Some(b"OK\r") => {}
                 Some(b"NG\r") => return Ok(false),
                 Some(other) => {
-                    let what = Escaped::for_reading(other);
+                    let what = described(other);
                     return Err(Trouble::Surprise(format!("a text of a file was answered {what}")));
                 }
                 None => return Err(Trouble::Surprise("a text of a file was not answered".to_owned())),
@@ -65,6 +66,15 @@ impl Talk<'_> {
                 "RN got NG: turn servo power on, key in EXT, no alarm, and survey again".to_owned(),
             )),
         }
+    }
+
+    /// Starts the selected program and waits until it has begun.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn begin(&mut self) -> Result<(), Trouble> {
+        self.start()?;
+        self.wait(BEGUN)
     }
 
     /// Asks for SU, with the usual pause before each, until the program has stopped. Returns how, or `None` when it runs longer than `limit`.

@@ -2,7 +2,10 @@
 
 use super::{line, summary};
 use ts3100_recording::reports::html::escape;
-use ts3100_survey::{Report, catalogue};
+use ts3100_survey::{Report, catalogue, ledger};
+
+/// Before what the answers do not settle.
+const REMAINING: &str = "Of the emulator remains assumed, with this controller too:";
 
 /// As text.
 pub(super) fn text(report: &Report) -> String {
@@ -15,7 +18,11 @@ pub(super) fn text(report: &Report) -> String {
         let question = catalogue::find(&answer.probe).map_or("", |probe| probe.question);
         out += &format!("{}\n{:<32} {question}\n", line(answer), "");
     }
-    out + "\n" + &summary(report) + "\n"
+    out += &format!("\n{}\n\n{REMAINING}\n", summary(report));
+    for row in ledger::remaining(report) {
+        out += &format!("{:<10} {}\n", row.id, row.behaviour);
+    }
+    out
 }
 
 /// As a page.
@@ -41,6 +48,10 @@ pub(super) fn html(report: &Report) -> String {
             escape(&sets)
         )
     });
+    let remaining = ledger::remaining(report).map(|row| {
+        let (id, behaviour) = (escape(row.id), escape(row.behaviour));
+        format!("<dt>{id}<dd>{behaviour}\n")
+    });
     let facts: Vec<String> = facts(report)
         .iter()
         .map(|fact| format!("<li>{}</li>", escape(fact)))
@@ -48,10 +59,12 @@ pub(super) fn html(report: &Report) -> String {
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
          <title>Survey of {of}</title><style>{STYLE}</style><h1>Survey of {of}</h1><p>{}</p><ul>{}</ul>\n\
-         <table><thead><tr><th>Name<th>Question<th>Verdict<th>Heard<th>Option</tr></thead><tbody>\n{}</tbody></table></html>\n",
+         <table><thead><tr><th>Name<th>Question<th>Verdict<th>Heard<th>Option</tr></thead><tbody>\n{}</tbody></table>\n\
+         <h2>{REMAINING}</h2><dl>\n{}</dl></html>\n",
         summary(report),
         facts.concat(),
         rows.collect::<String>(),
+        remaining.collect::<String>(),
         of = escape(&of(report)),
     )
 }

@@ -56,6 +56,15 @@ pub fn directory(content: &[u8]) -> &'static str {
     }
 }
 
+/// The form of EU.
+#[must_use]
+pub fn history(content: &[u8]) -> &'static str {
+    match ts3100_proto::status::eu::decode_history(content) {
+        Ok(_) => "a count, and its errors",
+        Err(_) => OTHER,
+    }
+}
+
 /// How SF travels, from the bytes that come before the host says OK.
 #[must_use]
 pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
