@@ -288,7 +288,8 @@ def pack(options):
         sbom(os.path.join(out, "ts3100-%s.cdx.json" % number), options.tools, number, time)
     shutil.copy(os.path.join(ROOT, "clients", "cpp", "ts3100.hpp"), out)
     shutil.copy(os.path.join(HERE, "install.sh"), out)
-    shutil.copy(os.path.join(ROOT, "docs", "reference", "config.schema.json"), os.path.join(out, "ts3100.schema.json"))
+    for name in ("config", "scenario", "faults"):
+        shutil.copy(os.path.join(ROOT, "docs", "reference", name + ".schema.json"), os.path.join(out, "ts3100-%s.schema.json" % name))
     names = sorted(os.listdir(out))
     with open(os.path.join(out, "SHA256SUMS"), "w", encoding="ascii") as file:
         for name in names:

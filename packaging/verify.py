@@ -5,7 +5,6 @@ import os
 import re
 import struct
 import subprocess
-import sys
 import tarfile
 import zipfile
 
@@ -22,10 +21,13 @@ ALLOWED = [
     (r".*\.nupkg", [r"\[Content_Types\]\.xml", r"_rels/\.rels", r"ts3100[\w.-]*\.nuspec", r"README\.md", *LICENCES,
                     r"tools/any/[\w-]+/(DotnetToolSettings\.xml|%s)" % PROGRAM]),
     (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary)\.js|index\.d\.ts)" % (PROGRAM, LICENCES[0])]),
-    (r"ts3100\.hpp|ts3100\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
+    (r"ts3100\.hpp|ts3100-(config|scenario|faults)\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
 ]
 # Symbols and debug information of an ELF file.
 ELF_DEBUG = re.compile(rb"\.symtab$|\.strtab$|\.debug_|\.zdebug_|\.stab")
+# The load command of a Mach-O file with its symbols; those of debuggers (N_FUN, N_SO, N_OSO), and those of the first
+# section, which is the code, that no other program sees. Linkers leave some of data in every file.
+LC_SYMTAB, MACH_O_DEBUG, MACH_O_LOCAL = 2, (0x24, 0x64, 0x66), (0x0E, 1)
 # Where a machine keeps its users and scratch files. A program may speak of /tmp itself.
 HOMES = re.compile(rb"(?:/root|/home/[a-z]|/Users/|/tmp/[\w.-]+/|/builds/|/github/|[A-Z]:\\Users\\)[\w./\\-]*")
 
@@ -80,12 +82,17 @@ def unstripped(program):
         header = struct.unpack_from("<I", program, 60)[0]
         symbols = struct.unpack_from("<I", program, header + 16)[0]
         return ["has %d symbols" % symbols] if symbols else []
-    # Mach-O: nm says it; only a macOS machine makes them.
-    if sys.platform != "darwin":
-        return []
-    done = subprocess.run(["nm", "-"], input=program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=False)
-    local = [line for line in done.stdout.splitlines() if b" t " in line]
-    return ["has %d local symbols" % len(local)] if local else []
+    if program[:4] == b"\xcf\xfa\xed\xfe":
+        # The load commands of a 64-bit Mach-O file, and the symbols of its table: type and section of each.
+        at, found = 32, 0
+        for _ in range(struct.unpack_from("<I", program, 16)[0]):
+            command, size, symbols, count = struct.unpack_from("<IIII", program, at)
+            at += size
+            if command == LC_SYMTAB:
+                kinds = [struct.unpack_from("<BB", program, symbols + 16 * index + 4) for index in range(count)]
+                found += sum(kind in MACH_O_DEBUG or (kind, section) == MACH_O_LOCAL for kind, section in kinds)
+        return ["has %d symbols" % found] if found else []
+    raise ValueError("a program of an unknown kind")
 
 
 def foreign_paths(program):

@@ -3,14 +3,16 @@
 and started; its health check says so, hosts reach every port from outside, the control interface asks for its token,
 files outlive the container on their volume, and `docker stop` ends it in order.
 
-    python3 tests/container.py [--binary STATIC_TS3100]
+    python3 tests/container.py [--binary STATIC_TS3100] [--other STATIC_TS3100]
 
-Without --binary the binary is built for x86_64-unknown-linux-musl or the same of this machine. Docker is installed by
+Without --binary the binary is built for x86_64-unknown-linux-musl or the same of this machine. --other is one for the
+other processor: its image is built as the release does, and its robot run by qemu. Docker is installed by
 apt and its daemon started where they are missing, which needs root or sudo and is said."""
 
 import argparse
 import json
 import os
+import platform
 import re
 import shutil
 import subprocess
@@ -22,9 +24,9 @@ import urllib.request
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
-from wire import Failed, Host, Line, equal, true  # noqa: E402
+from wire import Failed, Host, Line, equal, ok, true  # noqa: E402
 
-NAME, VOLUME = "ts3100-test-robot", "ts3100-test-drive"
+NAME, VOLUME, OTHER = "ts3100-test-robot", "ts3100-test-drive", "ts3100-test-other"
 TOKEN = "only-for-this-test"
 NETWORK = "ts3100-test-network"
 HEALTHY_TIMEOUT = 30
@@ -178,6 +180,32 @@ def compose():
         run(*command, "down", env=environment)
 
 
+def other_processor(binary):
+    """The image for the other processor: so it says, it is as small, and a host reaches its robot."""
+    machine, architecture = {"x86_64": ("aarch64", "arm64"), "aarch64": ("x86_64", "amd64")}[platform.machine()]
+    emulator = shutil.which("qemu-%s-static" % machine)
+    if not emulator:
+        install("qemu-user-static")
+        emulator = shutil.which("qemu-%s-static" % machine)
+    build(binary, OTHER, "linux/" + architecture)
+    found = run("docker", "image", "inspect", "-f", "{{.Os}}/{{.Architecture}} {{.Size}}", OTHER)
+    name, size = found.split()
+    equal("the platform of the other image", "linux/" + architecture, name)
+    true("it has %.2f MB" % (int(size) / 1e6), int(size) < MOST_BYTES)
+    # The kernel would start qemu by itself where binfmt_misc is set up; the health check of the image needs that.
+    run("docker", "run", "-d", "--name", NAME, "--platform", "linux/" + architecture, "--no-healthcheck", "-p", "127.0.0.1::1000",
+        "-v", emulator + ":/qemu:ro", "--entrypoint", "/qemu", OTHER, "/usr/local/bin/ts3100", "serve", "--listen", "0.0.0.0")
+    end = time.monotonic() + HEALTHY_TIMEOUT
+    while "ready" not in run("docker", "logs", NAME):
+        if time.monotonic() > end:
+            raise Failed("the other robot does not start\n%s" % run("docker", "logs", NAME))
+        time.sleep(0.2)
+    host = Host(Container.address(1000), True)
+    host.command(b"SO")
+    ok("a host talks to it")
+    run("docker", "rm", "-f", NAME)
+
+
 def clean():
     """Nothing of ours is left, of this run or of one that was killed."""
     succeeds("docker", "rm", "-f", NAME)
@@ -188,6 +216,7 @@ def clean():
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
+    arguments.add_argument("--other", help="a static ts3100 for the other processor")
     arguments = arguments.parse_args()
     try:
         with docker():
@@ -199,6 +228,8 @@ def main():
                 flags()
                 by_name()
                 compose()
+                if arguments.other:
+                    other_processor(arguments.other)
             finally:
                 clean()
     except (Failed, OSError) as failed:

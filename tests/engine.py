@@ -80,6 +80,8 @@ def static_binary():
     return os.path.join(folder, target, "release", "ts3100")
 
 
-def build(binary):
-    """The image, by the command of docs/how-to/docker.md."""
-    run("sh", "-c", "'%s/packaging/image.sh' context '%s' | docker build -q -t %s -" % (ROOT, os.path.abspath(binary), IMAGE))
+def build(binary, image=IMAGE, platform_name=None):
+    """The image, by the command of docs/how-to/docker.md; of another platform as a release does."""
+    # Only BuildKit makes images of other platforms. The client that came with the engine has it; another may lack a plug-in.
+    docker_build = "DOCKER_BUILDKIT=1 /usr/bin/docker build --platform " + platform_name if platform_name else "docker build"
+    run("sh", "-c", "'%s/packaging/image.sh' context '%s' | %s -q -t %s -" % (ROOT, os.path.abspath(binary), docker_build, image))

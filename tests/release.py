@@ -25,6 +25,8 @@ import threading
 import tomllib
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "packaging"))
+import verify  # noqa: E402
 from engine import ROOT, ROOT_COMMAND, run  # noqa: E402
 from transport import Tcp  # noqa: E402
 from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
@@ -34,8 +36,9 @@ ACTIONLINT = "github.com/rhysd/actionlint/cmd/actionlint@v1.7.12"
 SCHEMAS = "check-jsonschema==0.33.0"
 MINE = platform.machine() + "-unknown-linux-musl"
 # How a program is started that is not for this machine.
-BY = {"aarch64-unknown-linux-musl": ["qemu-aarch64"], "x86_64-unknown-linux-musl": ["qemu-x86_64"], "x86_64-pc-windows-gnu": ["wine"]}
-MEANS = {"qemu-aarch64": ["qemu-user"], "qemu-x86_64": ["qemu-user"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
+BY = {"aarch64-unknown-linux-musl": ["qemu-aarch64-static"], "x86_64-unknown-linux-musl": ["qemu-x86_64-static"],
+      "x86_64-pc-windows-gnu": ["wine"]}
+MEANS = {"qemu-aarch64-static": ["qemu-user-static"], "qemu-x86_64-static": ["qemu-user-static"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
          "setpriv": ["util-linux"], "systemd-analyze": ["systemd"]}
 # Wine 8 lacks the library from which Rust takes its random numbers since Windows 10. This one takes them from where they were.
 PRNG = """
@@ -70,6 +73,22 @@ def sums(folder):
         return dict(reversed(line.split()) for line in file)
 
 
+def strictness(tools, scratch):
+    """What `verify` refuses of a program: symbols, and paths of the machine that built it."""
+    source, program = os.path.join(scratch, "small.c"), os.path.join(scratch, "small")
+    with open(source, "w", encoding="ascii") as file:
+        file.write("static int twice(int n) { return n * 2; }\nint main(int n, char **v) { return (v, twice)(n); }\n")
+    zig = [os.path.join(tools, "zig", "bin", "python"), "-m", "ziglang", "cc", "-target", "aarch64-macos"]
+    for system, compiler in (("Linux", ["cc"]), ("macOS", zig)):
+        for more, expected in (([], True), (["-s"], False)):
+            run(*compiler, "-O1", *more, "-o", program, source)
+            with open(program, "rb") as file:
+                found = verify.unstripped(file.read())
+            equal("a program for %s %s" % (system, found or "is stripped"), expected, bool(found))
+    equal("paths of a machine are found", ["names /home/me/x.rs", "names C:\\Users\\me"],
+          verify.foreign_paths(b"\0/home/me/x.rs\0/cargo/y.rs\0C:\\Users\\me\0"))
+
+
 def packages(programs, tools, scratch):
     """All packages, made twice, and listed."""
     dist, second = os.path.join(scratch, "dist"), os.path.join(scratch, "second")
@@ -77,6 +96,7 @@ def packages(programs, tools, scratch):
         run(sys.executable, RELEASE, "--tools", tools, "pack", "--out", out, programs)
     print(run(sys.executable, RELEASE, "--tools", tools, "verify", dist), flush=True)
     equal("the packages, made twice, are the same", sums(dist), sums(second))
+    strictness(tools, scratch)
     # verify has to notice: something foreign in a package, a package that was replaced.
     shutil.copy(os.path.join(ROOT, "Cargo.toml"), os.path.join(second, "ts3100.hpp"))
     os.rename(os.path.join(second, "install.sh"), os.path.join(second, "notes.txt"))

@@ -4,7 +4,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
-use ts3100_emulator::embed::{Emulator, Port, TimeMode, rules};
+use ts3100_emulator::embed::{Emulator, Event, Port, TimeMode, rules};
 
 /// Waits for input 1, works for two seconds, and turns output 5 on.
 const PICK: &str = "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n";
@@ -71,5 +71,23 @@ fn a_mistake_of_the_host_is_explained() -> Result<(), Box<dyn std::error::Error>
         "{}",
         rule.remedy
     );
+    Ok(())
+}
+
+#[test]
+fn a_host_survives_a_refusal() -> Result<(), Box<dyn std::error::Error>> {
+    let robot = Emulator::builder()
+        .file("PICK", PICK)
+        .select("PICK")
+        .servo_on(true)
+        .fault("ng:command=RN")?
+        .start()?;
+    let address = robot.address(Port::Ip0).ok_or("IP0 is closed")?;
+
+    assert_eq!(start_robot(address)?, b"\x02NG\r\x03", "the fault");
+    assert_eq!(start_robot(address)?, b"\x02OK\r\x03", "once");
+    assert_eq!(robot.faults()?[0].fired, 1);
+    let fired = |event: &Event| matches!(event, Event::Fault { fired: true, .. });
+    assert_eq!(robot.events().iter().filter(|event| fired(event)).count(), 1);
     Ok(())
 }

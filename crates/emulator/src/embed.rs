@@ -50,15 +50,16 @@ use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
 pub use ts3100_control::ControlSettings;
 pub use ts3100_controller::action::{Action, ActionError, ActionErrorKind, IoKind};
-pub use ts3100_controller::faults::{FaultError, FaultReport};
-pub use ts3100_controller::findings::{Findings, Rule, rules};
+pub use ts3100_controller::faults::{Fault, FaultError, FaultReport};
+pub use ts3100_controller::findings::{Finding, Findings, Message, Rule, Severity, rules};
 pub use ts3100_controller::input::{JogMode, PanelAction};
 pub use ts3100_controller::model::ArmModel;
 pub use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
-pub use ts3100_controller::output::{Event, Output};
+pub use ts3100_controller::output::{Event, Output, Verdict};
 pub use ts3100_controller::panel::PanelState;
 pub use ts3100_controller::port::Port;
 pub use ts3100_controller::queries::VariableView;
+pub use ts3100_controller::time::Time;
 pub use ts3100_controller::{ArmPose, ConditionParseError, ControlRight, Controller, KeySwitch};
 pub use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::Request;
@@ -68,7 +69,8 @@ pub use ts3100_driver::snapshot::SnapshotRequestError;
 use ts3100_driver::snapshot::SnapshotTask;
 pub use ts3100_proto::command::Number;
 pub use ts3100_proto::command::RunMode;
-pub use ts3100_proto::status::ExecutionStatus;
+pub use ts3100_proto::status::{ExecutionStatus, MasterMode};
+pub use ts3100_proto::text::Framing;
 pub use ts3100_recording::reports::{CoverageReport, RunRecord};
 pub use ts3100_recording::transcript::FormatError;
 
@@ -427,6 +429,20 @@ impl Emulator {
     #[must_use]
     pub fn evidence(&self) -> &RunRecord {
         &self.started.evidence
+    }
+
+    /// The [events](Event) since the last look, in order. Other [outputs](Emulator::outputs) since then are dropped.
+    #[must_use]
+    pub fn events(&self) -> Vec<Event> {
+        let outputs = self.outputs().into_iter();
+        let event = |output| {
+            if let Output::Event(event) = output {
+                Some(event)
+            } else {
+                None
+            }
+        };
+        outputs.filter_map(event).collect()
     }
 
     /// What the controller has put out since the last look, in order: texts sent, [events](Event), files stored. Of many

@@ -1,7 +1,8 @@
-//! The keys of the configuration file.
+//! The keys of the files that people write: configuration, scenarios, faults.
 
 use super::{code, table};
-use ts3100_emulator::config::schema::{Key, Kind, keys};
+use ts3100_emulator::config::schema::scenario::{self, KeyValue, TABLES};
+use ts3100_emulator::config::schema::{self, Key, Kind, faults, keys};
 
 /// Every key with type, default and variable.
 pub fn all() -> String {
@@ -36,7 +37,47 @@ fn row(key: &Key) -> [String; 5] {
     ]
 }
 
-/// The JSON schema, as a file.
+/// The keys of scenario files.
+pub fn scenario_keys() -> String {
+    let rows = TABLES.iter().flat_map(|table| {
+        table.keys.iter().map(|key| {
+            let name = match table.name {
+                "" => key.name.to_owned(),
+                table => format!("{table}.{}", key.name),
+            };
+            let words = match key.value {
+                KeyValue::Words(words) => {
+                    let words: Vec<String> = words.iter().map(|word| code(word)).collect();
+                    format!(": {}", words.join(", "))
+                }
+                _ => String::new(),
+            };
+            [code(&name), format!("{}{words}", key.meaning)]
+        })
+    });
+    table(["Key", "Meaning"], rows)
+}
+
+/// The keys that every kind of fault has.
+pub fn fault_keys() -> String {
+    let rows = faults::COMMON_KEYS.iter();
+    table(
+        ["Key", "Meaning", "Default"],
+        rows.map(|key| [code(key.name), key.meaning.to_owned(), key.default.to_owned()]),
+    )
+}
+
+/// The JSON schema of the configuration, as a file.
 pub fn schema() -> String {
-    format!("{:#}\n", ts3100_emulator::config::schema::schema())
+    format!("{:#}\n", schema::schema())
+}
+
+/// The JSON schema of scenarios, as a file.
+pub fn scenario_schema() -> String {
+    format!("{:#}\n", scenario::schema())
+}
+
+/// The JSON schema of faults, as a file.
+pub fn faults_schema() -> String {
+    format!("{:#}\n", faults::schema())
 }

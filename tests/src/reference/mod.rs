@@ -92,6 +92,16 @@ pub const REGIONS: &[Region] = &[
         text: controller::conditions,
     },
     Region {
+        page: "reference/scenarios.md",
+        name: "scenario-keys",
+        text: configuration::scenario_keys,
+    },
+    Region {
+        page: "reference/faults.md",
+        name: "fault-keys",
+        text: configuration::fault_keys,
+    },
+    Region {
         page: "reference/faults.md",
         name: "faults",
         text: faults::kinds,
@@ -120,7 +130,11 @@ fn rust_example() -> String {
 pub type GeneratedFile = (&'static str, fn() -> String);
 
 /// Files of the book that are generated as a whole.
-pub const FILES: &[GeneratedFile] = &[("reference/config.schema.json", configuration::schema)];
+pub const FILES: &[GeneratedFile] = &[
+    ("reference/config.schema.json", configuration::schema),
+    ("reference/scenario.schema.json", configuration::scenario_schema),
+    ("reference/faults.schema.json", configuration::faults_schema),
+];
 
 /// Every diagnostic of `ts3100 check`.
 fn diagnostics() -> String {

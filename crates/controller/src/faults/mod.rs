@@ -25,6 +25,7 @@ mod spec;
 pub use error::FaultError;
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
 pub use kinds::KINDS;
+pub use spec::MAX_COUNT;
 
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;

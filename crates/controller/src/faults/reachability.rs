@@ -28,7 +28,8 @@ const FL_EXTRA: usize = 4;
 
 impl InjectionPoint {
     /// Whether a port has this point.
-    pub(super) fn is_on(self, port: Port) -> bool {
+    #[must_use]
+    pub fn is_on(self, port: Port) -> bool {
         match self {
             InjectionPoint::Command | InjectionPoint::Reply => port.protocol().is_some(),
             InjectionPoint::Print | InjectionPoint::Record => port.is_scol_channel(),

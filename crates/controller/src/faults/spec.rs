@@ -20,7 +20,7 @@ use ts3100_proto::words::{did_you_mean, split_duration};
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
 /// Largest value of `id`, `block`, `after` and `times`.
-const MAX_COUNT: u32 = 1_000_000;
+pub const MAX_COUNT: u32 = 1_000_000;
 /// The keys that every kind has.
 const COMMON: [&str; 7] = [
     "id",

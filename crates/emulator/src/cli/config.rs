@@ -1,11 +1,11 @@
-//! `ts3100 config schema`: the JSON schema of the configuration file.
+//! `ts3100 config schema`: the JSON schemas of the files that people write.
 
-use crate::config::schema::schema;
-use clap::{Args, Subcommand};
+use crate::config::schema::{faults, scenario, schema};
+use clap::{Args, Subcommand, ValueEnum};
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
-/// Print the JSON schema of the configuration file.
+/// Print the JSON schemas of configuration, scenarios and faults.
 #[derive(Debug, Args)]
 pub(super) struct ConfigArgs {
     #[command(subcommand)]
@@ -14,14 +14,32 @@ pub(super) struct ConfigArgs {
 
 #[derive(Debug, Subcommand)]
 enum ConfigCommand {
-    /// Print the JSON schema, for editors
-    Schema,
+    /// Print a JSON schema, for editors
+    Schema {
+        /// Of which file
+        #[arg(value_enum, default_value_t = SchemaOf::Configuration, value_name = "FILE")]
+        of: SchemaOf,
+    },
+}
+
+/// A file that has a schema.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SchemaOf {
+    /// The file of --config
+    Configuration,
+    /// The file of --scenario
+    Scenario,
+    /// The file of --faults
+    Faults,
 }
 
 /// Prints it.
 pub(super) fn run(args: &ConfigArgs) -> ExitCode {
-    let document = match args.what {
-        ConfigCommand::Schema => schema(),
+    let ConfigCommand::Schema { of } = args.what;
+    let document = match of {
+        SchemaOf::Configuration => schema(),
+        SchemaOf::Scenario => scenario::schema(),
+        SchemaOf::Faults => faults::schema(),
     };
     // A closed pipe is not an error.
     let _ = writeln!(io::stdout(), "{document:#}");

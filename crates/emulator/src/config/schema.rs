@@ -1,6 +1,9 @@
-//! The keys of the configuration file as data, and as a JSON schema for editors.
-//!
-//! Everything follows from the definition of the flags in [`super::args`] and from the table of options.
+//! The keys of the configuration file as data, and as a JSON schema for editors. Everything follows from the definition of
+//! the flags in [`super::args`] and from the table of options. The schemas of the other files that people write are in
+//! [`scenario`] and [`faults`].
+
+pub mod faults;
+pub mod scenario;
 
 use super::fleet;
 use super::layers::{PREFIX, serve_command};
@@ -13,6 +16,8 @@ use ts3100_controller::Dialect;
 
 /// Keys of the command line that the file cannot have: itself, and the options, which have a table there.
 const NOT_IN_FILES: [&str; 2] = ["config", "set"];
+/// The dialect of the schemas.
+const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
 /// Pattern of the value of an option that is a duration.
 const DURATION: &str = "^[0-9.]+(ms|s)$";
 /// Pattern of the value of `drive.open_mode`.
@@ -155,7 +160,7 @@ pub fn schema() -> Value {
         tables("A wire between robots", &["from", "to"], &ends),
     );
     json!({
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$schema": DRAFT,
         "title": "Configuration of ts3100 serve and ts3100 exec",
         "type": "object",
         "additionalProperties": false,

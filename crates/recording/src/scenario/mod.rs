@@ -1,10 +1,11 @@
 //! Scenarios: a file that describes what happens to the robot during a test of a host, when or after which event, and what
 //! the host is expected to do.
 //!
-//! `read` reads the file, `action` has its actions, `play` runs it, `progress` says how far it is, `results` reports the
-//! outcome. Its conditions are those of the controller ([`Condition`]). Every key is described in docs/reference/scenarios.md.
+//! `read` reads the file, whose keys are in [`keys`], `action` has its actions, `play` runs it, `progress` says how far it
+//! is, `results` reports the outcome. Its conditions are those of the controller ([`Condition`]).
 
 mod action;
+pub mod keys;
 mod play;
 mod progress;
 mod read;
@@ -13,7 +14,7 @@ mod results;
 pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};
 pub use play::Play;
 pub use progress::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
-pub use read::{ScenarioError, TABLES};
+pub use read::ScenarioError;
 pub use results::{ScenarioOutcome, Verdict};
 
 use std::path::PathBuf;

@@ -2,6 +2,7 @@
 //! `action`, conditions by the controller.
 
 use super::action::ScenarioAction;
+use super::keys::TABLES;
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use std::fmt::Display;
 use std::ops::Range;
@@ -13,26 +14,6 @@ use ts3100_controller::time::parse_duration;
 use ts3100_controller::{Condition, PanelAction};
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::words::{Word, did_you_mean};
-
-/// The tables and their keys; the first is the file itself.
-pub const TABLES: [(&str, &[&str]); 5] = [
-    ("", &["name", "start", "do", "expect", "never"]),
-    (
-        "start",
-        &[
-            "restore",
-            "load",
-            "select",
-            "servo-on",
-            "key-switch",
-            "control-right",
-            "inputs",
-        ],
-    ),
-    ("do", &["at", "when", "after", "times", "actions"]),
-    ("expect", &["name", "what", "within", "after", "times"]),
-    ("never", &["name", "what", "after", "until"]),
-];
 
 /// Words that a SCOL program begins with.
 const SCOL_WORDS: [&str; 4] = ["PROGRAM", "GLOBAL", "REMARK", "DATA"];
@@ -262,11 +243,15 @@ fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>
 
 /// Every key of the table is one of those of its name.
 fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
-    let mut tables = TABLES.iter().filter(|(table, _)| *table == name);
-    let keys = tables.next().map_or(&[][..], |(_, keys)| *keys);
+    let row = TABLES.iter().find(|row| row.name == name);
+    let keys: Vec<&str> = row
+        .map_or(&[][..], |row| row.keys)
+        .iter()
+        .map(|key| key.name)
+        .collect();
     for (key, _) in table {
         let found = key.get_ref();
-        if keys.iter().any(|known| *known == found.as_ref()) {
+        if keys.contains(&found.as_ref()) {
             continue;
         }
         let place = match name {

@@ -1,0 +1,100 @@
+//! The JSON schema of scenario files, from the rows that the reader knows.
+
+use super::DRAFT;
+use serde_json::{Map, Value, json};
+use ts3100_controller::{ACTION_FORMS, CONDITION_FORMS};
+use ts3100_recording::scenario::CHANNEL_ACTIONS;
+pub use ts3100_recording::scenario::keys::{Key, KeyValue, TABLES, Table};
+
+/// Pattern of a time.
+const TIME: &str = r"^([0-9]+\.?[0-9]*|\.[0-9]+)\s*(us|ms|s|min)\s*$";
+
+/// The JSON schema of a scenario file (draft 2020-12).
+#[must_use]
+pub fn schema() -> Value {
+    let mut document = table("");
+    if let Some(keys) = document.as_object_mut() {
+        keys.insert("$schema".to_owned(), DRAFT.into());
+        keys.insert("title".to_owned(), "Scenario of ts3100".into());
+        keys.insert("$defs".to_owned(), definitions());
+    }
+    document
+}
+
+/// What conditions, actions and times look like.
+fn definitions() -> Value {
+    let conditions = CONDITION_FORMS.iter().map(|row| row.form);
+    let examples: Vec<&str> = CONDITION_FORMS.iter().map(|row| row.example).collect();
+    let actions = ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied();
+    json!({
+        "condition": {
+            "type": "string",
+            "pattern": first_words(conditions),
+            "examples": examples,
+        },
+        "action": {
+            "type": "string",
+            "pattern": first_words(actions.clone()),
+            "description": format!("One of: {}", actions.collect::<Vec<_>>().join("; ")),
+        },
+        "time": { "type": "string", "pattern": TIME, "examples": ["250 ms", "1.5 s", "3 min"] },
+    })
+}
+
+/// The pattern of words that begin as one of these forms does.
+fn first_words<'a>(forms: impl Iterator<Item = &'a str>) -> String {
+    let mut words: Vec<&str> = forms.filter_map(|form| form.split(' ').next()).collect();
+    words.sort_unstable();
+    words.dedup();
+    format!("^({})( |$)", words.join("|"))
+}
+
+/// The table of this name, or the file itself.
+fn table(name: &str) -> Value {
+    let Some(Table { keys, required, .. }) = TABLES.iter().find(|table| table.name == name) else {
+        return Value::Bool(false);
+    };
+    let properties: Map<String, Value> = keys
+        .iter()
+        .map(|key| (key.name.to_owned(), property(key)))
+        .collect();
+    let mut table = json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": required,
+        "properties": properties,
+    });
+    if name == "do"
+        && let Some(table) = table.as_object_mut()
+    {
+        // A step has a time or a condition.
+        table.insert(
+            "oneOf".to_owned(),
+            json!([{ "required": ["at"] }, { "required": ["when"] }]),
+        );
+        let of_condition = json!({ "after": ["when"], "times": ["when"] });
+        table.insert("dependentRequired".to_owned(), of_condition);
+    }
+    table
+}
+
+fn property(key: &Key) -> Value {
+    let text = json!({ "type": "string" });
+    let mut schema = match key.value {
+        KeyValue::Text => text,
+        KeyValue::Texts => json!({ "type": "array", "items": text }),
+        KeyValue::Time => json!({ "$ref": "#/$defs/time" }),
+        KeyValue::Condition => json!({ "$ref": "#/$defs/condition" }),
+        KeyValue::Actions => json!({ "type": "array", "items": { "$ref": "#/$defs/action" } }),
+        KeyValue::Flag => json!({ "type": "boolean" }),
+        KeyValue::Whole(least) => json!({ "type": "integer", "minimum": least, "maximum": u32::MAX }),
+        KeyValue::Lines => json!({ "type": "array", "items": { "type": "integer", "minimum": 1 } }),
+        KeyValue::Words(words) => json!({ "enum": words }),
+        KeyValue::Table => table(key.name),
+        KeyValue::Tables => json!({ "type": "array", "items": table(key.name) }),
+    };
+    if let Some(schema) = schema.as_object_mut() {
+        schema.insert("description".to_owned(), key.meaning.into());
+    }
+    schema
+}

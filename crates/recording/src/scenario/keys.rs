@@ -1,0 +1,261 @@
+//! The keys of a scenario file: what each accepts, and what it means. `read` knows no others; the JSON schema for editors
+//! and the table of docs/reference/scenarios.md are made from the same rows.
+
+/// What a key accepts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeyValue {
+    /// A text.
+    Text,
+    /// A list of texts.
+    Texts,
+    /// A time with its unit.
+    Time,
+    /// A condition.
+    Condition,
+    /// A list of actions.
+    Actions,
+    /// `true` or `false`.
+    Flag,
+    /// A whole number, this one or more.
+    Whole(u32),
+    /// A list of input lines.
+    Lines,
+    /// One of these words.
+    Words(&'static [&'static str]),
+    /// The table of this name.
+    Table,
+    /// Tables of this name.
+    Tables,
+}
+
+/// A key.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it accepts.
+    pub value: KeyValue,
+    /// What it means.
+    pub meaning: &'static str,
+}
+
+const fn key(name: &'static str, value: KeyValue, meaning: &'static str) -> Key {
+    Key { name, value, meaning }
+}
+
+/// A table of the file.
+#[derive(Debug, Clone, Copy)]
+pub struct Table {
+    /// Its name; empty for the file itself.
+    pub name: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+    /// The keys that it must have.
+    pub required: &'static [&'static str],
+}
+
+/// The tables of a scenario; the first is the file itself.
+pub const TABLES: [Table; 5] = [
+    Table {
+        name: "",
+        keys: &[
+            key(
+                "name",
+                KeyValue::Text,
+                "name of the test suite in the results; default: the name of the file",
+            ),
+            key("start", KeyValue::Table, "the state to begin with"),
+            key("do", KeyValue::Tables, "entries `[[do]]`: what happens"),
+            key(
+                "expect",
+                KeyValue::Tables,
+                "entries `[[expect]]`: what has to happen",
+            ),
+            key(
+                "never",
+                KeyValue::Tables,
+                "entries `[[never]]`: what must not happen",
+            ),
+        ],
+        required: &[],
+    },
+    Table {
+        name: "start",
+        keys: &[
+            key(
+                "restore",
+                KeyValue::Text,
+                "a snapshot to begin with, as `--restore`",
+            ),
+            key(
+                "load",
+                KeyValue::Texts,
+                "files of your machine for the RAM drive, as `--load`",
+            ),
+            key(
+                "select",
+                KeyValue::Text,
+                "file to select, as `--select`, which wins",
+            ),
+            key("servo-on", KeyValue::Flag, "`true`: servo power on"),
+            key(
+                "key-switch",
+                KeyValue::Words(&["teaching", "internal", "ext"]),
+                "position of the key switch",
+            ),
+            key(
+                "control-right",
+                KeyValue::Words(&["sig", "rs232c", "ether"]),
+                "who commands the robot in EXT",
+            ),
+            key("inputs", KeyValue::Lines, "numbers of inputs that are on"),
+        ],
+        required: &[],
+    },
+    Table {
+        name: "do",
+        keys: &[
+            key("at", KeyValue::Time, "a time, or"),
+            key("when", KeyValue::Condition, "a condition"),
+            key(
+                "after",
+                KeyValue::Time,
+                "with `when`: how long after the condition; default: at once",
+            ),
+            key(
+                "times",
+                KeyValue::Whole(0),
+                "with `when`: how often at most; default 1; 0: every time",
+            ),
+            key("actions", KeyValue::Actions, "the actions, in order"),
+        ],
+        required: &["actions"],
+    },
+    Table {
+        name: "expect",
+        keys: &[
+            key(
+                "name",
+                KeyValue::Text,
+                "name of the test case; default: the condition",
+            ),
+            key("what", KeyValue::Condition, "a condition"),
+            key(
+                "within",
+                KeyValue::Time,
+                "how long it may take; default: until the end",
+            ),
+            key(
+                "after",
+                KeyValue::Condition,
+                "a condition from which it counts, and from which the time counts; default: the start",
+            ),
+            key(
+                "times",
+                KeyValue::Whole(1),
+                "how often it has to happen; default 1",
+            ),
+        ],
+        required: &["what"],
+    },
+    Table {
+        name: "never",
+        keys: &[
+            key(
+                "name",
+                KeyValue::Text,
+                "name of the test case; default: the condition",
+            ),
+            key("what", KeyValue::Condition, "a condition"),
+            key(
+                "after",
+                KeyValue::Condition,
+                "a condition from which it must not happen; default: the start",
+            ),
+            key(
+                "until",
+                KeyValue::Condition,
+                "a condition until which it must not happen; default: the end",
+            ),
+        ],
+        required: &["what"],
+    },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::Scenario;
+    use std::path::Path;
+
+    fn read(text: &str) -> Result<Scenario, String> {
+        Scenario::parse(Path::new("s.toml"), text).map_err(|error| error.to_string())
+    }
+
+    /// A value that a key accepts, and those that it must refuse.
+    fn examples(value: KeyValue) -> (&'static str, &'static [&'static str]) {
+        match value {
+            KeyValue::Text => ("\"A\"", &["3", "[\"A\"]"]),
+            KeyValue::Texts => ("[\"A\"]", &["\"A\"", "[3]"]),
+            KeyValue::Time => ("\"1.5 s\"", &["3", "\"3\"", "\". s\"", "\" 3 s\""]),
+            KeyValue::Condition => ("\"servo on\"", &["3", "\"servos on\""]),
+            KeyValue::Actions => ("[\"servo on\"]", &["\"servo on\"", "[\"servos on\"]"]),
+            KeyValue::Flag => ("true", &["1", "\"true\""]),
+            KeyValue::Whole(0) => ("0", &["-1", "\"1\"", "1.5"]),
+            KeyValue::Whole(_) => ("1", &["0", "\"1\""]),
+            KeyValue::Lines => ("[5]", &["5", "[\"5\"]", "[65]"]),
+            KeyValue::Words(words) => match words.first() {
+                Some(&"teaching") => ("\"teaching\"", &["\"Teaching\"", "3"]),
+                _ => ("\"sig\"", &["\"SIG\"", "3"]),
+            },
+            KeyValue::Table | KeyValue::Tables => ("", &["3"]),
+        }
+    }
+
+    /// What the rows say, which the schema is made from, holds for the reader.
+    #[test]
+    fn a_key_accepts_what_its_row_says() {
+        for table in TABLES {
+            for key in table.keys {
+                let with = |value: &str| {
+                    // What the key cannot be without.
+                    let trigger = match (table.name, key.name) {
+                        ("do", "at" | "when") => "",
+                        ("do", "actions") => "at = \"1 s\"\n",
+                        ("do", _) => "when = \"servo on\"\n",
+                        _ => "",
+                    };
+                    let needed = table.required.iter().filter(|name| **name != key.name);
+                    let needed: String = needed
+                        .filter_map(|name| table.keys.iter().find(|key| key.name == *name))
+                        .map(|key| format!("{} = {}\n", key.name, examples(key.value).0))
+                        .collect();
+                    let head = match table.name {
+                        "" => String::new(),
+                        "start" => "[start]\n".to_owned(),
+                        name => format!("[[{name}]]\n"),
+                    };
+                    read(&format!("{head}{trigger}{needed}{} = {value}\n", key.name))
+                };
+                let (right, wrong) = examples(key.value);
+                if !right.is_empty() {
+                    assert!(
+                        with(right).is_ok(),
+                        "[{}] {} = {right}: {:?}",
+                        table.name,
+                        key.name,
+                        with(right)
+                    );
+                }
+                for wrong in wrong {
+                    assert!(with(wrong).is_err(), "[{}] {} = {wrong}", table.name, key.name);
+                }
+            }
+            for name in table.required {
+                let trigger = if table.name == "do" { "at = \"1 s\"" } else { "" };
+                let error = read(&format!("[[{}]]\n{trigger}\n", table.name)).unwrap_err();
+                assert!(error.contains(&format!("expected `{name}`")), "{error}");
+            }
+        }
+    }
+}
