@@ -188,7 +188,6 @@ struct Step {
 
 impl Cell {
     /// A cell with this controller, to which nobody listens.
-    #[must_use]
     pub fn new(controller: Controller) -> Cell {
         Cell {
             controller,
@@ -226,7 +225,6 @@ impl Cell {
     }
 
     /// When the controller or a planned input has something due.
-    #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let planned = self
             .audience

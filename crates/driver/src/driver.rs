@@ -150,13 +150,11 @@ impl Driver {
     }
 
     /// TCP port of each server channel.
-    #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.edge.ports
     }
 
     /// Endpoint (path or address) of each open serial line.
-    #[must_use]
     pub fn serial_endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
         self.edge.serial_lines.endpoints()
     }

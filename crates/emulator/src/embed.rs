@@ -87,7 +87,6 @@ macro_rules! setters {
         impl Builder {
             $(
                 $(#[$doc])*
-                #[must_use]
                 pub fn $name(mut self $(, $argument: $type)*) -> Builder {
                     let $settings = &mut self.settings;
                     $set;
@@ -302,7 +301,6 @@ pub struct Emulator {
 
 impl Emulator {
     /// An emulator in the field dialect on free ports of the loopback.
-    #[must_use]
     pub fn builder() -> Builder {
         let settings = Settings::new(Config::new(Dialect::default()));
         Builder {
@@ -314,26 +312,22 @@ impl Emulator {
     }
 
     /// The port each server channel accepted on when it started.
-    #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.started.ports
     }
 
     /// The address on which a channel accepts; `None` if it is not a server.
-    #[must_use]
     pub fn address(&self, port: Port) -> Option<SocketAddr> {
         let number = self.started.ports.get(&port);
         number.map(|number| SocketAddr::new(self.listen, *number))
     }
 
     /// The address of the control interface, if there is one.
-    #[must_use]
     pub fn control(&self) -> Option<SocketAddr> {
         self.started.control
     }
 
     /// Where the serial port HOST or COM1 is reached. Port 0 has been replaced by the port the system chose.
-    #[must_use]
     pub fn serial(&self, port: Port) -> Option<&SerialEndpoint> {
         self.started.serial.get(&port)
     }
@@ -414,25 +408,21 @@ impl Emulator {
     }
 
     /// The findings so far: which rules hosts broke, how often, and the first occurrences.
-    #[must_use]
     pub fn findings(&self) -> Findings {
         self.started.evidence.findings()
     }
 
     /// Which cells of the permission tables the hosts have reached so far.
-    #[must_use]
     pub fn coverage(&self) -> CoverageReport {
         self.started.evidence.coverage(&self.controller)
     }
 
     /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
-    #[must_use]
     pub fn evidence(&self) -> &RunRecord {
         &self.started.evidence
     }
 
     /// The [events](Event) since the last look, in order. Other [outputs](Emulator::outputs) since then are dropped.
-    #[must_use]
     pub fn events(&self) -> Vec<Event> {
         let outputs = self.outputs().into_iter();
         let event = |output| {
@@ -447,7 +437,6 @@ impl Emulator {
 
     /// What the controller has put out since the last look, in order: texts sent, [events](Event), files stored. Of many
     /// that nobody looked at the oldest are forgotten ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
-    #[must_use]
     pub fn outputs(&self) -> Vec<Output> {
         self.watch.take()
     }

@@ -44,7 +44,6 @@ pub struct StateFile {
 
 impl Instance {
     /// This process, which listens on these ports of `listen`.
-    #[must_use]
     pub fn current(listen: IpAddr, ports: &BTreeMap<Port, u16>, control: Option<SocketAddr>) -> Instance {
         let reached = |address: IpAddr, port| SocketAddr::new(connectable(address), port);
         let ports = ports.iter();
@@ -58,7 +57,6 @@ impl Instance {
     }
 
     /// This process, which runs these robots.
-    #[must_use]
     pub fn of_fleet(robots: &[RobotInfo], control: Option<SocketAddr>) -> Instance {
         let first = robots.first().map(|robot| robot.ports.clone());
         let ports = first.unwrap_or_default().into_iter();
@@ -72,7 +70,6 @@ impl Instance {
 
     /// Writes the state file, before anything says that the robot is ready: whoever reads that may look for the file.
     /// Without one everything else works, so an error is only logged.
-    #[must_use]
     pub fn announce(&self) -> Option<StateFile> {
         self.write_in(&directories())
             .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
@@ -109,7 +106,6 @@ impl Instance {
     }
 
     /// The port that listens where this URL or address leads.
-    #[must_use]
     pub fn port_at(&self, place: &str) -> Option<&str> {
         let place = place.strip_prefix("http://").unwrap_or(place);
         let addresses: Vec<SocketAddr> = place.trim_end_matches('/').to_socket_addrs().ok()?.collect();
@@ -130,7 +126,6 @@ impl Drop for StateFile {
 }
 
 /// The emulators of this user that run now, in the order of their processes.
-#[must_use]
 pub fn running() -> Vec<Instance> {
     running_in(&directories())
 }

@@ -126,7 +126,6 @@ impl Launched {
     }
 
     /// The way to this robot for the control interface, if the settings configure one.
-    #[must_use]
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);
         let record = self.run_record.clone();
@@ -174,7 +173,6 @@ pub fn bind_control(control: &ControlSettings) -> Result<ts3100_control::Server,
 }
 
 /// The addresses of a robot that has started.
-#[must_use]
 pub fn robot_info(name: String, listen: IpAddr, driver: &Driver) -> RobotInfo {
     let word = |port: &Port| port.name().to_ascii_lowercase();
     let ports = driver.ports().iter();

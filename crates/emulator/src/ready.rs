@@ -111,7 +111,6 @@ pub struct FleetBanner<'a> {
 
 impl FleetBanner<'_> {
     /// The robots and the control interface on one line.
-    #[must_use]
     pub fn summary(&self) -> String {
         let control = self.control.map(|address| format!(", control {}", url(address)));
         format!("{} robots{}", self.robots.len(), control.unwrap_or_default())
@@ -236,7 +235,6 @@ impl Display for Banner<'_> {
 
 impl Banner<'_> {
     /// Every port and the control interface with its address, on one line.
-    #[must_use]
     pub fn places(&self) -> String {
         let ports = self.ports.iter().map(|(port, number)| {
             let address = SocketAddr::new(self.settings.listen, *number);

@@ -77,7 +77,6 @@ impl CalendarTime {
     };
 
     /// Whether such a date and time exist.
-    #[must_use]
     pub fn is_valid(self) -> bool {
         let days = days_in_month(self.year, self.month);
         (1..=days).contains(&self.day) && self.hour < 24 && self.minute < 60 && self.second < 60

@@ -45,7 +45,6 @@ macro_rules! codes {
 
             $(
                 $(#[$from_doc])*
-                #[must_use]
                 pub fn $from(code: $type) -> Option<$name> {
                     $name::ALL.into_iter().find(|value| value.$to() == code)
                 }

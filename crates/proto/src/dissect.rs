@@ -37,7 +37,6 @@ pub struct DissectedField {
 
 /// The fields of one text as it was on the wire, framing included. `letters` is the command it answers; empty if
 /// unknown.
-#[must_use]
 pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
     framed(wire, |fields, data, start| fields.reply(letters, data, start)).0
 }
@@ -69,7 +68,6 @@ pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, &[u8], usize
 /// Length in bytes, from STX through ETX, of the text at the start of `wire`, which answers the command `letters`;
 /// `None` if more bytes are needed. The binary contents of SF and IO may contain ETX, so the lengths they can have
 /// are tried first (hosts SF).
-#[must_use]
 pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
     let stx = usize::from(wire.first() == Some(&STX));
     let prefix = wire.get(stx..).unwrap_or_default();

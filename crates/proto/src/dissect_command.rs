@@ -20,7 +20,6 @@ const ERROR: &str = "error";
 
 /// The fields of one text of a host as it was on the wire, framing included. `is_content` says that it is a further text
 /// of a file: it has no command.
-#[must_use]
 pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
     let mut fields = framed(wire, |fields, data, start| {
         let begin = data.get(..FL.len()).unwrap_or_default();

@@ -22,19 +22,16 @@ pub struct Escaped<'a> {
 
 impl<'a> Escaped<'a> {
     /// For people: `<` is written as it is, so that the text cannot always be read back.
-    #[must_use]
     pub const fn for_reading(bytes: &'a [u8]) -> Escaped<'a> {
         Escaped { bytes, special: b"" }
     }
 
     /// For files: [`units`] reads the same bytes back.
-    #[must_use]
     pub const fn new(bytes: &'a [u8]) -> Escaped<'a> {
         Escaped { bytes, special: b"<" }
     }
 
     /// For use within double quotes: as [`Escaped::new`], without quotes in it.
-    #[must_use]
     pub const fn within_quotes(bytes: &'a [u8]) -> Escaped<'a> {
         let special = b"<\"";
         Escaped { bytes, special }
@@ -134,21 +131,18 @@ pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
 }
 
 /// Bytes as pairs of hexadecimal digits with blanks between them.
-#[must_use]
 pub fn hex(bytes: &[u8]) -> String {
     let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     pairs.join(" ")
 }
 
 /// A byte of one or two hexadecimal digits.
-#[must_use]
 pub fn hex_byte(digits: &str) -> Option<u8> {
     let plain = digits.len() <= 2 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     u8::from_str_radix(digits, 16).ok().filter(|_| plain)
 }
 
 /// The control code of this name, in upper case.
-#[must_use]
 pub fn control_code(name: &str) -> Option<u8> {
     let mut codes = CONTROL_CODES.iter();
     codes.find(|(known, _)| *known == name).map(|(_, code)| *code)

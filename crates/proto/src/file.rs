@@ -134,7 +134,6 @@ pub struct FlSender {
 impl FlSender {
     /// A file (without EOF) in texts of at most 253 data bytes: `FL,` in the first, EOF as the last byte of
     /// the last (FL-02, FL-03, FL-05).
-    #[must_use]
     pub fn new(content: Vec<u8>) -> FlSender {
         FlSender {
             per_text: MAX_DATA,
@@ -144,7 +143,6 @@ impl FlSender {
 
     /// A file in one text whatever its length, with `tail` after it: EOF, or nothing where its length is its end
     /// (ste80722 S23, S24).
-    #[must_use]
     pub fn single_text(content: Vec<u8>, tail: &[u8]) -> FlSender {
         let mut bytes = content;
         bytes.splice(0..0, PREFIX.iter().copied());
@@ -169,7 +167,6 @@ impl FlSender {
     }
 
     /// Data bytes left, if the file travels in texts of 253; `None` for a file in a single text.
-    #[must_use]
     pub fn remaining_to_split(&self) -> Option<usize> {
         (self.per_text == MAX_DATA).then(|| self.bytes.len().saturating_sub(self.sent))
     }
@@ -182,13 +179,11 @@ impl FlSender {
 
     /// Whether it can be sent to its end; to validate a deserialized one.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         self.sent <= self.bytes.len() && self.per_text > 0
     }
 
     /// Whether `next_text` has returned the whole file.
-    #[must_use]
     pub fn is_done(&self) -> bool {
         self.sent >= self.bytes.len()
     }
@@ -219,7 +214,6 @@ pub struct FlReceiver {
 
 impl FlReceiver {
     /// Expects a file of at most `limit` bytes (without EOF) that follows `rule`.
-    #[must_use]
     pub fn new(limit: usize, rule: FileRule) -> FlReceiver {
         FlReceiver {
             limit,
@@ -244,7 +238,6 @@ impl FlReceiver {
 
     /// Whether the content and the position in it are within their limits; to validate a deserialized one.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         self.content.len() <= self.limit && self.check.column <= self.content.len()
     }

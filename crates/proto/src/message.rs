@@ -57,7 +57,6 @@ impl MessageJoiner {
 
     /// Whether it holds no more than a message may have; to validate a deserialized one.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         self.parts.len() <= MAX_MESSAGE
     }
@@ -68,7 +67,6 @@ impl MessageJoiner {
     }
 
     /// Whether a message has begun and is not complete.
-    #[must_use]
     pub fn is_partial(&self) -> bool {
         self.too_long || !self.parts.is_empty()
     }
@@ -76,7 +74,6 @@ impl MessageJoiner {
 
 /// Cuts a message (without CR) into the data sections of its texts; a CR ends the last one. The host's side
 /// of TRN-07.
-#[must_use]
 pub fn split_message(message: &[u8]) -> Vec<Vec<u8>> {
     let mut whole = message.to_vec();
     whole.push(CR);

@@ -86,21 +86,18 @@ impl FileName {
     }
 
     /// The name in upper case.
-    #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
     /// Whether the editor of the robot family can give this name: up to 8 characters and an extension of up to 3.
     /// The protocol allows 12 characters in all, however they are split (D13).
-    #[must_use]
     pub fn fits_editor(&self) -> bool {
         let (base, extension) = self.0.split_once('.').unwrap_or((&self.0, ""));
         base.len() <= EDITOR_BASE && extension.len() <= EDITOR_EXTENSION
     }
 
     /// Whether it is the name of a parameter file, `USER.PAR` or `ETHERNET.PAR`.
-    #[must_use]
     pub fn is_parameter(&self) -> bool {
         matches!(self.as_str(), "USER.PAR" | "ETHERNET.PAR")
     }

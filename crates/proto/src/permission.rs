@@ -115,7 +115,6 @@ pub struct PermissionError {
 
 impl PermissionTable {
     /// The tables as the manual prints them, and those of decision D4 for the extensions.
-    #[must_use]
     pub fn printed() -> PermissionTable {
         let rows = COMMANDS.iter().filter_map(|row| Some((row, row.permission?)));
         let mut table = PermissionTable {
@@ -176,7 +175,6 @@ impl PermissionTable {
     /// The cell of a row, in upper or lower case: the letters of a command, `RS,ERR` for the reset of alarms
     /// ([`Command::permission_row`](crate::command::Command::permission_row)). `None` if the tables have no
     /// such row (FL, OK, NG: PRM-LEG-05).
-    #[must_use]
     pub fn get(&self, port: ProtocolPort, row: &str, mode: MasterMode) -> Option<Permission> {
         let (rows, extensions) = match port {
             ProtocolPort::Host => (&self.host, &self.host_extensions),

@@ -56,13 +56,11 @@ impl Reply {
     }
 
     /// Whether the data section of a text is OK or NG.
-    #[must_use]
     pub fn acknowledges(data: &[u8]) -> bool {
         matches!(word(data), b"OK" | b"NG")
     }
 
     /// The data section of the text.
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         match self {
             Reply::Ok => b"OK\r".to_vec(),
@@ -73,7 +71,6 @@ impl Reply {
     }
 
     /// The content of an FL that is complete in this text: what stands before EOF.
-    #[must_use]
     pub fn content(&self) -> Option<&[u8]> {
         let Reply::Fl(body) = self else { return None };
         let end = body.strip_suffix(&[CR]).unwrap_or(body);

@@ -211,7 +211,6 @@ pub struct TextDecoder {
 
 impl TextDecoder {
     /// A decoder at the start of a stream.
-    #[must_use]
     pub fn new(options: TextOptions) -> TextDecoder {
         TextDecoder {
             options,
@@ -261,7 +260,6 @@ impl TextDecoder {
     }
 
     /// Whether a text has begun and is not complete, after all buffered bytes.
-    #[must_use]
     pub fn is_partial(&self) -> bool {
         if self.input.is_empty() {
             return self.state != DecoderState::Outside;
@@ -289,7 +287,6 @@ impl TextDecoder {
 
     /// Whether a decoder with these options can reach this state; to validate a deserialized one.
     #[cfg(feature = "serde")]
-    #[must_use]
     pub fn is_valid(&self, options: TextOptions) -> bool {
         let kept = match &self.state {
             DecoderState::Outside => true,
@@ -302,7 +299,6 @@ impl TextDecoder {
     }
 
     /// Bytes held: unread ones and the data of the text under way.
-    #[must_use]
     pub fn buffered(&self) -> usize {
         let held = match &self.state {
             DecoderState::Outside => 0,
@@ -405,7 +401,6 @@ impl TextDecoder {
 }
 
 /// The bytes of a text on the wire. The controller sends each text in one write (FRM-09, D2).
-#[must_use]
 pub fn encode_text(data: &[u8], framing: Framing, checksum: Checksum) -> Vec<u8> {
     let mut wire = Vec::with_capacity(data.len() + 3);
     if framing == Framing::Stx {

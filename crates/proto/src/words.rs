@@ -14,7 +14,6 @@ pub trait Word: Copy + 'static {
     fn word(self) -> &'static str;
 
     /// The value of a word.
-    #[must_use]
     fn from_word(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|value| value.word() == word)
     }
@@ -56,7 +55,6 @@ pub struct UnexpectedWord {
 
 impl UnexpectedWord {
     /// This was expected, and that was found.
-    #[must_use]
     pub fn new(expected: impl Into<Cow<'static, str>>, found: &str) -> UnexpectedWord {
         UnexpectedWord {
             expected: expected.into(),
@@ -82,7 +80,6 @@ const MAX_COMPARED: usize = 64;
 
 /// The end of a message about an unknown word: `; did you mean "x"?` with the known words nearest to it, in backquotes.
 /// Empty if none is near.
-#[must_use]
 pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let quoted = |word: &&str| format!("`{word}`");
     match nearest(found, known).as_slice() {
@@ -97,7 +94,6 @@ pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -
 
 /// The known words that were probably meant, the nearest first, at most three: those with one letter in three wrong at
 /// most, and those that begin with the whole word.
-#[must_use]
 pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     if found.len() > MAX_COMPARED {
         return Vec::new();
@@ -153,7 +149,6 @@ const UNITS: [(&str, u32); 4] = [("us", 1), ("ms", 1_000), ("min", 60_000_000), 
 /// Splits a duration such as `250ms` into its number and the microseconds of its unit.
 ///
 /// Which numbers and which of the units `us`, `ms`, `s` and `min` a place accepts is its own.
-#[must_use]
 pub fn split_duration<'a>(text: &'a str, accepted: &[&str]) -> Option<(&'a str, u32)> {
     let mut units = UNITS.into_iter();
     let (number, unit, micros) =

@@ -18,7 +18,6 @@ pub struct DiagnosticKind {
 
 impl DiagnosticKind {
     /// The kind with this code.
-    #[must_use]
     pub fn by_code(code: &str) -> Option<&'static DiagnosticKind> {
         DIAGNOSTICS.iter().find(|kind| kind.code == code)
     }

@@ -21,7 +21,6 @@ pub enum Severity {
 
 impl Severity {
     /// `error` or `warning`.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Severity::Error => "error",
@@ -84,7 +83,6 @@ impl Diagnostic {
     /// Its columns from 1, in characters as editors count them; it does not go beyond the end of its line.
     ///
     /// `source` is the text that was compiled.
-    #[must_use]
     pub fn columns(&self, source: &str) -> Range<usize> {
         let (before, after) = self.source_line(source);
         let column = characters(before) + 1;
@@ -111,7 +109,6 @@ impl Diagnostic {
     /// Writes the remark out: place and message, the source line, a caret line, the help.
     ///
     /// `source` is the text that was compiled, `name` the name of its file.
-    #[must_use]
     pub fn render(&self, source: &str, name: &str) -> String {
         let word = self.severity.as_str();
         let mut text = format!(

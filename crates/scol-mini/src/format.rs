@@ -23,7 +23,6 @@ const INDENT: usize = 2;
 /// let tidy = scol_mini::format("program t\nfor i=1 to 3\nprint i,cr 'count\nnext\nend\n");
 /// assert_eq!(tidy, "PROGRAM T\n  FOR I = 1 TO 3\n    PRINT I, CR 'count\n  NEXT\nEND\n");
 /// ```
-#[must_use]
 pub fn format(source: &str) -> String {
     if source.len() > MAX_SOURCE {
         return source.into();

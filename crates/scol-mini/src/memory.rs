@@ -128,7 +128,6 @@ impl From<Cells> for Vec<Cell> {
 
 impl Memory {
     /// Initial values of GLOBAL and DATA, everything else without a value, default conditions.
-    #[must_use]
     pub fn new(program: &Program) -> Self {
         let symbols = &program.symbols;
         let mut cells = Vec::with_capacity(symbols.cells + program.code.extra_cells());
@@ -233,7 +232,6 @@ impl Memory {
     }
 
     /// The motion conditions.
-    #[must_use]
     pub fn conditions(&self) -> &Conditions {
         &self.conditions
     }

@@ -200,7 +200,6 @@ impl Row {
 }
 
 /// Names of the channels a source prints on, each once; `PRINT` without a channel is on `TP`.
-#[must_use]
 pub fn print_channels(source: &str) -> Vec<&'static str> {
     const CHANNELS: &[&str] = &["TP", "COM1", "IP1", "IP2"];
     let outline = Outline::new(source);
@@ -219,7 +218,6 @@ pub fn print_channels(source: &str) -> Vec<&'static str> {
 }
 
 /// Whether a source starts tasks.
-#[must_use]
 pub fn starts_tasks(source: &str) -> bool {
     let outline = Outline::new(source);
     let mut rows = outline.parts.iter().flat_map(|part| &part.rows);

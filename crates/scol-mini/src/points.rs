@@ -23,7 +23,6 @@ pub struct TaughtPoint {
 
 impl TaughtPoint {
     /// Whether a table of points can hold it: a name that a file could give it, numbers in range, no WORK.
-    #[must_use]
     pub fn is_valid(&self, arm: Arm) -> bool {
         let Position { coords, config, work } = &self.position;
         let mut numbers = coords.iter().map(|number| libm::fabs(*number));

@@ -283,7 +283,6 @@ pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) ->
 
 impl Program {
     /// A program without blocks, variables and steps: what a statement is executed in when no file is selected.
-    #[must_use]
     pub fn empty(options: &LanguageOptions) -> Arc<Program> {
         Arc::new(Program::without_steps(fingerprint(0, "", options), options))
     }
@@ -302,13 +301,11 @@ impl Program {
     }
 
     /// A number that tells this program from those of other sources and options.
-    #[must_use]
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
 
     /// The options it was compiled with.
-    #[must_use]
     pub fn options(&self) -> &LanguageOptions {
         &self.options
     }
@@ -324,7 +321,6 @@ impl Program {
     }
 
     /// File lines on which a statement begins, in ascending order.
-    #[must_use]
     pub fn statement_lines(&self) -> Vec<u32> {
         let heads = self.steps.iter().filter(|step| step.head);
         let mut lines: Vec<u32> = heads.map(|step| step.line).collect();
@@ -334,7 +330,6 @@ impl Program {
     }
 
     /// The PROGRAM blocks in file order: name in upper case, and the file line of its first statement.
-    #[must_use]
     pub fn program_lines(&self) -> Vec<(&str, u32)> {
         let line = |entry: &Entry| self.steps.get(entry.step).map_or(1, |step| step.line);
         let blocks = self.blocks.iter();
@@ -342,7 +337,6 @@ impl Program {
     }
 
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
-    #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableInfo> {
         self.symbols.find(&name.to_ascii_uppercase()).map(Slot::info)
     }

@@ -25,7 +25,6 @@ pub enum ValueKind {
 
 impl ValueKind {
     /// The kind as messages name it, with its article.
-    #[must_use]
     pub fn description(self) -> &'static str {
         match self {
             ValueKind::Integer => "an integer",
@@ -60,7 +59,6 @@ impl ValueKind {
     }
 
     /// `true` for integer and real.
-    #[must_use]
     pub fn is_number(self) -> bool {
         matches!(self, ValueKind::Integer | ValueKind::Real)
     }
@@ -94,7 +92,6 @@ pub enum Value {
 
 impl Value {
     /// The kind of this value.
-    #[must_use]
     pub fn kind(&self) -> ValueKind {
         match self {
             Value::Integer(_) => ValueKind::Integer,
@@ -154,7 +151,6 @@ pub struct Configuration {
 
 impl Configuration {
     /// Reads a number of five decimal digits such as 12111, shoulder first; `None` when a digit is not 0, 1 or 2.
-    #[must_use]
     pub fn from_number(number: i64) -> Option<Self> {
         let mut rest = u64::try_from(number).ok()?;
         let mut digits = [0; 5];
@@ -166,14 +162,12 @@ impl Configuration {
     }
 
     /// The number of five digits, shoulder first.
-    #[must_use]
     pub fn number(&self) -> i64 {
         let digits = self.digits.iter();
         digits.fold(0, |number, digit| number * 10 + i64::from(*digit))
     }
 
     /// The configuration a program writes as `number` on this arm: five digits, or 0, 1, 2 on a SCARA.
-    #[must_use]
     pub fn listed(arm: Arm, number: i64) -> Option<Self> {
         match arm {
             Arm::SixAxis => Self::from_number(number),
@@ -185,7 +179,6 @@ impl Configuration {
     }
 
     /// The number a program writes for this configuration on this arm.
-    #[must_use]
     pub fn number_on(&self, arm: Arm) -> i64 {
         match arm {
             Arm::SixAxis => self.number(),
@@ -218,7 +211,6 @@ pub struct Position {
 
 impl Position {
     /// The numbers of MR, MW and DATA with the configuration last: nine on a six-axis arm, six on a SCARA.
-    #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
         let coords = self.coords.into_iter().take(arm.coordinates().len());
         // A configuration has at most five digits, exact in a double.
@@ -226,7 +218,6 @@ impl Position {
     }
 
     /// The opposite of [`Position::listed`]; `None` for a wrong count or an impossible configuration.
-    #[must_use]
     pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
         let (config, coords) = numbers.split_last()?;
         if coords.len() != arm.coordinates().len() || *config != libm::trunc(*config) {
@@ -266,14 +257,12 @@ impl Trans {
     }
 
     /// The numbers of MR, MW and DATA: `X Y Z A B C`, on a SCARA `X Y Z C`.
-    #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
         let order = Self::order(arm).iter();
         order.filter_map(|at| self.coords.get(*at).copied()).collect()
     }
 
     /// The opposite of [`Trans::listed`]; `None` for a wrong count.
-    #[must_use]
     pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
         (numbers.len() == Self::order(arm).len()).then(|| Self::from_leading(arm, numbers))
     }
@@ -314,14 +303,12 @@ pub struct Payload {
 
 impl Payload {
     /// The numbers of MR, MW and DATA: mass, gravity X Y Z, size X Y Z; on a SCARA mass and gravity X.
-    #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
         let all = core::iter::once(self.mass).chain(self.gravity).chain(self.size);
         all.take(ValueKind::Load.width(arm)).collect()
     }
 
     /// The opposite of [`Payload::listed`]; `None` for a wrong count.
-    #[must_use]
     pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
         (numbers.len() == ValueKind::Load.width(arm)).then(|| Self::from_leading(numbers))
     }

@@ -68,7 +68,6 @@ pub(crate) use program::plain;
 pub(crate) use turns::moved_axis;
 
 /// The question with this name.
-#[must_use]
 pub fn find(id: &str) -> Option<&'static Probe> {
     probes().find(|probe| probe.id == id)
 }

@@ -18,7 +18,6 @@ impl Delays {
     }
 
     /// The least, the quartiles and the greatest, in milliseconds; empty without any.
-    #[must_use]
     pub fn quartiles(&self) -> Vec<f64> {
         let mut sorted = self.0.clone();
         sorted.sort_unstable();

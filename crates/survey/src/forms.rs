@@ -13,7 +13,6 @@ const FIRST_OF_SEVERAL: usize = 255;
 const SIX_AXES: usize = 282;
 
 /// The form of SU: `one record` or `six records`.
-#[must_use]
 pub fn status(content: &[u8]) -> &'static str {
     let records = content.iter().filter(|byte| **byte == CR).count();
     match (StatusBody::decode(content), records) {
@@ -24,7 +23,6 @@ pub fn status(content: &[u8]) -> &'static str {
 }
 
 /// The form of VR: `blanks` or `packed`.
-#[must_use]
 pub fn versions(content: &[u8]) -> &'static str {
     if ts3100_proto::status::vr::decode_versions(content).is_err() {
         return OTHER;
@@ -38,7 +36,6 @@ pub fn versions(content: &[u8]) -> &'static str {
 }
 
 /// The form of CA: `one blank, alphabetical`, or what differs.
-#[must_use]
 pub fn directory(content: &[u8]) -> &'static str {
     let Ok(entries) = decode_directory(content) else {
         return OTHER;
@@ -57,7 +54,6 @@ pub fn directory(content: &[u8]) -> &'static str {
 }
 
 /// The form of EU.
-#[must_use]
 pub fn history(content: &[u8]) -> &'static str {
     match ts3100_proto::status::eu::decode_history(content) {
         Ok(_) => "a count, and its errors",
@@ -66,7 +62,6 @@ pub fn history(content: &[u8]) -> &'static str {
 }
 
 /// How SF travels, from the bytes that come before the host says OK.
-#[must_use]
 pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
     let length = burst.len() + usize::from(!has_stx);
     match length {
@@ -83,7 +78,6 @@ pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
 }
 
 /// The line end of a parameter file: `LF`, `CR` or `CR LF`.
-#[must_use]
 pub fn line_end(content: &[u8]) -> &'static str {
     let count = |wanted: u8| content.iter().filter(|byte| **byte == wanted).count();
     match (count(b'\r'), count(b'\n')) {
@@ -95,7 +89,6 @@ pub fn line_end(content: &[u8]) -> &'static str {
 }
 
 /// `[E00]` of ETHERNET.PAR as its four digits; `None` if it cannot be read.
-#[must_use]
 pub fn open_mode(content: &[u8]) -> Option<String> {
     // What the file does not say stays as it was before: two different ones show it.
     let read = |before| {

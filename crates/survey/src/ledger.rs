@@ -203,7 +203,6 @@ pub fn rows() -> impl Iterator<Item = Row> {
 }
 
 /// How many rows have this evidence.
-#[must_use]
 pub fn count(evidence: Evidence) -> usize {
     rows().filter(|row| row.evidence == evidence).count()
 }

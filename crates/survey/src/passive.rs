@@ -103,7 +103,6 @@ pub struct Passive<'a> {
 
 impl<'a> Passive<'a> {
     /// A connection that has just begun.
-    #[must_use]
     pub fn new(evidence: &'a mut Evidence) -> Passive<'a> {
         Passive {
             evidence,

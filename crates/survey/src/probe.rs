@@ -110,7 +110,6 @@ pub struct Probe {
 
 impl Probe {
     /// The reading that was heard, and its verdict.
-    #[must_use]
     pub fn reading(&self, heard: &str) -> Option<(&'static Reading, Verdict)> {
         let fits = |reading: &Reading| match reading.heard {
             "*" => heard.starts_with(|char: char| char.is_ascii_digit()) && heard.bytes().all(is_numeral),

@@ -36,7 +36,6 @@ pub struct Answer {
 
 impl Answer {
     /// The answer of a controller from which this was heard.
-    #[must_use]
     pub fn heard(probe: &Probe, heard: Heard) -> Answer {
         match probe.reading(&heard) {
             Some((reading, verdict)) => Answer {
@@ -174,7 +173,6 @@ const HEADER: &str = "\
 
 impl Report {
     /// The options that the answers decide, by name.
-    #[must_use]
     pub fn options(&self) -> BTreeMap<&str, &str> {
         let decided = self.answers.iter().filter_map(|answer| answer.sets.as_ref());
         decided
@@ -183,7 +181,6 @@ impl Report {
     }
 
     /// How many answers have this verdict.
-    #[must_use]
     pub fn count(&self, verdict: Verdict) -> usize {
         self.answers
             .iter()
@@ -192,7 +189,6 @@ impl Report {
     }
 
     /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
-    #[must_use]
     pub fn answer_times(&self) -> Vec<f64> {
         match self.quartiles.is_empty() {
             true => self.delays.quartiles(),
@@ -201,7 +197,6 @@ impl Report {
     }
 
     /// The file.
-    #[must_use]
     pub fn write(&self) -> String {
         let body = self.body();
         let checksum = checksum(&body);
@@ -321,7 +316,6 @@ pub struct Difference {
 }
 
 /// The questions that two reports answer in different ways.
-#[must_use]
 pub fn differences(first: &Report, second: &Report) -> Vec<Difference> {
     let heard = |report: &Report, id: &str| {
         let mut answers = report.answers.iter();

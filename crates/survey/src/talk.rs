@@ -127,19 +127,16 @@ impl<'a> Talk<'a> {
     }
 
     /// Time of the peer.
-    #[must_use]
     pub fn now(&self) -> Duration {
         self.peer.now()
     }
 
     /// Whether each character takes its time.
-    #[must_use]
     pub fn is_serial(&self) -> bool {
         self.peer.is_serial()
     }
 
     /// The checksum that texts have.
-    #[must_use]
     pub fn checksum(&self) -> Checksum {
         self.checksum
     }
@@ -321,7 +318,6 @@ impl<'a> Talk<'a> {
     }
 
     /// A text with this data section as bytes.
-    #[must_use]
     pub fn text(&self, data: &str) -> Vec<u8> {
         encode_text(data.as_bytes(), Framing::Stx, self.checksum)
     }
@@ -346,7 +342,6 @@ impl<'a> Talk<'a> {
     }
 
     /// When the last command went out, and when its answer was here.
-    #[must_use]
     pub fn asked(&self) -> (Duration, Duration) {
         self.asked
     }

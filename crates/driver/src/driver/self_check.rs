@@ -19,7 +19,6 @@ const MAX_ANSWER: usize = 1_024;
 
 /// An address to connect to a server that listens on `listen`: the loopback address if it listens on all
 /// interfaces.
-#[must_use]
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 pub fn connectable(listen: IpAddr) -> IpAddr {
     match listen {

@@ -21,7 +21,6 @@ pub struct Wait {
 impl Wait {
     /// A wait that starts now. It ends when the condition happens, or at once if it is a state that holds already;
     /// without a condition only after `within`.
-    #[must_use]
     pub fn new(condition: Option<Condition>, within: Duration, advance: bool) -> Wait {
         Wait {
             timeout: within,
@@ -42,14 +41,12 @@ impl Wait {
     }
 
     /// Whether it needs the event of each statement.
-    #[must_use]
     pub fn wants_statements(&self) -> bool {
         let condition = self.watch.as_ref().map(ConditionWatch::condition);
         matches!(condition, Some(Condition::Statement(_)))
     }
 
     /// Whether the condition occurred since the wait began or is true now.
-    #[must_use]
     pub fn is_met(&self, controller: &Controller) -> bool {
         let condition = self.watch.as_ref().map(ConditionWatch::condition);
         self.occurred || condition.and_then(|condition| condition.holds(controller)) == Some(true)

@@ -46,7 +46,6 @@ pub enum WireEnd {
 
 impl WireEnd {
     /// The number of its robot; `None` outside.
-    #[must_use]
     pub fn robot(&self) -> Option<usize> {
         match self {
             WireEnd::Line { robot, .. } => Some(*robot),
@@ -77,13 +76,11 @@ pub struct WireHandle {
 
 impl WireHandle {
     /// The level of each wire.
-    #[must_use]
     pub fn levels(&self) -> Vec<bool> {
         self.levels.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Whether a wire begins at this outside line.
-    #[must_use]
     pub fn can_set(&self, name: &str) -> bool {
         self.wires.iter().any(|wire| is_outside(&wire.from, name))
     }
@@ -134,7 +131,6 @@ pub struct Wired {
 impl Wired {
     /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
     /// places in `robots`.
-    #[must_use]
     pub fn new(robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));

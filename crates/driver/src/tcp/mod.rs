@@ -54,7 +54,6 @@ pub struct Channels {
 
 impl Channels {
     /// No channel is open yet.
-    #[must_use]
     pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Channels {
         Channels {
             listen,

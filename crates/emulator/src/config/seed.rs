@@ -33,7 +33,6 @@ impl Seed {
     }
 
     /// The seed; `None` if nothing varies.
-    #[must_use]
     pub fn number(self) -> Option<u64> {
         match self {
             Seed::Off => None,

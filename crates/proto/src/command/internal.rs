@@ -50,7 +50,6 @@ codes! {
 impl RunMode {
     /// The mode with this word, which may be cut short as long as it is unambiguous (CMD-EC-03); case does
     /// not matter.
-    #[must_use]
     pub fn from_word(word: &str) -> Option<RunMode> {
         let word = word.to_ascii_lowercase();
         let mut modes = RunMode::ALL

@@ -68,7 +68,6 @@ macro_rules! commands {
 
         impl Command {
             /// Its row in the table of commands.
-            #[must_use]
             pub fn row(&self) -> &'static CommandRow {
                 match self {
                     $( Command::$variant { .. } => const { &COMMANDS[Index::$variant as usize] }, )*

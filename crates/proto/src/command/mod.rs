@@ -79,7 +79,6 @@ impl Command {
 
     /// The data section that says the command, CR included (not so for FL), in the form that the vendor's
     /// client library sends.
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let letters = self.letters().as_bytes();
         match self.operands() {
@@ -90,19 +89,16 @@ impl Command {
     }
 
     /// The two letters.
-    #[must_use]
     pub fn letters(&self) -> &'static str {
         self.row().letters
     }
 
     /// Its row in the permission tables: the letters, and `RS,ERR` for the reset of alarms (decision D4).
-    #[must_use]
     pub fn permission_row(&self) -> &'static str {
         self.row().name
     }
 
     /// Whether the manual does not have it, `RS,ERR` included (decision D0).
-    #[must_use]
     pub fn is_extension(&self) -> bool {
         self.row().is_extension()
     }

@@ -25,7 +25,6 @@ pub enum Number {
 impl Number {
     /// Reads a number: sign, digits, decimal point, exponent as usual; nothing else around it. Whole numbers
     /// beyond 32 bits become reals; what is beyond a double is no number.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Number> {
         // The standard library reads words such as "inf" too.
         let known = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);
@@ -40,7 +39,6 @@ impl Number {
     }
 
     /// The value as a double.
-    #[must_use]
     pub fn as_f64(self) -> f64 {
         match self {
             Number::Integer(value) => f64::from(value),

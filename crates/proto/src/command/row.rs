@@ -87,14 +87,12 @@ impl CommandRow {
     }
 
     /// Whether the manual of the six-axis robots does not have it (decision D0).
-    #[must_use]
     pub const fn is_extension(&self) -> bool {
         !matches!(self.source, Source::Manual)
     }
 
     /// The name of the operand at this index, from 0, without ` ...`, and its number among those of the same name, from
     /// 1, if the name comes again and again; `None` beyond the last.
-    #[must_use]
     pub fn operand_name(&self, index: usize) -> Option<(&'static str, Option<usize>)> {
         let first = self.operands.iter().position(|name| name.ends_with(REPEATED));
         let first = first.unwrap_or(self.operands.len());
@@ -108,7 +106,6 @@ impl CommandRow {
     }
 
     /// Whether blanks separate its operands (5.3.3), as its form shows. Blanks within `<>` are part of a description.
-    #[must_use]
     pub fn separates_by_blanks(&self) -> bool {
         let mut depth = 0_u32;
         self.form.chars().any(|char| {

@@ -76,7 +76,6 @@ codes! {
 
 impl VariableKind {
     /// Whether it is an array type.
-    #[must_use]
     pub fn is_array(self) -> bool {
         self.code() >= VariableKind::IntegerArray.code()
     }

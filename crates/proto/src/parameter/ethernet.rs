@@ -58,7 +58,6 @@ pub struct EthernetParameters {
 
 impl EthernetParameters {
     /// The values the manual lists.
-    #[must_use]
     pub fn factory() -> EthernetParameters {
         EthernetParameters {
             open_mode: [
@@ -86,7 +85,6 @@ impl EthernetParameters {
     }
 
     /// The file of a fresh RAM drive: [`EthernetParameters::factory`] with another \[E00\].
-    #[must_use]
     pub fn factory_file(open: [OpenMode; 4], line_end: LineEnd) -> Vec<u8> {
         EthernetParameters {
             open_mode: open,
@@ -96,7 +94,6 @@ impl EthernetParameters {
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
-    #[must_use]
     pub fn encode(&self, line_end: LineEnd) -> Vec<u8> {
         let quad = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
         let four = |[a, b, c, d]: [u8; 4]| format!("{a} {b} {c} {d}");
@@ -139,7 +136,6 @@ impl EthernetParameters {
     /// Reads a file. A value that is bad or missing stays as in `previous`; each is a problem, and so are
     /// IP0 as a client (becomes a server, PAR-E00-03), one own port for two channels (if both are in use the
     /// later one becomes not used, PAR-E05-02), sections or keys unknown or twice, and a missing `[END]`.
-    #[must_use]
     pub fn parse(
         content: &[u8],
         previous: &EthernetParameters,

@@ -36,7 +36,6 @@ pub enum LineEnd {
 
 impl LineEnd {
     /// LF or CR as a byte.
-    #[must_use]
     pub const fn byte(self) -> u8 {
         match self {
             LineEnd::Lf => LF,

@@ -60,7 +60,6 @@ pub struct Assignment {
 impl ParameterFile {
     /// Reads a file; it never fails. A value ends with its line or before the next
     /// `{`, `[` or `=`, so that a listing run together on one line reads the same.
-    #[must_use]
     pub fn parse(content: &[u8]) -> ParameterFile {
         let text = String::from_utf8_lossy(content);
         let mut reader = Reader { rest: &text, line: 1 };

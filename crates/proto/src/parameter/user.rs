@@ -37,7 +37,6 @@ pub enum Edition {
 
 impl Edition {
     /// The speeds that only HOST has, in bit/s.
-    #[must_use]
     pub const fn host_speeds(self) -> &'static [u32] {
         match self {
             Edition::SixAxis => &[115_200],
@@ -70,7 +69,6 @@ pub struct SerialSettings {
 impl SerialSettings {
     /// Reads the four numbers of a line of \[U06\]: speed, length, parity, stop bits. Any speed from 300 to 115200 that a
     /// port of some edition has.
-    #[must_use]
     pub fn parse(text: &str) -> Option<SerialSettings> {
         const ALL_SPEEDS: [u32; 9] = [300, 600, 1_200, 2_400, 4_800, 9_600, 19_200, 38_400, 115_200];
         serial_line(text, &ALL_SPEEDS)
@@ -104,7 +102,6 @@ pub struct UserParameters {
 
 impl UserParameters {
     /// The values the manual lists: 9600 8 0 1 for both (PAR-U06-02).
-    #[must_use]
     pub fn factory() -> UserParameters {
         let line = SerialSettings {
             speed: 9600,
@@ -119,13 +116,11 @@ impl UserParameters {
     }
 
     /// The file of a fresh RAM drive.
-    #[must_use]
     pub fn factory_file(line_end: LineEnd, edition: Edition) -> Vec<u8> {
         UserParameters::factory().encode(line_end, edition)
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
-    #[must_use]
     pub fn encode(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
         let values = |line: SerialSettings| {
             let parity = line.parity.number();
@@ -150,7 +145,6 @@ impl UserParameters {
 
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
     /// problem, and so are keys unknown or twice in \[U06\].
-    #[must_use]
     pub fn parse(
         content: &[u8],
         previous: &UserParameters,

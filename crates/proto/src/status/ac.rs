@@ -25,7 +25,6 @@ pub struct AlarmRecord {
 /// The content of the file, records in this order; CR ends each, and the count comes before the first.
 /// No alarm is `0`. Records beyond 99 are left out. Commas and control codes go as blanks, what is not ASCII
 /// as `?`.
-#[must_use]
 pub fn encode_alarms(records: &[AlarmRecord]) -> Vec<u8> {
     let count = records.len().min(MAX_ENTRIES);
     let mut out = count.to_string();

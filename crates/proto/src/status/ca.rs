@@ -20,7 +20,6 @@ pub struct DirectoryEntry {
 
 /// The content of the file: `NAME SIZE` or `NAME SIZE ATTRIBUTE` and CR for each entry, with these blanks between the
 /// fields: the figure that would show them is lost (DIR-02).
-#[must_use]
 pub fn encode_directory(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
     let mut out = String::new();
     for entry in entries {

@@ -23,7 +23,6 @@ pub struct ErrorEntry {
 
 /// The content of the file, entries in this order; the controller's is newest first (EU-06). Entries
 /// beyond 99 are left out.
-#[must_use]
 pub fn encode_history(entries: &[ErrorEntry]) -> Vec<u8> {
     let count = entries.len().min(MAX_ENTRIES);
     let mut out = format!("{count}\r");

@@ -24,7 +24,6 @@ pub struct LineWords {
 impl LineWords {
     /// The content of the file, [`LENGTH`] bytes. It may hold any byte, ETX and EOF too, so it has to go in one
     /// text, and its end is its length: no EOF follows it (ste80722 S24).
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let words = self.inputs.iter().chain(&self.outputs);
         words.flat_map(|word| word.to_be_bytes()).collect()

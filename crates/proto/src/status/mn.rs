@@ -27,7 +27,6 @@ pub struct Maintenance {
 impl Maintenance {
     /// The content of the file: a record each item in the order of their numbers, its number and its values with one
     /// decimal, commas between them (S29), CR at the end of each (assumed).
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let axes = self.axes.iter().map(<[f64; MN_AXES]>::as_slice);
         let items = INFORMATION_ITEMS

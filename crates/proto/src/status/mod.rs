@@ -44,7 +44,6 @@ codes! {
 
 impl MasterMode {
     /// The value in SF (SF-17): 0 TEACHING, 1 INTERNAL, 2 EXT (SIG), 3 EXT (RS-232C or ETHER).
-    #[must_use]
     pub const fn sf_code(self) -> u16 {
         match self {
             MasterMode::Teaching => 0,
@@ -78,7 +77,6 @@ codes! {
 
 impl ExecutionStatus {
     /// The words of the manual, as the six records of SU have them: `stop (retry)`.
-    #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             ExecutionStatus::Reset => "stop (reset)",

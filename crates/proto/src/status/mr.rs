@@ -9,7 +9,6 @@ use crate::prelude::*;
 
 /// The content of the file: integers as they are, reals with three decimals (a half away from zero),
 /// separated by one blank, CR at the end. Reals are finite.
-#[must_use]
 pub fn encode_values(values: &[Number]) -> Vec<u8> {
     let words: Vec<String> = values
         .iter()

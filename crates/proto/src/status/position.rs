@@ -31,7 +31,6 @@ pub struct CurrentPosition {
 
 impl CurrentPosition {
     /// The content: whole numbers with commas between them, CR at the end (assumed, as the files of its kind have it).
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let head = [i32::from(self.status.code()), i32::from(self.line)];
         let groups = [self.joints, self.measured, self.torques];

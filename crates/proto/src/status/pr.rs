@@ -22,7 +22,6 @@ pub struct Position {
 
 /// The content of the file: finite values with three decimals, then the configuration as a whole number;
 /// commas between them, no CR at the end.
-#[must_use]
 pub fn encode_position(values: &[f64], configuration: Option<i64>) -> Vec<u8> {
     let mut items: Vec<String> = values.iter().copied().map(three_decimals).collect();
     items.extend(configuration.map(|number| number.to_string()));
@@ -30,7 +29,6 @@ pub fn encode_position(values: &[f64], configuration: Option<i64>) -> Vec<u8> {
 }
 
 /// A value with three decimals. One that rounds to zero has no minus.
-#[must_use]
 pub fn three_decimals(value: f64) -> String {
     let text = format!("{value:.3}");
     match text.strip_prefix('-') {

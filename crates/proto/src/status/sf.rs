@@ -88,7 +88,6 @@ codes! {
 
 impl SfLayout {
     /// Floats in a group of coordinates.
-    #[must_use]
     pub const fn axes(self) -> usize {
         match self {
             SfLayout::Eight => 8,
@@ -99,7 +98,6 @@ impl SfLayout {
     /// Which layout a first text of 250 bytes has: [`SfLayout::Six`] fills it, and the manual's first text of several
     /// of [`SfLayout::Eight`] does too (SF-02). A SCARA leaves the sixth value of each group 0, and its X and Y are
     /// never both 0; where they are, the other arm has its seventh and eighth axis.
-    #[must_use]
     pub fn from_first_text(content: &[u8]) -> SfLayout {
         let zero = |at: usize, length: usize| {
             let bytes = content.get(at..at + length);
@@ -115,7 +113,6 @@ impl SfLayout {
 
 impl SystemStatus {
     /// The content of the file, [`SfLayout::len`] bytes.
-    #[must_use]
     pub fn encode(&self, layout: SfLayout) -> Vec<u8> {
         let execution = self.execution.code();
         let [servo, stop, request] = [self.servo, self.emergency_stop, self.su_request].map(u8::from);
@@ -296,7 +293,6 @@ static ALARM_RANGES: [(AlarmLevel, u16, RangeInclusive<u16>); 8] = [
 ];
 
 /// The word of an alarm; `None` if its level has no such code. Codes count from 1.
-#[must_use]
 pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
     let mut runs = ALARM_RANGES.iter().filter(|(of, ..)| *of == level);
     runs.find_map(|(_, first, words)| {
@@ -306,7 +302,6 @@ pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
 }
 
 /// Level and code of a word; `None` if the word is no alarm.
-#[must_use]
 pub fn alarm_from_word(word: u16) -> Option<(AlarmLevel, u16)> {
     let mut runs = ALARM_RANGES.iter();
     let (level, first, words) = runs.find(|(_, _, words)| words.contains(&word))?;

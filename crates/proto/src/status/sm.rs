@@ -52,7 +52,6 @@ const FULL_SPEED: u8 = 100;
 
 impl QuickStatus {
     /// The content of the file: 14 items, one blank between them, no CR at the end.
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let [ee, se, sc, bc] = [
             self.emergency_stop,

@@ -44,7 +44,6 @@ const FULL_SPEED: u8 = 100;
 
 impl StatusBody {
     /// The content of the file.
-    #[must_use]
     pub fn encode(&self, layout: SuLayout) -> Vec<u8> {
         let (mode, run_mode) = (mode_word(self.master_mode, layout), self.run_mode.as_str());
         let (file, speed) = (&self.file, self.override_percent);

@@ -33,7 +33,6 @@ pub enum VrLayout {
 
 /// The content of the file. [`VrLayout::Blanks`] holds the first record only: it is all that the hosts
 /// that read this layout are known to accept.
-#[must_use]
 pub fn encode_versions(records: &[VersionRecord], layout: VrLayout) -> Vec<u8> {
     let count = match layout {
         VrLayout::Blanks => 1,

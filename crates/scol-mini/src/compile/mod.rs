@@ -36,14 +36,12 @@ pub struct Compilation {
 }
 
 /// Compiles a file of at most [`MAX_SOURCE`] bytes; an error in one line does not hide those in others.
-#[must_use]
 pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
     compile_with_points(source, options, &[])
 }
 
 /// As [`compile`]; the programs of the file also see these points, as names of DATA that the file does not contain.
 /// GLOBAL and DATA of the file come first.
-#[must_use]
 pub fn compile_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
     let mut sink = Sink::new(source);
     let program = build(source, options, points, &mut sink);

@@ -20,13 +20,11 @@ use crate::{Compilation, MAX_SOURCE, compile_with_points};
 /// Compiles a file and warns of what is legal and likely wrong in it, in the order of the source, at most
 /// [`MAX_DIAGNOSTICS`] remarks. Names that nobody uses are only reported when there is no error: the line that
 /// uses one may be the broken one.
-#[must_use]
 pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
     check_with_points(source, options, &[])
 }
 
 /// As [`check`]; the programs of the file also see these points.
-#[must_use]
 pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
     let mut compilation = compile_with_points(source, options, points);
     if source.len() > MAX_SOURCE {

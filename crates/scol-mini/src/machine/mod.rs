@@ -151,7 +151,6 @@ fn needs_host(operation: &Operation) -> bool {
 
 impl Machine {
     /// A machine before step 1 of the main program.
-    #[must_use]
     pub fn main(program: Arc<Program>) -> Self {
         Self {
             version: StateVersion,
@@ -172,7 +171,6 @@ impl Machine {
     }
 
     /// A machine before the first statement of the PROGRAM block with this index, as the task `task`.
-    #[must_use]
     pub fn task(program: Arc<Program>, block: usize, task: u16) -> Self {
         let at = program.blocks.get(block).map_or(0, |entry| entry.step);
         Self {
@@ -183,13 +181,11 @@ impl Machine {
     }
 
     /// ID of its task: 1 for the main program.
-    #[must_use]
     pub fn task_id(&self) -> u16 {
         self.task
     }
 
     /// A machine for the statement of [`compile_direct`](crate::compile_direct); it ends after it.
-    #[must_use]
     pub fn direct(program: Arc<Program>) -> Self {
         Self {
             task: 0,
@@ -286,7 +282,6 @@ impl Machine {
     }
 
     /// File line, from 1, of the statement under way or next.
-    #[must_use]
     pub fn line(&self) -> u32 {
         let step = self.program.steps.get(self.at);
         step.or(self.program.steps.first()).map_or(1, |step| step.line)
@@ -324,7 +319,6 @@ impl Machine {
     }
 
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.
-    #[must_use]
     pub fn motion_ahead(&self) -> Option<u32> {
         let mut at = self.at + 1;
         for _ in 0..MAX_JUMPS_AHEAD {
@@ -340,20 +334,17 @@ impl Machine {
 
     /// Whether a statement of the file begins with the next step. Not while one asks for something, however often it is
     /// tried, and not where the action of a monitor is over.
-    #[must_use]
     pub fn begins_statement(&self) -> bool {
         !matches!(self.state, RunPhase::Requested(_) | RunPhase::Ended)
             && !matches!(self.operation(), Some(Operation::HandlerEnd))
     }
 
     /// Whether this is the action of a monitor, and over: the motion under way is not its own.
-    #[must_use]
     pub fn handler_ended(&self) -> bool {
         self.state == RunPhase::Ended && matches!(self.operation(), Some(Operation::HandlerEnd))
     }
 
     /// The request that waits for its answer.
-    #[must_use]
     pub fn pending(&self) -> Option<&Request> {
         match &self.state {
             RunPhase::Requested(pending) => Some(&pending.request),

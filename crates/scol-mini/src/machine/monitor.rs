@@ -57,7 +57,6 @@ impl Machine {
     }
 
     /// Whether there is a monitor to look at.
-    #[must_use]
     pub fn has_monitors(&self) -> bool {
         self.monitors_enabled && !self.monitors.is_empty()
     }

@@ -23,7 +23,6 @@ pub struct SerialPeer {
 impl SerialPeer {
     /// The controller at this port, such as `/dev/ttyUSB0` or `COM3`, with the settings of its `[U06]`. Nothing is opened
     /// yet.
-    #[must_use]
     pub fn new(device: &str, settings: SerialSettings) -> SerialPeer {
         SerialPeer {
             device: device.to_owned(),

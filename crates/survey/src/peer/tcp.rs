@@ -26,7 +26,6 @@ pub struct TcpPeer {
 
 impl TcpPeer {
     /// The controller with IP0 and IP1 at these addresses. Nothing is connected yet.
-    #[must_use]
     pub fn new(ip0: SocketAddr, ip1: SocketAddr) -> TcpPeer {
         TcpPeer {
             ip0,

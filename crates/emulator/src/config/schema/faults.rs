@@ -78,7 +78,6 @@ pub const COMMON_KEYS: [CommonKey; 7] = [
 ];
 
 /// The JSON schema of a fault file (draft 2020-12).
-#[must_use]
 pub fn schema() -> Value {
     let kinds: Vec<&str> = KINDS.iter().map(|kind| kind.name).collect();
     let definitions: Map<String, Value> = KINDS

@@ -10,7 +10,6 @@ pub use ts3100_recording::scenario::keys::{Key, KeyValue, TABLES, Table};
 const TIME: &str = r"^([0-9]+\.?[0-9]*|\.[0-9]+)\s*(us|ms|s|min)\s*$";
 
 /// The JSON schema of a scenario file (draft 2020-12).
-#[must_use]
 pub fn schema() -> Value {
     let mut document = table("");
     if let Some(keys) = document.as_object_mut() {

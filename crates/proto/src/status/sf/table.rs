@@ -87,7 +87,6 @@ const GROUP_WORDS: u16 = 4;
 const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
 
 /// The fields in the order of their bytes; together they cover the content.
-#[must_use]
 pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
     let mut table = Table(Vec::new());
     for (key, name, kind) in HEAD {
@@ -157,7 +156,6 @@ impl Table {
 
 impl SfFieldKind {
     /// The value of these bytes of a field in words. Bytes of an unexpected length are quoted.
-    #[must_use]
     pub fn describe(self, bytes: &[u8]) -> String {
         let number = match *bytes {
             [byte] => u32::from(byte),
