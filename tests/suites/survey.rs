@@ -163,10 +163,34 @@ const FAULTS: &[&str] = &[
     "lost-record:probability=0.5",
 ];
 
+/// Controllers that are surveyed under faults and delays, and those of them that one test has.
+const SEEDS: u64 = 100;
+const SEEDS_A_TEST: u64 = SEEDS / 4;
+
 #[test]
 fn a_controller_with_faults_and_delays_gets_no_wrong_answer() {
+    no_answer_is_wrong(0);
+}
+
+#[test]
+fn a_controller_with_faults_and_delays_gets_no_wrong_answer_2() {
+    no_answer_is_wrong(1);
+}
+
+#[test]
+fn a_controller_with_faults_and_delays_gets_no_wrong_answer_3() {
+    no_answer_is_wrong(2);
+}
+
+#[test]
+fn a_controller_with_faults_and_delays_gets_no_wrong_answer_4() {
+    no_answer_is_wrong(3);
+}
+
+/// A quarter of the seeds: side by side they take less time.
+fn no_answer_is_wrong(quarter: u64) {
     let (mut wrong, mut decided) = (Vec::new(), 0);
-    for seed in 0..100_u64 {
+    for seed in (0..SEEDS_A_TEST).map(|number| 4 * number + quarter) {
         // Each seed another controller, another fault, and most of them with legal variation.
         let index = usize::try_from(seed).unwrap();
         let (option, _, values) = DECIDED[index % DECIDED.len()];
@@ -210,7 +234,7 @@ fn a_controller_with_faults_and_delays_gets_no_wrong_answer() {
     }
     println!("{decided} answers");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(decided > 2_500, "{decided}: it must not stop at everything");
+    assert!(decided > 625, "{decided}: it must not stop at everything");
 }
 
 /// Everything that a survey of the class *look* sends, text by text; the two over-long and cut ones by how they begin.
