@@ -15,8 +15,8 @@ const BATCH: u32 = 1_000;
 /// Copies of the loops that the front end reads in one go.
 const COPIES: u32 = 200;
 
-/// Measures and prints.
-pub fn print(rounds: usize) -> Result<(), String> {
+/// Measures and prints. Returns microseconds of SU within the controller.
+pub fn print(rounds: usize) -> Result<f64, String> {
     let controller = running()?;
     let taken = micros(rounds, BATCH, || {
         black_box(black_box(&controller).clone());
@@ -26,9 +26,14 @@ pub fn print(rounds: usize) -> Result<(), String> {
     let mut restored = controller.clone();
     let taken = micros(rounds, BATCH, || restored.clone_from(black_box(&snapshot)));
     println!("the same put back                      {taken:>10.2} µs");
-    let mut ask = status_request()?;
+    let mut asked = idle()?;
+    let mut now = asked.now();
     let mut replies = 0_u32;
-    let alone = micros(rounds, BATCH, || replies += u32::from(ask()));
+    let alone = micros(rounds, BATCH, || {
+        // A host waits 50 ms after each exchange.
+        now = Time::from_micros(now.as_micros() + 60_000);
+        replies += u32::from(su(&mut asked, now));
+    });
     if replies != BATCH * u32::try_from(rounds).unwrap_or(u32::MAX) {
         return Err(format!("only {replies} of the SU texts were replied to"));
     }
@@ -46,18 +51,7 @@ pub fn print(rounds: usize) -> Result<(), String> {
         "front end, source to program           {:>10.2} MB/s",
         bytes as f64 / taken
     );
-    Ok(())
-}
-
-/// Asks a controller for SU each time it is called; whether it has replied.
-pub fn status_request() -> Result<impl FnMut() -> bool, String> {
-    let mut asked = idle()?;
-    let mut now = asked.now();
-    Ok(move || {
-        // A host waits 50 ms after each exchange.
-        now = Time::from_micros(now.as_micros() + 60_000);
-        su(&mut asked, now)
-    })
+    Ok(alone)
 }
 
 /// Microseconds of one, the median of `rounds` batches.
