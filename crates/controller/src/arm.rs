@@ -11,6 +11,7 @@ use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -88,10 +89,10 @@ pub struct Arm {
     model: ArmModel,
     /// Posture while no motion is under way.
     rest: Joints,
-    active: Option<ActiveMotion>,
+    active: Option<Box<ActiveMotion>>,
     /// The motion that a stop (retry) interrupted.
     #[cfg_attr(feature = "serde", serde(default))]
-    interrupted: Option<ActiveMotion>,
+    interrupted: Option<Box<ActiveMotion>>,
     /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
     /// Who guides the arm; a snapshot has it apart.
@@ -232,7 +233,7 @@ impl Arm {
 
     /// The motion under way, unless the machine lock keeps the arm where it is.
     fn unlocked(&self) -> Option<&ActiveMotion> {
-        self.active.as_ref().filter(|active| !active.locked)
+        self.active.as_deref().filter(|active| !active.locked)
     }
 
     /// Whether a motion is under way or held.
@@ -292,7 +293,7 @@ impl Arm {
         self.add_wear_until(planned.start);
         self.rest = from;
         self.drop_interrupted();
-        self.active = Some(planned);
+        self.active = Some(Box::new(planned));
     }
 
     /// When and from where the next motion starts: now, or when and where an arm that still slows comes to rest.

@@ -12,6 +12,7 @@ use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
 use crate::time::Time;
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -20,7 +21,8 @@ use ts3100_proto::name::FileName;
 /// The robot controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Controller {
-    pub(crate) robot: Robot,
+    /// Several kilobytes, which a move of the controller would copy.
+    pub(crate) robot: Box<Robot>,
     pub(crate) endpoints: Endpoints,
 }
 

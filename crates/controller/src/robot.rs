@@ -17,6 +17,7 @@ use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::time::Time;
+use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
@@ -58,7 +59,7 @@ impl Robot {
     ///
     /// # Errors
     /// A file that the RAM drive does not take.
-    pub(crate) fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Robot, DriveError> {
+    pub(crate) fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Box<Robot>, DriveError> {
         let mut drive = Drive::new(config.options.drive_capacity);
         for (name, content) in files {
             drive.store(&FileName::parse(&name)?, &content)?;
@@ -68,7 +69,7 @@ impl Robot {
         } else {
             config.key
         };
-        let mut robot = Robot {
+        let mut robot = Box::new(Robot {
             now: Time::ZERO,
             panel: Panel::new(Time::ZERO, key, config.control_right),
             drive,
@@ -83,9 +84,10 @@ impl Robot {
             notices: Vec::new(),
             outputs: Outputs::default(),
             config,
-        };
-        robot.make_parameter_files()?;
+        });
+        // Before the missing ones are made: what they say counts already.
         robot.take_parameters();
+        robot.make_parameter_files()?;
         robot.show_state();
         robot.update_maintenance();
         Ok(robot)

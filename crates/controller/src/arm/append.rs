@@ -5,6 +5,7 @@
 use super::{Arm, SpeedLimits, destination_work, transform};
 use crate::motion::MotionError;
 use crate::time::Time;
+use alloc::boxed::Box;
 
 impl Arm {
     /// Appends a motion to the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was
@@ -38,7 +39,7 @@ impl Arm {
         planned.motion = blended;
         self.add_wear_until(now);
         self.position_work = destination_work(&motion.path);
-        self.active = Some(planned);
+        self.active = Some(Box::new(planned));
         Ok(true)
     }
 }

@@ -38,6 +38,7 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
+use alloc::boxed::Box;
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
@@ -156,7 +157,7 @@ impl Controller {
         let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
         executor.relink(&config)?;
-        let mut robot = Robot {
+        let mut robot = Box::new(Robot {
             now: snapshot.now,
             panel: snapshot.panel,
             drive: snapshot.drive,
@@ -171,7 +172,7 @@ impl Controller {
             notices: alloc::vec::Vec::new(),
             outputs: Outputs::default(),
             config,
-        };
+        });
         robot.outputs.trace(snapshot.traced);
         let mut endpoints = Endpoints {
             sessions: snapshot.sessions,

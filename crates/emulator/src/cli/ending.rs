@@ -33,10 +33,10 @@ impl Ending {
     pub fn check(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
         settings.reports.prepare()?;
         faults::prepare(&settings.report)?;
-        if let Some(path) = &args.junit {
+        if let Some(path) = &args.scenario.junit {
             write_report(path, &junit_stub::document(junit_stub::NOT_FINISHED))?;
         }
-        if let Some(path) = &args.snapshot_on_exit {
+        if let Some(path) = &args.files.snapshot_on_exit {
             snapshot::check_target(path)?;
         }
         Ok(())
@@ -45,8 +45,8 @@ impl Ending {
     /// What these arguments ask for. Starts the scenario, if there is one.
     pub fn begin(launched: &mut Launched, args: &ServeArgs, settings: &Settings) -> Ending {
         Ending {
-            snapshot: args.snapshot_on_exit.clone(),
-            junit: args.junit.clone(),
+            snapshot: args.files.snapshot_on_exit.clone(),
+            junit: args.scenario.junit.clone(),
             reports: settings.reports.clone(),
             load: settings.load.clone(),
             fault_reports: settings.report.clone(),

@@ -61,7 +61,7 @@ struct CommandError {
 
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
-    let junit = args.serve.junit.clone();
+    let junit = args.serve.scenario.junit.clone();
     let mut junit = junit.or_else(junit_stub::path_from_environment);
     match exec(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
@@ -84,18 +84,18 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         command,
     } = args;
     let (mut args, _) = config::read(flags, &std::env::vars_os().collect())?;
-    junit.clone_from(&args.junit);
-    if args.ports.is_none() && args.port_offset.is_none() {
-        args.ports = Some(PortSource::Auto);
+    junit.clone_from(&args.scenario.junit);
+    if args.network.ports.is_none() && args.network.port_offset.is_none() {
+        args.network.ports = Some(PortSource::Auto);
     }
-    log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
+    log::start_quiet(args.log.verbose, args.log.log_format.unwrap_or_default());
     if FleetConfig::from_args(&args)?.is_some() {
         anyhow::bail!(
             "exec runs one robot; start several by `ts3100 serve --ready-json` and read their ports from its line"
         );
     }
     let settings = Settings::from_args(&args)?;
-    if let Some(Seed::Drawn(seed)) = args.vary {
+    if let Some(Seed::Drawn(seed)) = args.variation.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
         log::print_note(format_args!(
             "legal variation with seed {seed}; repeat it with --vary {seed}"

@@ -63,7 +63,7 @@ impl Fleet {
         let count = config.count();
         let (_, first) = config.settings(0).with_context(|| config.name(0))?;
         if config.has_own_addresses() {
-            check_addresses((0..count).filter_map(|index| config.args(index).listen))?;
+            check_addresses((0..count).filter_map(|index| config.args(index).network.listen))?;
         }
         let shared = match first.ports {
             Ports::Offset(offset) if config.has_own_addresses() && count > OWN_SOCKETS => {
@@ -267,7 +267,7 @@ impl Fleet {
             return running.info.clone();
         }
         let args = self.config.args(index);
-        let listen = connectable(args.listen.unwrap_or(Settings::LISTEN));
+        let listen = connectable(args.network.listen.unwrap_or(Settings::LISTEN));
         let offset = match args.tcp_ports() {
             Ports::Offset(offset) => offset,
             Ports::Auto => 0,

@@ -31,7 +31,7 @@ use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;
 use clap::error::ErrorKind;
-use clap::{Args as _, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use help::Extent;
 use std::ffi::OsString;
@@ -96,14 +96,13 @@ pub fn main() -> ExitCode {
     code
 }
 
-/// The command line of `serve`, read by the definition of its own flags: that of all subcommands takes longer to build
-/// than a robot to start. `None` for every other command line, and for one that is wrong or asks for help.
+/// The command line of `serve`, read by the definitions of the flags that it has: that of all subcommands takes longer
+/// to build than a robot to start. `None` for every other command line, and for one that is wrong or asks for help.
 fn parse_serve() -> Option<Command> {
     let mut words = std::env::args_os().skip(1);
     words.next().filter(|word| word == "serve")?;
-    let flags = ServeArgs::augment_args(clap::Command::new("serve")).no_binary_name(true);
-    let matches = flags.try_get_matches_from(words).ok()?;
-    ServeArgs::from_arg_matches(&matches)
+    let words: Vec<OsString> = words.collect();
+    ServeArgs::from_words(&words)
         .ok()
         .map(|args| Command::Serve(Box::new(args)))
 }

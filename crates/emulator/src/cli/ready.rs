@@ -113,12 +113,15 @@ impl Target {
         let variable = variable.map(|url| url.to_string_lossy().into_owned());
         let (serve, _) = config::read(ServeArgs::default(), environment)?;
         if let Some(url) = args.url.clone().or(variable) {
-            return Target::control(url, serve.control_token);
+            return Target::control(url, serve.control_interface.control_token);
         }
         // A place that was chosen is the one that is meant, whatever else runs on this machine.
-        if serve.control.is_none() && serve.port_offset.is_none() && !running.is_empty() {
+        if serve.control_interface.control.is_none()
+            && serve.network.port_offset.is_none()
+            && !running.is_empty()
+        {
             return match target::find(running) {
-                Ok(url) => Target::control(url, serve.control_token),
+                Ok(url) => Target::control(url, serve.control_interface.control_token),
                 Err(TargetError::Uncontrolled(others)) => Ok(Target::ip0_of(&others)),
                 Err(error @ (TargetError::Several(_) | TargetError::RobotPort { .. })) => Err(error.into()),
             };
@@ -141,7 +144,7 @@ impl Target {
         };
         let port = IP0_PORT.checked_add(offset);
         let port = port.with_context(|| format!("cannot add --port-offset {offset} to port {IP0_PORT}"))?;
-        let listen = connectable(serve.listen.unwrap_or(Settings::LISTEN));
+        let listen = connectable(serve.network.listen.unwrap_or(Settings::LISTEN));
         Ok(Target::Ip0(SocketAddr::new(listen, port)))
     }
 

@@ -27,7 +27,11 @@ use ts3100_control::robots::{RobotInfo, Robots};
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
-    let mut junit = args.junit.clone().or_else(junit_stub::path_from_environment);
+    let mut junit = args
+        .scenario
+        .junit
+        .clone()
+        .or_else(junit_stub::path_from_environment);
     match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
         Err(error) => fail(&error, junit.as_deref(), UNUSABLE),
@@ -44,13 +48,13 @@ pub(super) fn fail(error: &anyhow::Error, junit: Option<&Path>, code: u8) -> Exi
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
 fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
-    if flags.set.iter().any(|pair| pair == "help") {
+    if flags.robot.set.iter().any(|pair| pair == "help") {
         list_options()?;
         return Ok(0);
     }
     let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
-    junit.clone_from(&args.junit);
-    log::start(args.verbose, args.log_format.unwrap_or_default());
+    junit.clone_from(&args.scenario.junit);
+    log::start(args.log.verbose, args.log.log_format.unwrap_or_default());
     for warning in unknown {
         warn!("{warning}");
     }
@@ -76,7 +80,7 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     let control = launched.open_control(settings)?;
     let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
     let _announced = Instance::current(settings.listen, ports, control).announce();
-    if args.ready_json.unwrap_or(false) {
+    if args.network.ready_json.unwrap_or(false) {
         let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
         printed.context("cannot write to stdout")?;
     } else {
@@ -87,7 +91,7 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
             control,
             has_examples: launched.has_examples,
         };
-        match args.log_format.unwrap_or_default() {
+        match args.log.log_format.unwrap_or_default() {
             LogFormat::Text => eprint!("{banner}"),
             LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
         }
@@ -113,7 +117,7 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
     };
     let robots: Vec<RobotInfo> = fleet.infos().collect();
     let _announced = Instance::of_fleet(&robots, address).announce();
-    if args.ready_json.unwrap_or(false) {
+    if args.network.ready_json.unwrap_or(false) {
         ready::print_fleet_line(&robots, address, fleet.vary()).context("cannot write to stdout")?;
     } else {
         let banner = ready::FleetBanner {
@@ -121,7 +125,7 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
             control: address,
             has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
         };
-        match args.log_format.unwrap_or_default() {
+        match args.log.log_format.unwrap_or_default() {
             LogFormat::Text => eprint!("{banner}"),
             LogFormat::Json => info!(event = "ready", "ready: {}", banner.summary()),
         }

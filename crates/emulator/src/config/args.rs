@@ -5,13 +5,14 @@
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::device::serial_device;
+use super::flag_group::{self, Layered as _, flag_group};
 use super::model::ModelChoice;
-use super::report_args::{ReportArgs, first_non_empty};
+use super::report_args::ReportArgs;
 use super::seed::Seed;
 use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -20,7 +21,6 @@ use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::tcp::Ports;
 use ts3100_proto::words::{UnexpectedWord, Word};
-use ts3100_recording::transcript::TranscriptFile;
 
 /// Start an emulated controller and serve its ports until Ctrl-C.
 ///
@@ -32,163 +32,247 @@ use ts3100_recording::transcript::TranscriptFile;
 /// below --min-coverage; 5 the scenario failed.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ServeArgs {
-    /// Listen on this address [default: 127.0.0.1]
-    #[arg(long, help_heading = "Network", value_name = "ADDR")]
-    pub listen: Option<IpAddr>,
-    /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
-    #[arg(long, help_heading = "Network", value_name = "N", value_parser = port_offset)]
-    pub port_offset: Option<u16>,
-    /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
-    #[arg(long, help_heading = "Network", value_name = "WORD", value_parser = PortSourceParser)]
-    pub ports: Option<PortSource>,
-    /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
-    #[arg(long, help_heading = "Network", value_name = "N")]
-    pub port_step: Option<u16>,
-    /// Print one line of JSON on stdout when every port accepts connections
-    #[arg(long, help_heading = "Network", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
-        value_parser = switch())]
-    pub ready_json: Option<bool>,
-    /// Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: 3100 plus
-    /// the offset; a free port with --ports auto; with a token or --control-open at the address of --listen]
-    #[arg(long, help_heading = "Control interface", value_name = "WHERE")]
-    pub control: Option<ControlChoice>,
-    /// Require this bearer token; required unless it listens on loopback. Visible in the process list: prefer
-    /// TS3100_CONTROL_TOKEN or --control-token-file
-    #[arg(long, help_heading = "Control interface", value_name = "TOKEN")]
-    pub control_token: Option<String>,
-    /// Read the token from the first line of FILE
-    #[arg(long, help_heading = "Control interface", value_name = "FILE")]
-    pub control_token_file: Option<PathBuf>,
-    /// Accept every call without a token, for throw-away networks only: whoever reaches the interface controls the
-    /// robot
-    #[arg(long, help_heading = "Control interface", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
-        value_parser = switch())]
-    pub control_open: Option<bool>,
-    /// Also accept calls addressed to this host name, besides localhost and the listening address
-    #[arg(long, help_heading = "Control interface", value_name = "NAME", num_args = 1..)]
-    pub control_host: Vec<String>,
-    /// Create the serial ports as pseudo terminals: the links `host` and `com1` in DIR
-    #[arg(long, help_heading = "Serial", value_name = "DIR")]
-    pub serial_dir: Option<PathBuf>,
-    /// Serve HOST on this serial port of the computer, such as /dev/ttyUSB0 or COM3
-    #[arg(long, help_heading = "Serial", value_name = "PORT", value_parser = serial_device())]
-    pub serial_host: Option<PathBuf>,
-    /// Serve HOST by RFC 2217 at ADDRESS:PORT or at this port; 0 chooses a free one
-    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
-    pub serial_host_rfc2217: Option<ListenAt>,
-    /// Serve HOST as raw TCP at ADDRESS:PORT or at this port; 0 chooses a free one
-    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
-    pub serial_host_tcp: Option<ListenAt>,
-    /// Serve COM1 on this serial port of the computer
-    #[arg(long, help_heading = "Serial", value_name = "PORT", value_parser = serial_device())]
-    pub serial_com1: Option<PathBuf>,
-    /// Serve COM1 by RFC 2217 at ADDRESS:PORT or at this port
-    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
-    pub serial_com1_rfc2217: Option<ListenAt>,
-    /// Serve COM1 as raw TCP at ADDRESS:PORT or at this port
-    #[arg(long, help_heading = "Serial", value_name = "ADDR")]
-    pub serial_com1_tcp: Option<ListenAt>,
-    /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
-    /// `{robot}` in a path is the name
-    #[arg(long, help_heading = "Robot", value_name = "N", value_parser = robot_count)]
-    pub robots: Option<u32>,
-    /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or the .toml file of a model of your own [default:
-    /// ts3100-tv800]
-    #[arg(long, help_heading = "Robot", value_name = "MODEL")]
-    pub model: Option<ModelChoice>,
-    /// Controller type [default: ts3100]
-    #[arg(long, help_heading = "Robot", value_name = "TYPE", value_parser = described(CONTROLLERS))]
-    pub controller: Option<ControllerType>,
-    /// Position of the key switch [default: ext]
-    #[arg(long, help_heading = "Robot", value_name = "POSITION", value_parser = word::<KeySwitch>())]
-    pub key_switch: Option<KeySwitch>,
-    /// Who commands the robot in EXT [default: ether]
-    #[arg(long, help_heading = "Robot", value_name = "WHO", value_parser = word::<ControlRight>())]
-    pub control_right: Option<ControlRight>,
-    /// Start with servo power on
-    #[arg(long, help_heading = "Robot", value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
-        value_parser = switch())]
-    pub servo_on: Option<bool>,
-    /// Preset of the named options [default: field]
-    #[arg(long, help_heading = "Robot", value_name = "DIALECT", value_parser = described(DIALECTS))]
-    pub dialect: Option<Dialect>,
-    /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
-    #[arg(long, help_heading = "Robot", value_name = "KEY=VALUE")]
-    pub set: Vec<String>,
-    /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
-    #[arg(long, help_heading = "Robot", value_name = "FILE")]
-    pub like: Option<PathBuf>,
-    /// Use these permission tables instead of those of the manual
-    #[arg(long, help_heading = "Robot", value_name = "FILE")]
-    pub permissions: Option<PathBuf>,
-    /// Keep the files of the RAM drive in this directory [default: memory only]
-    #[arg(long, help_heading = "Programs and files", value_name = "DIR")]
-    pub drive: Option<PathBuf>,
-    /// Put files on the RAM drive; pick.scol becomes PICK
-    #[arg(long, help_heading = "Programs and files", value_name = "FILE", num_args = 1..)]
-    pub load: Vec<PathBuf>,
-    /// Select this file of the RAM drive
-    #[arg(long, help_heading = "Programs and files", value_name = "NAME")]
-    pub select: Option<String>,
-    /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes:
-    /// NAME,X,Y,Z,A,B,C,U,V,CONFIG)
-    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
-    pub points: Option<PathBuf>,
-    /// Start from this snapshot; options, arm, files and selection come from it
-    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
-    pub restore: Option<PathBuf>,
-    /// Write a snapshot when the emulator ends
-    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
-    pub snapshot_on_exit: Option<PathBuf>,
-    /// Read these settings from a TOML file; named options go in its table `options`
-    #[arg(long, help_heading = "Programs and files", value_name = "FILE")]
-    pub config: Option<PathBuf>,
-    /// How time passes: real, x10 (any factor), stepped, auto [default: real]
-    #[arg(long, help_heading = "Time", value_name = "MODE")]
-    pub time: Option<TimeMode>,
-    /// After a stop of the process (SIGSTOP, a sleeping computer): catch up with the missed time, or skip it
-    /// [default: catch-up]
-    #[arg(long, help_heading = "Time", value_name = "WORD", value_parser = described(TIME_GAPS))]
-    pub time_gap: Option<TimeGap>,
-    /// Inject a fault, KIND:key=value,...; `ts3100 faults list` shows the kinds (repeatable)
-    #[arg(long, help_heading = "Faults and variation", value_name = "SPEC")]
-    pub fault: Vec<String>,
-    /// Inject the faults of a TOML file, one table `[[fault]]` each
-    #[arg(long, help_heading = "Faults and variation", value_name = "FILE")]
-    pub faults: Option<PathBuf>,
-    /// Seed of the random choices of faults [default: 0]
-    #[arg(long, help_heading = "Faults and variation", value_name = "N")]
-    pub fault_seed: Option<u64>,
-    /// Vary what the manual leaves open: a seed, `random` (drawn and printed), or `off` [default: off]
-    #[arg(long, help_heading = "Faults and variation", value_name = "SEED")]
-    pub vary: Option<Seed>,
-    /// Play this scenario; exit code 5 if it fails
-    #[arg(long, help_heading = "Scenario", value_name = "FILE")]
-    pub scenario: Option<PathBuf>,
-    /// Write the results of the scenario as JUnit XML
-    #[arg(long, help_heading = "Scenario", value_name = "FILE")]
-    pub junit: Option<PathBuf>,
-    /// Record every port: .txt, .jsonl, or .pcapng for Wireshark (repeatable)
-    #[arg(long, help_heading = "Reports", value_name = "FILE", action = clap::ArgAction::Append)]
-    pub transcript: Vec<TranscriptFile>,
-    /// Report what each fault did, and which never fired: .xml for JUnit, otherwise JSON (repeatable)
-    #[arg(long, help_heading = "Reports", value_name = "FILE")]
-    pub report: Vec<PathBuf>,
+    /// Where the robot listens.
+    #[command(flatten)]
+    pub network: NetworkArgs,
+    /// The control interface.
+    #[command(flatten)]
+    pub control_interface: ControlArgs,
+    /// The serial ports.
+    #[command(flatten)]
+    pub serial: SerialArgs,
+    /// The robot itself.
+    #[command(flatten)]
+    pub robot: RobotArgs,
+    /// What is on its drive, and where its state comes from.
+    #[command(flatten)]
+    pub files: FileArgs,
+    /// How time passes.
+    #[command(flatten)]
+    pub clock: ClockArgs,
+    /// What goes wrong or differs on purpose.
+    #[command(flatten)]
+    pub variation: FaultArgs,
+    /// The scenario that is played.
+    #[command(flatten)]
+    pub scenario: ScenarioArgs,
     /// Reports of the run.
     #[command(flatten)]
     pub reports: ReportArgs,
-    /// Log every text; twice: every byte
-    #[arg(long, help_heading = "Logging", short, action = clap::ArgAction::Count)]
-    pub verbose: u8,
-    /// Format of the log on stderr [default: text]
-    #[arg(long, help_heading = "Logging", value_name = "FORMAT")]
-    pub log_format: Option<LogFormat>,
+    /// The log.
+    #[command(flatten)]
+    pub log: LogArgs,
     /// The tables `[[robot]]` of the file.
     #[arg(skip)]
     pub robot_tables: Vec<RobotTable>,
     /// The tables `[[wire]]` of the file.
     #[arg(skip)]
     pub wires: Vec<WireTable>,
+}
+
+flag_group! {
+    /// Where the robot listens.
+    #[command(next_help_heading = "Network")]
+    pub struct NetworkArgs {
+        /// Listen on this address [default: 127.0.0.1]
+        #[arg(long, value_name = "ADDR")]
+        pub listen: Option<IpAddr>,
+        /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
+        #[arg(long, value_name = "N", value_parser = port_offset)]
+        pub port_offset: Option<u16>,
+        /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
+        #[arg(long, value_name = "WORD", value_parser = PortSourceParser)]
+        pub ports: Option<PortSource>,
+        /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
+        #[arg(long, value_name = "N")]
+        pub port_step: Option<u16>,
+        /// Print one line of JSON on stdout when every port accepts connections
+        #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+            value_parser = switch())]
+        pub ready_json: Option<bool>,
+    }
+}
+
+flag_group! {
+    /// The control interface.
+    #[command(next_help_heading = "Control interface")]
+    pub struct ControlArgs {
+        /// Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: 3100 plus
+        /// the offset; a free port with --ports auto; with a token or --control-open at the address of --listen]
+        #[arg(long, value_name = "WHERE")]
+        pub control: Option<ControlChoice>,
+        /// Require this bearer token; required unless it listens on loopback. Visible in the process list: prefer
+        /// TS3100_CONTROL_TOKEN or --control-token-file
+        #[arg(long, value_name = "TOKEN")]
+        pub control_token: Option<String>,
+        /// Read the token from the first line of FILE
+        #[arg(long, value_name = "FILE")]
+        pub control_token_file: Option<PathBuf>,
+        /// Accept every call without a token, for throw-away networks only: whoever reaches the interface controls the
+        /// robot
+        #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+            value_parser = switch())]
+        pub control_open: Option<bool>,
+        /// Also accept calls addressed to this host name, besides localhost and the listening address
+        #[arg(long, value_name = "NAME", num_args = 1..)]
+        pub control_host: Vec<String>,
+    }
+}
+
+flag_group! {
+    /// The serial ports.
+    #[command(next_help_heading = "Serial")]
+    pub struct SerialArgs {
+        /// Create the serial ports as pseudo terminals: the links `host` and `com1` in DIR
+        #[arg(long, value_name = "DIR")]
+        pub serial_dir: Option<PathBuf>,
+        /// Serve HOST on this serial port of the computer, such as /dev/ttyUSB0 or COM3
+        #[arg(long, value_name = "PORT", value_parser = serial_device())]
+        pub serial_host: Option<PathBuf>,
+        /// Serve HOST by RFC 2217 at ADDRESS:PORT or at this port; 0 chooses a free one
+        #[arg(long, value_name = "ADDR")]
+        pub serial_host_rfc2217: Option<ListenAt>,
+        /// Serve HOST as raw TCP at ADDRESS:PORT or at this port; 0 chooses a free one
+        #[arg(long, value_name = "ADDR")]
+        pub serial_host_tcp: Option<ListenAt>,
+        /// Serve COM1 on this serial port of the computer
+        #[arg(long, value_name = "PORT", value_parser = serial_device())]
+        pub serial_com1: Option<PathBuf>,
+        /// Serve COM1 by RFC 2217 at ADDRESS:PORT or at this port
+        #[arg(long, value_name = "ADDR")]
+        pub serial_com1_rfc2217: Option<ListenAt>,
+        /// Serve COM1 as raw TCP at ADDRESS:PORT or at this port
+        #[arg(long, value_name = "ADDR")]
+        pub serial_com1_tcp: Option<ListenAt>,
+    }
+}
+
+flag_group! {
+    /// The robot itself.
+    #[command(next_help_heading = "Robot")]
+    pub struct RobotArgs {
+        /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
+        /// `{robot}` in a path is the name
+        #[arg(long, value_name = "N", value_parser = robot_count)]
+        pub robots: Option<u32>,
+        /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or the .toml file of a model of your own [default:
+        /// ts3100-tv800]
+        #[arg(long, value_name = "MODEL")]
+        pub model: Option<ModelChoice>,
+        /// Controller type [default: ts3100]
+        #[arg(long, value_name = "TYPE", value_parser = described(CONTROLLERS))]
+        pub controller: Option<ControllerType>,
+        /// Position of the key switch [default: ext]
+        #[arg(long, value_name = "POSITION", value_parser = word::<KeySwitch>())]
+        pub key_switch: Option<KeySwitch>,
+        /// Who commands the robot in EXT [default: ether]
+        #[arg(long, value_name = "WHO", value_parser = word::<ControlRight>())]
+        pub control_right: Option<ControlRight>,
+        /// Start with servo power on
+        #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
+            value_parser = switch())]
+        pub servo_on: Option<bool>,
+        /// Preset of the named options [default: field]
+        #[arg(long, value_name = "DIALECT", value_parser = described(DIALECTS))]
+        pub dialect: Option<Dialect>,
+        /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
+        #[arg(long, value_name = "KEY=VALUE")]
+        pub set: Vec<String>,
+        /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
+        #[arg(long, value_name = "FILE")]
+        pub like: Option<PathBuf>,
+        /// Use these permission tables instead of those of the manual
+        #[arg(long, value_name = "FILE")]
+        pub permissions: Option<PathBuf>,
+    }
+}
+
+flag_group! {
+    /// What is on its drive, and where its state comes from.
+    #[command(next_help_heading = "Programs and files")]
+    pub struct FileArgs {
+        /// Keep the files of the RAM drive in this directory [default: memory only]
+        #[arg(long, value_name = "DIR")]
+        pub drive: Option<PathBuf>,
+        /// Put files on the RAM drive; pick.scol becomes PICK
+        #[arg(long, value_name = "FILE", num_args = 1..)]
+        pub load: Vec<PathBuf>,
+        /// Select this file of the RAM drive
+        #[arg(long, value_name = "NAME")]
+        pub select: Option<String>,
+        /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes:
+        /// NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+        #[arg(long, value_name = "FILE")]
+        pub points: Option<PathBuf>,
+        /// Start from this snapshot; options, arm, files and selection come from it
+        #[arg(long, value_name = "FILE")]
+        pub restore: Option<PathBuf>,
+        /// Write a snapshot when the emulator ends
+        #[arg(long, value_name = "FILE")]
+        pub snapshot_on_exit: Option<PathBuf>,
+        /// Read these settings from a TOML file; named options go in its table `options`
+        #[arg(long, value_name = "FILE")]
+        pub config: Option<PathBuf>,
+    }
+}
+
+flag_group! {
+    /// How time passes.
+    #[command(next_help_heading = "Time")]
+    pub struct ClockArgs {
+        /// How time passes: real, x10 (any factor), stepped, auto [default: real]
+        #[arg(long, value_name = "MODE")]
+        pub time: Option<TimeMode>,
+        /// After a stop of the process (SIGSTOP, a sleeping computer): catch up with the missed time, or skip it
+        /// [default: catch-up]
+        #[arg(long, value_name = "WORD", value_parser = described(TIME_GAPS))]
+        pub time_gap: Option<TimeGap>,
+    }
+}
+
+flag_group! {
+    /// What goes wrong or differs on purpose.
+    #[command(next_help_heading = "Faults and variation")]
+    pub struct FaultArgs {
+        /// Inject a fault, KIND:key=value,...; `ts3100 faults list` shows the kinds (repeatable)
+        #[arg(long, value_name = "SPEC")]
+        pub fault: Vec<String>,
+        /// Inject the faults of a TOML file, one table `[[fault]]` each
+        #[arg(long, value_name = "FILE")]
+        pub faults: Option<PathBuf>,
+        /// Seed of the random choices of faults [default: 0]
+        #[arg(long, value_name = "N")]
+        pub fault_seed: Option<u64>,
+        /// Vary what the manual leaves open: a seed, `random` (drawn and printed), or `off` [default: off]
+        #[arg(long, value_name = "SEED")]
+        pub vary: Option<Seed>,
+    }
+}
+
+flag_group! {
+    /// The scenario that is played.
+    #[command(next_help_heading = "Scenario")]
+    pub struct ScenarioArgs {
+        /// Play this scenario; exit code 5 if it fails
+        #[arg(long, value_name = "FILE")]
+        pub scenario: Option<PathBuf>,
+        /// Write the results of the scenario as JUnit XML
+        #[arg(long, value_name = "FILE")]
+        pub junit: Option<PathBuf>,
+    }
+}
+
+flag_group! {
+    /// The log.
+    #[command(next_help_heading = "Logging")]
+    pub struct LogArgs {
+        /// Log every text; twice: every byte
+        #[arg(long, short, action = clap::ArgAction::Count)]
+        pub verbose: u8,
+        /// Format of the log on stderr [default: text]
+        #[arg(long, value_name = "FORMAT")]
+        pub log_format: Option<LogFormat>,
+    }
 }
 
 /// A table `[[robot]]`: its name, and what it says of that robot.
@@ -214,69 +298,59 @@ pub struct WireTable {
 impl ServeArgs {
     /// Where the port numbers come from: ETHERNET.PAR and an offset, or the system.
     pub fn tcp_ports(&self) -> Ports {
-        match self.ports {
+        match self.network.ports {
             Some(PortSource::Auto) => Ports::Auto,
-            Some(PortSource::Parameter) | None => Ports::Offset(self.port_offset.unwrap_or(0)),
+            Some(PortSource::Parameter) | None => Ports::Offset(self.network.port_offset.unwrap_or(0)),
         }
     }
 
     /// These arguments; those not given are taken from the layer below. Named options and faults of the layer below come
     /// first, so that a later option of the same name wins.
     #[must_use]
-    pub fn with_fallback(self, below: ServeArgs) -> ServeArgs {
-        ServeArgs {
-            listen: self.listen.or(below.listen),
-            port_offset: self.port_offset.or(below.port_offset),
-            ports: self.ports.or(below.ports),
-            port_step: self.port_step.or(below.port_step),
-            robots: self.robots.or(below.robots),
-            robot_tables: first_non_empty(self.robot_tables, below.robot_tables),
-            wires: first_non_empty(self.wires, below.wires),
-            control: self.control.or(below.control),
-            control_token: self.control_token.or(below.control_token),
-            control_token_file: self.control_token_file.or(below.control_token_file),
-            control_open: self.control_open.or(below.control_open),
-            control_host: first_non_empty(self.control_host, below.control_host),
-            serial_dir: self.serial_dir.or(below.serial_dir),
-            serial_host: self.serial_host.or(below.serial_host),
-            serial_host_rfc2217: self.serial_host_rfc2217.or(below.serial_host_rfc2217),
-            serial_host_tcp: self.serial_host_tcp.or(below.serial_host_tcp),
-            serial_com1: self.serial_com1.or(below.serial_com1),
-            serial_com1_rfc2217: self.serial_com1_rfc2217.or(below.serial_com1_rfc2217),
-            serial_com1_tcp: self.serial_com1_tcp.or(below.serial_com1_tcp),
-            ready_json: self.ready_json.or(below.ready_json),
-            drive: self.drive.or(below.drive),
-            load: first_non_empty(self.load, below.load),
-            select: self.select.or(below.select),
-            restore: self.restore.or(below.restore),
-            snapshot_on_exit: self.snapshot_on_exit.or(below.snapshot_on_exit),
-            scenario: self.scenario.or(below.scenario),
-            junit: self.junit.or(below.junit),
-            servo_on: self.servo_on.or(below.servo_on),
-            key_switch: self.key_switch.or(below.key_switch),
-            control_right: self.control_right.or(below.control_right),
-            dialect: self.dialect.or(below.dialect),
-            model: self.model.or(below.model),
-            points: self.points.or(below.points),
-            controller: self.controller.or(below.controller),
-            time: self.time.or(below.time),
-            time_gap: self.time_gap.or(below.time_gap),
-            set: below.set.into_iter().chain(self.set).collect(),
-            fault: below.fault.into_iter().chain(self.fault).collect(),
-            faults: self.faults.or(below.faults),
-            fault_seed: self.fault_seed.or(below.fault_seed),
-            vary: self.vary.or(below.vary),
-            report: first_non_empty(self.report, below.report),
-            like: self.like.or(below.like),
-            permissions: self.permissions.or(below.permissions),
-            config: self.config.or(below.config),
-            transcript: first_non_empty(self.transcript, below.transcript),
-            verbose: Some(self.verbose)
-                .filter(|count| *count > 0)
-                .unwrap_or(below.verbose),
-            log_format: self.log_format.or(below.log_format),
-            reports: self.reports.with_fallback(below.reports),
-        }
+    pub fn with_fallback(self, mut below: ServeArgs) -> ServeArgs {
+        below.robot.set.extend_from_slice(&self.robot.set);
+        below.variation.fault.extend_from_slice(&self.variation.fault);
+        let (set, fault) = (below.robot.set.clone(), below.variation.fault.clone());
+        let mut merged = ServeArgs {
+            network: self.network.or_below(below.network),
+            control_interface: self.control_interface.or_below(below.control_interface),
+            serial: self.serial.or_below(below.serial),
+            robot: self.robot.or_below(below.robot),
+            files: self.files.or_below(below.files),
+            clock: self.clock.or_below(below.clock),
+            variation: self.variation.or_below(below.variation),
+            scenario: self.scenario.or_below(below.scenario),
+            reports: self.reports.or_below(below.reports),
+            log: self.log.or_below(below.log),
+            robot_tables: self.robot_tables.or_below(below.robot_tables),
+            wires: self.wires.or_below(below.wires),
+        };
+        (merged.robot.set, merged.variation.fault) = (set, fault);
+        merged
+    }
+
+    /// Reads a command line; see [`flag_group::read`].
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_words(words: &[OsString]) -> Result<ServeArgs, clap::Error> {
+        let mut args = ServeArgs::default();
+        flag_group::read(
+            words,
+            [
+                &mut args.network,
+                &mut args.control_interface,
+                &mut args.serial,
+                &mut args.robot,
+                &mut args.files,
+                &mut args.clock,
+                &mut args.variation,
+                &mut args.scenario,
+                &mut args.reports,
+                &mut args.log,
+            ],
+        )?;
+        Ok(args)
     }
 }
 

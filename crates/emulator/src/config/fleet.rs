@@ -61,7 +61,7 @@ impl FleetConfig {
         let mut common = args.clone();
         let tables = std::mem::take(&mut common.robot_tables);
         let wires = std::mem::take(&mut common.wires);
-        let count = match (args.robots, tables.len()) {
+        let count = match (args.robot.robots, tables.len()) {
             (None, 0) if wires.is_empty() => return Ok(None),
             (None, 0) => return Err(refused("[[wire]] joins robots, and there is no [[robot]]")),
             (None, count) => count,
@@ -72,7 +72,7 @@ impl FleetConfig {
             }
             (Some(count), 0) => count as usize,
         };
-        common.robots = None;
+        common.robot.robots = None;
         let tables: Vec<_> = tables.into_iter().map(|table| (table.name, table.args)).collect();
         check_names(&tables)?;
         let mut fleet = FleetConfig {
@@ -139,33 +139,42 @@ impl FleetConfig {
             .get(index)
             .map(|(_, args)| args.clone())
             .unwrap_or_default();
-        let has_place = table.listen.is_some() || table.port_offset.is_some() || table.ports.is_some();
+        let has_place = table.network.listen.is_some()
+            || table.network.port_offset.is_some()
+            || table.network.ports.is_some();
         let mut args = table.with_fallback(self.common.clone());
         if !has_place {
             let number = u32::try_from(index).unwrap_or(u32::MAX);
-            if let Some(step) = self.common.port_step {
-                let offset = u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * number;
-                args.port_offset = Some(u16::try_from(offset).unwrap_or(u16::MAX));
-            } else if args.ports != Some(PortSource::Auto) {
-                args.listen = Some(address_after(args.listen.unwrap_or(Settings::LISTEN), number));
+            if let Some(step) = self.common.network.port_step {
+                let offset = u32::from(args.network.port_offset.unwrap_or(0)) + u32::from(step) * number;
+                args.network.port_offset = Some(u16::try_from(offset).unwrap_or(u16::MAX));
+            } else if args.network.ports != Some(PortSource::Auto) {
+                args.network.listen = Some(address_after(
+                    args.network.listen.unwrap_or(Settings::LISTEN),
+                    number,
+                ));
             }
         }
-        if self.tables.is_empty() && args.restore.is_none() {
+        if self.tables.is_empty() && args.files.restore.is_none() {
             // Otherwise all robots would have the same luck.
             let number = index as u64;
-            args.fault_seed = Some(args.fault_seed.unwrap_or(0).wrapping_add(number));
-            args.vary = args.vary.map(|seed| seed.after(number));
+            args.variation.fault_seed = Some(args.variation.fault_seed.unwrap_or(0).wrapping_add(number));
+            args.variation.vary = args.variation.vary.map(|seed| seed.after(number));
         }
         // The process has one control interface, wherever that is.
-        args.control = args.control.filter(|choice| *choice == ControlChoice::Off);
-        args.control = args
+        args.control_interface.control = args
+            .control_interface
+            .control
+            .filter(|choice| *choice == ControlChoice::Off);
+        args.control_interface.control = args
+            .control_interface
             .control
             .or(Some(ControlChoice::Address(ControlSettings::free().address)));
         let name = self.name(index);
         for path in paths(&mut args).into_values().flatten() {
             *path = with_name(path, &name);
         }
-        for file in &mut args.transcript {
+        for file in &mut args.reports.transcript {
             file.path = with_name(&file.path, &name);
         }
         args
@@ -178,17 +187,20 @@ impl FleetConfig {
     pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
         let mut args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
-        if self.common.restore.as_deref().is_some_and(is_of_all) && args.restore == self.common.restore {
+        if self.common.files.restore.as_deref().is_some_and(is_of_all)
+            && args.files.restore == self.common.files.restore
+        {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
-        args.snapshot_on_exit.take_if(|path| is_of_all(path));
+        args.files.snapshot_on_exit.take_if(|path| is_of_all(path));
         Ok((args, settings))
     }
 
     /// The file for the last state of all robots, if one is asked for.
     pub fn snapshot_of_all(&self) -> Option<&Path> {
         self.common
+            .files
             .snapshot_on_exit
             .as_deref()
             .filter(|path| is_of_all(path))
@@ -196,7 +208,11 @@ impl FleetConfig {
 
     /// The file with the initial state of all robots, if there is one.
     pub fn restored_for_all(&self) -> Option<&Path> {
-        self.common.restore.as_deref().filter(|path| is_of_all(path))
+        self.common
+            .files
+            .restore
+            .as_deref()
+            .filter(|path| is_of_all(path))
     }
 
     /// The control interface of the process, if there is one.
@@ -209,7 +225,7 @@ impl FleetConfig {
 
     /// The robot at an address, if each has its own.
     pub fn index_at(&self, address: IpAddr) -> Option<usize> {
-        let number = match (self.common.listen.unwrap_or(Settings::LISTEN), address) {
+        let number = match (self.common.network.listen.unwrap_or(Settings::LISTEN), address) {
             (IpAddr::V4(first), IpAddr::V4(address)) => {
                 u128::from(u32::from(address).checked_sub(u32::from(first))?)
             }
@@ -222,21 +238,21 @@ impl FleetConfig {
     /// Whether each robot is at an address of its own, with the same ports.
     pub fn has_own_addresses(&self) -> bool {
         self.tables.is_empty()
-            && self.common.port_step.is_none()
-            && self.common.ports != Some(PortSource::Auto)
+            && self.common.network.port_step.is_none()
+            && self.common.network.ports != Some(PortSource::Auto)
             && self.count > 1
     }
 
     fn check_network(&self) -> Result<(), ConfigError> {
         let args = &self.common;
         let last = u32::try_from(self.count.saturating_sub(1)).unwrap_or(u32::MAX);
-        if let Some(step) = args.port_step {
-            if args.ports == Some(PortSource::Auto) {
+        if let Some(step) = args.network.port_step {
+            if args.network.ports == Some(PortSource::Auto) {
                 return Err(refused(
                     "cannot use --port-step with --ports auto: free ports need no distance",
                 ));
             }
-            let highest = 1_003 + u32::from(args.port_offset.unwrap_or(0)) + u32::from(step) * last;
+            let highest = 1_003 + u32::from(args.network.port_offset.unwrap_or(0)) + u32::from(step) * last;
             if step < 4 || highest > u32::from(u16::MAX) {
                 let reason = format!(
                     "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \
@@ -245,7 +261,7 @@ impl FleetConfig {
                 return Err(refused(reason));
             }
         }
-        let listen = args.listen.unwrap_or(Settings::LISTEN);
+        let listen = args.network.listen.unwrap_or(Settings::LISTEN);
         if self.has_own_addresses() && listen.is_unspecified() {
             return Err(refused(format!(
                 "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \
@@ -262,7 +278,7 @@ impl FleetConfig {
             .iter()
             .flat_map(|wire| [wire.from.robot(), wire.to.robot()])
             .flatten();
-        let mut times = robots.map(|index| (index, self.args(index).time.unwrap_or_default()));
+        let mut times = robots.map(|index| (index, self.args(index).clock.time.unwrap_or_default()));
         let Some((first, time)) = times.next() else {
             return Ok(());
         };
@@ -287,7 +303,12 @@ impl FleetConfig {
         };
         for index in 0..compared {
             let (name, mut args) = (self.name(index), self.args(index));
-            let transcripts: Vec<PathBuf> = args.transcript.iter().map(|file| file.path.clone()).collect();
+            let transcripts: Vec<PathBuf> = args
+                .reports
+                .transcript
+                .iter()
+                .map(|file| file.path.clone())
+                .collect();
             let mut written = paths(&mut args);
             // Read by all, or one file with the state of each.
             written.retain(|key, _| !matches!(*key, "restore" | "load" | "scenario" | "snapshot-on-exit"));
@@ -363,18 +384,18 @@ fn paths(args: &mut ServeArgs) -> BTreeMap<&'static str, Vec<&mut PathBuf>> {
     }
     BTreeMap::from([
         ("coverage", reports.coverage.iter_mut().collect()),
-        ("drive", one(&mut args.drive)),
+        ("drive", one(&mut args.files.drive)),
         ("findings", reports.findings.iter_mut().collect()),
-        ("junit", one(&mut args.junit)),
+        ("junit", one(&mut args.scenario.junit)),
         ("lcov", one(&mut reports.lcov)),
-        ("load", args.load.iter_mut().collect()),
-        ("report", args.report.iter_mut().collect()),
-        ("restore", one(&mut args.restore)),
-        ("scenario", one(&mut args.scenario)),
-        ("serial-com1", one(&mut args.serial_com1)),
-        ("serial-dir", one(&mut args.serial_dir)),
-        ("serial-host", one(&mut args.serial_host)),
-        ("snapshot-on-exit", one(&mut args.snapshot_on_exit)),
+        ("load", args.files.load.iter_mut().collect()),
+        ("report", reports.report.iter_mut().collect()),
+        ("restore", one(&mut args.files.restore)),
+        ("scenario", one(&mut args.scenario.scenario)),
+        ("serial-com1", one(&mut args.serial.serial_com1)),
+        ("serial-dir", one(&mut args.serial.serial_dir)),
+        ("serial-host", one(&mut args.serial.serial_host)),
+        ("snapshot-on-exit", one(&mut args.files.snapshot_on_exit)),
     ])
 }
 

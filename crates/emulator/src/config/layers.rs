@@ -10,8 +10,8 @@ use super::error::{ConfigError, read_text};
 use super::exported;
 use super::fleet;
 use super::model::ModelChoice;
+use clap::Args;
 use clap::error::{ContextKind, ContextValue};
-use clap::{Args, FromArgMatches};
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
 use std::error::Error as _;
@@ -37,7 +37,7 @@ pub type Environment = BTreeMap<OsString, OsString>;
 pub fn read(flags: ServeArgs, environment: &Environment) -> Result<(ServeArgs, Vec<String>), ConfigError> {
     let (from_environment, unknown) = read_environment(environment)?;
     let above = flags.with_fallback(from_environment);
-    let merged = match above.config.clone() {
+    let merged = match above.files.config.clone() {
         Some(path) => above.with_fallback(read_file(&path)?),
         None => above,
     };
@@ -166,7 +166,7 @@ fn read_keys(
                 let reason = format!("options: expected a table, found {}", value.type_str());
                 ConfigError::invalid(&origin, reason)
             })?;
-            merged.set.extend(flatten(&origin, "", table, 1)?);
+            merged.robot.set.extend(flatten(&origin, "", table, 1)?);
             continue;
         }
         let flag = key.replace('_', "-");
@@ -241,25 +241,19 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
     if key == "verbose" {
         let text = values.first().cloned().unwrap_or_default();
         let text = text.to_string_lossy();
-        let verbose = text
+        let mut args = ServeArgs::default();
+        args.log.verbose = text
             .parse()
             .map_err(|_| wrong(format!("verbose: expected 0, 1 or 2, found `{text}`")))?;
-        return Ok(ServeArgs {
-            verbose,
-            ..ServeArgs::default()
-        });
+        return Ok(args);
     }
     let arguments = values.iter().map(|value| {
         let mut argument = OsString::from(format!("--{key}="));
         argument.push(value);
         argument
     });
-    let matches = serve_command()
-        .no_binary_name(true)
-        .try_get_matches_from(arguments);
-    matches
-        .and_then(|matches| ServeArgs::from_arg_matches(&matches))
-        .map_err(|error| wrong(value_message(key, &error)))
+    let arguments: Vec<OsString> = arguments.collect();
+    ServeArgs::from_words(&arguments).map_err(|error| wrong(value_message(key, &error)))
 }
 
 /// What is wrong with a value. The words of clap are about a command line, not about a file or a variable.

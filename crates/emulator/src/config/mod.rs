@@ -8,6 +8,7 @@ pub mod args;
 mod device;
 mod error;
 pub mod exported;
+mod flag_group;
 pub mod fleet;
 mod layers;
 pub mod model;
@@ -129,66 +130,71 @@ impl Settings {
     /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let args = &with_surveyed(args)?;
-        let mut controller = Config::new(args.dialect.unwrap_or_default())
-            .with_controller(args.controller.unwrap_or_default());
+        let mut controller = Config::new(args.robot.dialect.unwrap_or_default())
+            .with_controller(args.robot.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
-        for pair in &args.set {
+        for pair in &args.robot.set {
             let (key, value) = pair
                 .split_once('=')
                 .ok_or_else(|| ConfigError::Pair(pair.clone()))?;
             set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
         }
-        if let Some(model) = &args.model {
+        if let Some(model) = &args.robot.model {
             controller.model = model.read()?;
         }
-        if let Some(path) = &args.points {
+        if let Some(path) = &args.files.points {
             controller.points = layers::read_points(path, controller.model.language())?;
         }
-        controller.key = args.key_switch.unwrap_or_default();
-        controller.control_right = args.control_right.unwrap_or_default();
+        controller.key = args.robot.key_switch.unwrap_or_default();
+        controller.control_right = args.robot.control_right.unwrap_or_default();
         if !controller.controller.has_internal() && controller.key == KeySwitch::Internal {
             return Err(ConfigError::NoInternal(controller.controller.name()));
         }
-        if let Some(path) = &args.permissions {
+        if let Some(path) = &args.robot.permissions {
             let text = error::read_text(path)?;
             controller.permissions =
                 PermissionTable::parse(&text).map_err(|error| ConfigError::invalid(path.display(), error))?;
         }
-        controller.fault_seed = args.fault_seed.unwrap_or(0);
-        controller.vary = args.vary.and_then(Seed::number);
-        let time = args.time.unwrap_or_default();
+        controller.fault_seed = args.variation.fault_seed.unwrap_or(0);
+        controller.vary = args.variation.vary.and_then(Seed::number);
+        let time = args.clock.time.unwrap_or_default();
         // Only real time starts at today's date: other runs must repeat byte for byte, dates included.
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
             controller.calendar = clock::system_calendar();
         }
         let ports = args.tcp_ports();
-        let scenario = args.scenario.as_deref().map(Scenario::read).transpose()?;
+        let scenario = args
+            .scenario
+            .scenario
+            .as_deref()
+            .map(Scenario::read)
+            .transpose()?;
         let args = &with_scenario_start(args, scenario.as_ref());
-        if args.restore.is_some() {
+        if args.files.restore.is_some() {
             refuse_flags_beside_snapshot(args, &controller)?;
         }
-        if args.junit.is_some() && scenario.is_none() {
+        if args.scenario.junit.is_some() && scenario.is_none() {
             return Err(ConfigError::JunitAlone);
         }
         let defaults = Settings::new(controller);
-        let listen = args.listen.unwrap_or(defaults.listen);
+        let listen = args.network.listen.unwrap_or(defaults.listen);
         Ok(Settings {
             listen,
             ports,
-            serial: serial::serial_ends(args, listen)?,
+            serial: serial::serial_ends(&args.serial, listen)?,
             links,
             time,
-            time_gap: args.time_gap.unwrap_or_default(),
-            drive: args.drive.clone(),
-            load: args.load.clone(),
-            select: args.select.clone(),
-            servo_on: args.servo_on.unwrap_or(false),
+            time_gap: args.clock.time_gap.unwrap_or_default(),
+            drive: args.files.drive.clone(),
+            load: args.files.load.clone(),
+            select: args.files.select.clone(),
+            servo_on: args.robot.servo_on.unwrap_or(false),
             faults: initial_faults(args)?,
-            report: args.report.clone(),
-            restore: args.restore.clone(),
+            report: args.reports.report.clone(),
+            restore: args.files.restore.clone(),
             scenario,
             control: control_settings(args, ports)?,
-            transcripts: args.transcript.clone(),
+            transcripts: args.reports.transcript.clone(),
             flags: controller_flags(args),
             record_lines: args.reports.lcov.is_some(),
             reports: args.reports.reports(),
@@ -199,11 +205,11 @@ impl Settings {
 
 /// The faults of the file, followed by those of the command line.
 fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
-    let mut faults = match &args.faults {
+    let mut faults = match &args.variation.faults {
         Some(path) => ts3100_recording::faults::read(path)?,
         None => Vec::new(),
     };
-    for spec in &args.fault {
+    for spec in &args.variation.fault {
         faults.push(spec.parse().map_err(ConfigError::Fault)?);
     }
     // While it runs a fault of the same number is replaced intentionally; here one would be lost silently.
@@ -219,7 +225,7 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
 /// Fills in what the file of `--like` decides. What is set besides wins.
 fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
     let mut args = args.clone();
-    let Some(path) = &args.like else {
+    let Some(path) = &args.robot.like else {
         return Ok(args);
     };
     let text = error::read_text(path)?;
@@ -243,14 +249,14 @@ fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
         ledger::assumed().count(),
         remaining.join(" ")
     );
-    set.append(&mut args.set);
-    args.set = set;
+    set.append(&mut args.robot.set);
+    args.robot.set = set;
     let version = report.versions.first().map_or("", String::as_str);
     let kinds = args::CONTROLLERS.iter().map(|(_, kind, _)| *kind);
     let named = kinds.into_iter().find(|kind| version.starts_with(kind.name()));
-    args.controller = args.controller.or(named);
-    if args.model.is_none() && report.arm == SCARA {
-        args.model = SCARA_MODEL.parse().ok();
+    args.robot.controller = args.robot.controller.or(named);
+    if args.robot.model.is_none() && report.arm == SCARA {
+        args.robot.model = SCARA_MODEL.parse().ok();
     }
     Ok(args)
 }
@@ -263,9 +269,9 @@ const SCARA_MODEL: &str = "tsl3000-thl400";
 fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
     let mut args = args.clone();
     if let Some(Scenario { start, .. }) = scenario {
-        args.load.extend(start.load.iter().cloned());
-        args.select = args.select.or_else(|| start.select.clone());
-        args.restore = args.restore.or_else(|| start.restore.clone());
+        args.files.load.extend(start.load.iter().cloned());
+        args.files.select = args.files.select.or_else(|| start.select.clone());
+        args.files.restore = args.files.restore.or_else(|| start.restore.clone());
     }
     args
 }
@@ -280,9 +286,9 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
         .collect();
     let preset = Config::new(Dialect::default()).with_controller(controller.controller);
     let others = [
-        ("--load", !args.load.is_empty()),
-        ("--select", args.select.is_some()),
-        ("--servo-on", args.servo_on == Some(true)),
+        ("--load", !args.files.load.is_empty()),
+        ("--select", args.files.select.is_some()),
+        ("--servo-on", args.robot.servo_on == Some(true)),
         ("--set", controller.options != preset.options),
     ];
     conflicting.extend(
@@ -305,14 +311,16 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
     let free = ControlSettings::free();
     let mut address = free.address;
     // Who gives a token, or says that none is needed, wants to reach it from where the robot is reached.
-    let is_guarded = args.control_token.is_some() || args.control_token_file.is_some();
+    let is_guarded =
+        args.control_interface.control_token.is_some() || args.control_interface.control_token_file.is_some();
     if let Some(listen) = args
+        .network
         .listen
-        .filter(|_| is_guarded || args.control_open == Some(true))
+        .filter(|_| is_guarded || args.control_interface.control_open == Some(true))
     {
         address.set_ip(listen);
     }
-    match (args.control, ports) {
+    match (args.control_interface.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
         (Some(ControlChoice::Address(chosen)), _) => address = chosen,
         (None, Ports::Auto) => {}
@@ -323,7 +331,10 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
             address.set_port(port);
         }
     }
-    let token = match (&args.control_token, &args.control_token_file) {
+    let token = match (
+        &args.control_interface.control_token,
+        &args.control_interface.control_token_file,
+    ) {
         (Some(token), _) => Some(token.clone()),
         (None, Some(path)) => {
             let text = error::read_text(path)?;
@@ -334,8 +345,8 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
     let settings = ControlSettings {
         address,
         token,
-        open: args.control_open.unwrap_or(false),
-        hosts: args.control_host.clone(),
+        open: args.control_interface.control_open.unwrap_or(false),
+        hosts: args.control_interface.control_host.clone(),
     };
     Ok(Some(settings.validate()?))
 }
@@ -349,24 +360,30 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
     }
     let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let flags = [
-        ("dialect", word(args::DIALECTS, args.dialect)),
-        ("model", args.model.as_ref().map(ToString::to_string)),
-        ("controller", word(args::CONTROLLERS, args.controller)),
-        ("key-switch", args.key_switch.map(|key| key.word().to_owned())),
+        ("dialect", word(args::DIALECTS, args.robot.dialect)),
+        ("model", args.robot.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args::CONTROLLERS, args.robot.controller)),
+        (
+            "key-switch",
+            args.robot.key_switch.map(|key| key.word().to_owned()),
+        ),
         (
             "control-right",
-            args.control_right.map(|right| right.word().to_owned()),
+            args.robot.control_right.map(|right| right.word().to_owned()),
         ),
-        ("permissions", path(&args.permissions)),
-        ("points", path(&args.points)),
-        ("vary", args.vary.map(|seed| seed.to_string())),
-        ("fault-seed", args.fault_seed.map(|seed| seed.to_string())),
+        ("permissions", path(&args.robot.permissions)),
+        ("points", path(&args.files.points)),
+        ("vary", args.variation.vary.map(|seed| seed.to_string())),
+        (
+            "fault-seed",
+            args.variation.fault_seed.map(|seed| seed.to_string()),
+        ),
     ];
     let flags = flags
         .into_iter()
         .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
     flags
-        .chain(args.set.iter().map(|pair| format!("set={pair}")))
+        .chain(args.robot.set.iter().map(|pair| format!("set={pair}")))
         .collect()
 }
 

@@ -2,50 +2,45 @@
 //!
 //! The reports are written by [`ts3100_recording::reports`]. The doc comments are the help texts.
 
-use clap::Args;
+use super::flag_group::flag_group;
 use std::path::PathBuf;
 use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::reports::{Deny, FindingsFormat, Reports};
+use ts3100_recording::transcript::TranscriptFile;
 
-/// What is reported at the end of a run.
-#[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Reports")]
-pub struct ReportArgs {
-    /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, .md for Markdown, otherwise
-    /// JSON (repeatable)
-    #[arg(long, value_name = "FILE")]
-    pub findings: Vec<PathBuf>,
-    /// Format of the findings, whatever the file name ends with
-    #[arg(long, value_name = "FORMAT")]
-    pub findings_format: Option<FindingsFormat>,
-    /// Exit with code 3 on these findings: all, note, warning (and worse), error, a rule, or fault-never-fired
-    #[arg(long, value_name = "RULE", value_delimiter = ',')]
-    pub deny: Vec<Deny>,
-    /// Write which cells of the permission tables hosts reached: .html for a page, otherwise JSON (repeatable)
-    #[arg(long, value_name = "FILE")]
-    pub coverage: Vec<PathBuf>,
-    /// Exit with code 4 if hosts reached less than this
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
-    pub min_coverage: Option<f64>,
-    /// Write the executed lines of user files as an lcov tracefile
-    #[arg(long, value_name = "FILE")]
-    pub lcov: Option<PathBuf>,
+flag_group! {
+    /// What is reported at the end of a run.
+    #[command(next_help_heading = "Reports")]
+    pub struct ReportArgs {
+        /// Record every port: .txt, .jsonl, or .pcapng for Wireshark (repeatable)
+        #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+        pub transcript: Vec<TranscriptFile>,
+        /// Report what each fault did, and which never fired: .xml for JUnit, otherwise JSON (repeatable)
+        #[arg(long, value_name = "FILE")]
+        pub report: Vec<PathBuf>,
+        /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, .md for Markdown, otherwise
+        /// JSON (repeatable)
+        #[arg(long, value_name = "FILE")]
+        pub findings: Vec<PathBuf>,
+        /// Format of the findings, whatever the file name ends with
+        #[arg(long, value_name = "FORMAT")]
+        pub findings_format: Option<FindingsFormat>,
+        /// Exit with code 3 on these findings: all, note, warning (and worse), error, a rule, or fault-never-fired
+        #[arg(long, value_name = "RULE", value_delimiter = ',')]
+        pub deny: Vec<Deny>,
+        /// Write which cells of the permission tables hosts reached: .html for a page, otherwise JSON (repeatable)
+        #[arg(long, value_name = "FILE")]
+        pub coverage: Vec<PathBuf>,
+        /// Exit with code 4 if hosts reached less than this
+        #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
+        pub min_coverage: Option<f64>,
+        /// Write the executed lines of user files as an lcov tracefile
+        #[arg(long, value_name = "FILE")]
+        pub lcov: Option<PathBuf>,
+    }
 }
 
 impl ReportArgs {
-    /// These arguments; those not given are taken from the layer below.
-    #[must_use]
-    pub fn with_fallback(self, below: ReportArgs) -> ReportArgs {
-        ReportArgs {
-            findings: first_non_empty(self.findings, below.findings),
-            findings_format: self.findings_format.or(below.findings_format),
-            deny: first_non_empty(self.deny, below.deny),
-            coverage: first_non_empty(self.coverage, below.coverage),
-            min_coverage: self.min_coverage.or(below.min_coverage),
-            lcov: self.lcov.or(below.lcov),
-        }
-    }
-
     /// The reports these arguments ask for.
     pub fn reports(&self) -> Reports {
         let format = |path: &PathBuf| {
@@ -64,11 +59,6 @@ impl ReportArgs {
             lcov: self.lcov.clone(),
         }
     }
-}
-
-/// The values of the upper layer, if it has any.
-pub(super) fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
-    if above.is_empty() { below } else { above }
 }
 
 /// Parses a percentage, 0 to 100.

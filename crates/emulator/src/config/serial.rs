@@ -4,7 +4,7 @@
 //! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`ts3100_driver::serial`].
 
 use super::ConfigError;
-use super::args::{ListenAt, ServeArgs};
+use super::args::{ListenAt, SerialArgs};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use ts3100_controller::Port;
@@ -19,7 +19,7 @@ fn address(at: ListenAt, listen: IpAddr) -> SocketAddr {
 
 /// The endpoint of each serial port for which a flag is given.
 pub(super) fn serial_ends(
-    args: &ServeArgs,
+    args: &SerialArgs,
     listen: IpAddr,
 ) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
     // The name is that in the flags (`--serial-host`), and of the link in the directory of `--serial-dir`.
@@ -78,7 +78,7 @@ pub(super) fn serial_ends(
 mod tests {
     use super::*;
 
-    fn ends_of(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEndpoint>, String> {
+    fn ends_of(args: &SerialArgs) -> Result<BTreeMap<Port, SerialEndpoint>, String> {
         serial_ends(args, "127.0.0.1".parse().unwrap()).map_err(|error| error.to_string())
     }
 
@@ -103,17 +103,17 @@ mod tests {
 
     #[test]
     fn each_port_has_one_way() {
-        let directory = ServeArgs {
+        let directory = SerialArgs {
             serial_dir: Some("/run/robot".into()),
-            ..ServeArgs::default()
+            ..SerialArgs::default()
         };
         let both = ends_of(&directory).unwrap();
         assert_eq!(both[&Port::Host], SerialEndpoint::Pty("/run/robot/host".into()));
         assert_eq!(both[&Port::Com1], SerialEndpoint::Pty("/run/robot/com1".into()));
-        let mixed = ServeArgs {
+        let mixed = SerialArgs {
             serial_host_rfc2217: Some(ListenAt::Port(0)),
             serial_com1: Some("/dev/ttyUSB0".into()),
-            ..ServeArgs::default()
+            ..SerialArgs::default()
         };
         let mixed = ends_of(&mixed).unwrap();
         assert_eq!(
@@ -121,8 +121,8 @@ mod tests {
             SerialEndpoint::Rfc2217("127.0.0.1:0".parse().unwrap())
         );
         assert_eq!(mixed[&Port::Com1], SerialEndpoint::Device("/dev/ttyUSB0".into()));
-        assert!(ends_of(&ServeArgs::default()).unwrap().is_empty());
-        let twice = ServeArgs {
+        assert!(ends_of(&SerialArgs::default()).unwrap().is_empty());
+        let twice = SerialArgs {
             serial_com1_tcp: Some(ListenAt::Port(1)),
             ..directory
         };

@@ -69,24 +69,24 @@ fn flags_win_over_environment_over_file_over_defaults() {
         ["ignoring unknown environment variable TS3100_UNHEARD_OF"]
     );
     assert_eq!(
-        args.key_switch,
+        args.robot.key_switch,
         Some(KeySwitch::Ext),
         "flag over environment and file"
     );
-    assert_eq!(args.port_offset, Some(2), "environment over file");
+    assert_eq!(args.network.port_offset, Some(2), "environment over file");
     assert_eq!(
-        args.servo_on,
+        args.robot.servo_on,
         Some(false),
         "a flag can take back what the file says"
     );
-    assert_eq!(args.verbose, 2);
+    assert_eq!(args.log.verbose, 2);
     assert_eq!(
-        args.drive,
+        args.files.drive,
         Some(directory.path().join("drive")),
         "paths are seen from the file"
     );
     assert_eq!(
-        args.load,
+        args.files.load,
         [directory.path().join("a.scol"), PathBuf::from("/b.scol")]
     );
 
@@ -225,7 +225,7 @@ fn a_tsl3000e_presets_the_servo_interval_and_a_named_option_wins() {
 #[test]
 fn ports_come_from_the_parameters_or_the_system() {
     let (args, _) = read(flags(&["--ports", "auto"]), &Environment::new()).unwrap();
-    assert_eq!(args.ports, Some(PortSource::Auto));
+    assert_eq!(args.network.ports, Some(PortSource::Auto));
     assert_eq!(Settings::from_args(&args).unwrap().ports, Ports::Auto);
     assert_eq!(
         Settings::from_args(&ServeArgs::default()).unwrap().ports,

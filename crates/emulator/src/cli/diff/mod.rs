@@ -113,21 +113,30 @@ struct RecordedFlags {
 impl From<RobotArgs> for ServeArgs {
     fn from(robot: RobotArgs) -> ServeArgs {
         ServeArgs {
-            config: robot.config,
-            set: robot.set,
-            dialect: robot.dialect,
-            model: robot.model,
-            controller: robot.controller,
-            key_switch: robot.key_switch,
-            control_right: robot.control_right,
-            permissions: robot.permissions,
-            points: robot.points,
-            fault_seed: robot.fault_seed,
-            vary: robot.vary,
-            drive: robot.drive,
-            load: robot.load,
-            select: robot.select,
-            servo_on: robot.servo_on,
+            robot: args::RobotArgs {
+                set: robot.set,
+                dialect: robot.dialect,
+                model: robot.model,
+                controller: robot.controller,
+                key_switch: robot.key_switch,
+                control_right: robot.control_right,
+                permissions: robot.permissions,
+                servo_on: robot.servo_on,
+                ..args::RobotArgs::default()
+            },
+            files: args::FileArgs {
+                config: robot.config,
+                points: robot.points,
+                drive: robot.drive,
+                load: robot.load,
+                select: robot.select,
+                ..args::FileArgs::default()
+            },
+            variation: args::FaultArgs {
+                fault_seed: robot.fault_seed,
+                vary: robot.vary,
+                ..args::FaultArgs::default()
+            },
             ..ServeArgs::default()
         }
     }

@@ -86,7 +86,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
     let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
         .map_err(|error| anyhow!("{}", error.to_string().trim_end()))?;
-    served.args.points.clone_from(&args.points);
+    served.args.files.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
     let checked = CheckedFile::check(&args.file, &config.language(), &config.points);
     let (source, remarks) = checked

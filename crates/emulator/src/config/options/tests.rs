@@ -198,23 +198,14 @@ fn a_key_changes_its_reading_alone_on_the_command_line_and_in_the_file() {
     let directory = TempDir::new("options");
     let file = directory.at("ts3100.toml");
     for (key, value) in OTHERS {
-        let flag = ServeArgs {
-            set: vec![format!("{key}={value}")],
-            ..ServeArgs::default()
-        };
-        assert_eq!(changed(flag), [key], "--set");
+        let flag = ServeArgs::from_words(&[format!("--set={key}={value}").into()]);
+        assert_eq!(changed(flag.unwrap()), [key], "--set");
         std::fs::write(&file, format!("[options]\n{key} = \"{value}\"\n")).unwrap();
-        let config = ServeArgs {
-            config: Some(file.clone()),
-            ..ServeArgs::default()
-        };
+        let config = ServeArgs::from_words(&["--config".into(), file.clone().into()]).unwrap();
         assert_eq!(changed(config), [key], "TOML");
     }
     std::fs::write(&file, "[options]\nsig.low_speed = 37\nextensions = false\n").unwrap();
-    let config = ServeArgs {
-        config: Some(file.clone()),
-        ..ServeArgs::default()
-    };
+    let config = ServeArgs::from_words(&["--config".into(), file.clone().into()]).unwrap();
     assert_eq!(changed(config), ["extensions", "sig.low_speed"], "without quotes");
 }
 
