@@ -50,10 +50,20 @@ impl Entry {
 #[derive(Default)]
 struct JournalState {
     events: VecDeque<Entry>,
+    /// Findings that are no longer among the events.
     findings: VecDeque<Entry>,
+    /// Findings up to this number are forgotten.
+    forgotten: u64,
     /// Number of events since the start, including dropped ones.
     count: u64,
     metrics: Metrics,
+}
+
+impl JournalState {
+    fn is_kept_finding(&self, entry: &Entry) -> bool {
+        let is_finding = matches!(entry.what, What::Output(Output::Event(Event::Finding { .. })));
+        is_finding && entry.seq > self.forgotten
+    }
 }
 
 /// The journal of one robot.
@@ -113,10 +123,10 @@ impl Journal {
         state.count += 1;
         let seq = state.count;
         let entry = Entry { seq, at, what };
-        if let What::Output(Output::Event(Event::Finding { .. })) = &entry.what {
-            push_bounded(&mut state.findings, self.kept.min(KEPT_FINDINGS), entry.clone());
+        let oldest = push_bounded(&mut state.events, self.kept, entry);
+        if let Some(finding) = oldest.filter(|oldest| state.is_kept_finding(oldest)) {
+            push_bounded(&mut state.findings, self.kept_findings(), finding);
         }
-        push_bounded(&mut state.events, self.kept, entry);
         // A reader that comes later begins with what is kept by then.
         if self.changed.receiver_count() > 0 {
             self.changed.send_replace(seq);
@@ -154,15 +164,34 @@ impl Journal {
         self.changed.subscribe()
     }
 
+    fn kept_findings(&self) -> usize {
+        self.kept.min(KEPT_FINDINGS)
+    }
+
+    /// The findings kept, newest first.
+    fn newest_findings<'a>(&self, state: &'a JournalState) -> impl Iterator<Item = &'a Entry> {
+        let of_events = state.events.iter().filter(|entry| state.is_kept_finding(entry));
+        let all = state.findings.iter().chain(of_events);
+        all.rev().take(self.kept_findings())
+    }
+
+    fn forget_findings(&self) {
+        let mut state = self.lock();
+        state.findings.clear();
+        state.forgotten = state.count;
+    }
+
     /// The findings kept, oldest first.
     pub fn findings(&self) -> Vec<ApiEvent> {
-        self.lock().findings.iter().map(Entry::document).collect()
+        let mut findings: Vec<_> = self.newest_findings(&self.lock()).map(Entry::document).collect();
+        findings.reverse();
+        findings
     }
 
     /// How often each rule was broken, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for finding in &self.lock().findings {
+        for finding in self.newest_findings(&self.lock()) {
             if let What::Output(Output::Event(Event::Finding { rule, .. })) = &finding.what {
                 *counts.entry((*rule).to_owned()).or_default() += 1;
             }
@@ -201,7 +230,7 @@ impl Subscriber for JournalWriter {
             Notice::Restored(next) => self.0.note(next.now(), "restored"),
             Notice::Reset { .. } => {
                 // Events and counters go on.
-                self.0.lock().findings.clear();
+                self.0.forget_findings();
                 self.0.note(Time::ZERO, "reset");
             }
             Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
@@ -209,16 +238,21 @@ impl Subscriber for JournalWriter {
     }
 }
 
-fn push_bounded(entries: &mut VecDeque<Entry>, most: usize, entry: Entry) {
-    if entries.len() >= most {
-        entries.pop_front();
-    }
+/// Adds an entry; returns the one that has to go for it.
+fn push_bounded(entries: &mut VecDeque<Entry>, most: usize, entry: Entry) -> Option<Entry> {
+    let oldest = if entries.len() >= most {
+        entries.pop_front()
+    } else {
+        None
+    };
     entries.push_back(entry);
+    oldest
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::{Config, Controller, Dialect, Port};
 
     #[test]
     fn what_is_forgotten_is_counted() {
@@ -237,5 +271,48 @@ mod tests {
         );
         let ahead = journal.events_from(1_000_000, 5);
         assert_eq!((ahead.events.len(), ahead.missed, ahead.next), (0, 0, 1_000_000));
+    }
+
+    #[test]
+    fn findings_stay_longer_than_other_events_until_a_reset() {
+        let journal = Arc::new(Journal::default());
+        let mut writer = JournalWriter(Arc::clone(&journal));
+        let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        robot.feed(
+            Time::ZERO,
+            Input::Connected {
+                port: Port::Ip0,
+                peer: "host".into(),
+            },
+        );
+        // Each has a finding, the missing CR.
+        let mut hasty = |writer: &mut JournalWriter, count: usize| {
+            for _ in 0..count {
+                let outputs = robot.feed(Time::ZERO, Input::received(Port::Ip0, b"\x02SU\x03".to_vec()));
+                outputs
+                    .iter()
+                    .for_each(|output| writer.output(Time::ZERO, output));
+            }
+        };
+        hasty(&mut writer, 1);
+        let first = journal.findings();
+        assert!(!first.is_empty());
+        for _ in 0..KEPT_EVENTS {
+            writer.output(Time::ZERO, &Output::PowerOff);
+        }
+        assert_eq!(journal.findings(), first, "no longer among the events");
+        hasty(&mut writer, KEPT_FINDINGS + 1);
+        assert_eq!(journal.findings().len(), KEPT_FINDINGS);
+        let by_rule = journal.findings_by_rule();
+        assert_eq!(by_rule.values().sum::<u64>(), KEPT_FINDINGS as u64);
+        assert!(journal.findings().is_sorted_by_key(|finding| finding.seq));
+        let (controller, calendar) = (
+            &Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap(),
+            None,
+        );
+        writer.notice(Time::ZERO, Notice::Reset { controller, calendar });
+        assert_eq!(journal.findings(), []);
+        hasty(&mut writer, 1);
+        assert!(!journal.findings().is_empty());
     }
 }

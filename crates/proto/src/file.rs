@@ -134,7 +134,7 @@ pub struct FlSender {
 impl FlSender {
     /// A file (without EOF) in texts of at most 253 data bytes: `FL,` in the first, EOF as the last byte of
     /// the last (FL-02, FL-03, FL-05).
-    pub fn new(content: Vec<u8>) -> FlSender {
+    pub fn new(content: impl AsRef<[u8]>) -> FlSender {
         FlSender {
             per_text: MAX_DATA,
             ..FlSender::single_text(content, &[EOF])
@@ -143,10 +143,8 @@ impl FlSender {
 
     /// A file in one text whatever its length, with `tail` after it: EOF, or nothing where its length is its end
     /// (ste80722 S23, S24).
-    pub fn single_text(content: Vec<u8>, tail: &[u8]) -> FlSender {
-        let mut bytes = content;
-        bytes.splice(0..0, PREFIX.iter().copied());
-        bytes.extend_from_slice(tail);
+    pub fn single_text(content: impl AsRef<[u8]>, tail: &[u8]) -> FlSender {
+        let bytes = [PREFIX, content.as_ref(), tail].concat();
         FlSender {
             // More than MAX_DATA, so that `remaining_to_split` can tell the two constructors apart.
             per_text: bytes.len().max(MAX_DATA + 1),

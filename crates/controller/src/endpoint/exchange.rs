@@ -10,7 +10,7 @@ use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::Direction;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
 use crate::endpoint::session::{Exchange, Letters};
-use crate::findings::rules;
+use crate::findings::{Message, rules};
 use crate::limits::HOST_DELAY;
 use crate::output::Event;
 use crate::port::Port;
@@ -332,11 +332,9 @@ impl Endpoints {
             }
             (Ok(command), open) => {
                 if matches!(open, Exchange::Sending { .. }) {
-                    let text = format!(
-                        "{} came where OK or NG was awaited; that exchange is over",
-                        command.letters()
-                    );
-                    robot.report(&rules::COMMAND_IN_EXCHANGE, port, message, text);
+                    let command = command.letters();
+                    let interrupts = Message::Interrupts { command };
+                    robot.report(&rules::COMMAND_IN_EXCHANGE, port, message, interrupts);
                 }
                 self.check_command(robot, port, message, &command);
                 self.begin(port, command.letters());

@@ -20,6 +20,11 @@ pub enum Message {
         /// How long after.
         since: Duration,
     },
+    /// A command came where OK or NG was awaited.
+    Interrupts {
+        /// Its letters.
+        command: &'static str,
+    },
 }
 
 impl From<String> for Message {
@@ -51,6 +56,12 @@ impl fmt::Display for Message {
                 write!(
                     f,
                     "{what} {millis} ms after the controller's text; 50 ms expected (5.1)"
+                )
+            }
+            Message::Interrupts { command } => {
+                write!(
+                    f,
+                    "{command} came where OK or NG was awaited; that exchange is over"
                 )
             }
         }

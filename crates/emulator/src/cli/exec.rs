@@ -83,7 +83,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         serve: flags,
         command,
     } = args;
-    let (mut args, _) = config::read(flags, &std::env::vars_os().collect())?;
+    let (mut args, _) = config::read(flags, &config::environment())?;
     junit.clone_from(&args.scenario.junit);
     if args.network.ports.is_none() && args.network.port_offset.is_none() {
         args.network.ports = Some(PortSource::Auto);

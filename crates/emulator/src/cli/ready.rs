@@ -79,7 +79,7 @@ impl fmt::Display for Target {
 
 /// Asks, until an emulator answers or the wait is over.
 pub(super) fn run(args: &ReadyArgs) -> ExitCode {
-    let environment = std::env::vars_os().collect();
+    let environment = config::environment();
     let until = Instant::now() + args.wait.unwrap_or_default();
     loop {
         // An emulator that starts meanwhile says by its state file where it is.

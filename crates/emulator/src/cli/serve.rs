@@ -52,7 +52,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         list_options()?;
         return Ok(0);
     }
-    let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
+    let (args, unknown) = config::read(flags, &config::environment())?;
     junit.clone_from(&args.scenario.junit);
     log::start(args.log.verbose, args.log.log_format.unwrap_or_default());
     for warning in unknown {

@@ -29,6 +29,12 @@ const MAX_DEPTH: usize = 4;
 /// Environment variables by name: those of the process, or those of a test.
 pub type Environment = BTreeMap<OsString, OsString>;
 
+/// The variables of the process that may be settings.
+pub fn environment() -> Environment {
+    let is_ours = |name: &OsString| name.as_encoded_bytes().starts_with(PREFIX.as_bytes());
+    std::env::vars_os().filter(|(name, _)| is_ours(name)).collect()
+}
+
 /// Merges flags over environment over the TOML file that either of them names. The second value is a warning for each
 /// unknown variable with the prefix `TS3100_`: another program may use the prefix too.
 ///

@@ -20,7 +20,7 @@ mod serial;
 
 pub use args::{ListenAt, ServeArgs};
 pub use error::ConfigError;
-pub use layers::{Environment, read, read_points};
+pub use layers::{Environment, environment, read, read_points};
 pub use options::{OPTIONS, OptionError, OptionRow, Values, set_option};
 pub use report_args::{ReportArgs, parse_percent};
 pub use seed::Seed;

@@ -11,10 +11,11 @@ use anstream::AutoStream;
 use serde_json::json;
 use std::fmt::Display;
 use std::io::{self, Write};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
+use tokio::runtime::Handle;
 use tracing::callsite::Identifier;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
@@ -22,11 +23,13 @@ use ts3100_control::printable::{escape_line, escape_lines, printable};
 
 /// Lines that may wait to be written; more are dropped.
 const QUEUE_LENGTH: usize = 4_096;
+/// How long after the first line the thread starts.
+const THREAD_DELAY: Duration = Duration::from_millis(1);
 /// Longest wait in [`flush`] for lines that are not written yet.
 const FLUSH_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// The queue of the process: tracing has one global subscriber, too. It is made for the first line.
-static QUEUED: OnceLock<Sender<Entry>> = OnceLock::new();
+static QUEUE: OnceLock<Queue> = OnceLock::new();
 /// Lines in the queue.
 static WAITING: AtomicUsize = AtomicUsize::new(0);
 /// The form of the log, once it is started.
@@ -39,6 +42,13 @@ enum Entry {
     Line(Vec<u8>, Option<LineKey>),
     /// Reports when all lines before it are written.
     Flush(SyncSender<()>),
+}
+
+/// Lines on their way to the thread that writes them.
+struct Queue {
+    sender: Sender<Entry>,
+    /// Until the thread has started.
+    receiver: Mutex<Option<Receiver<Entry>>>,
 }
 
 /// The writer given to tracing. It never waits and never fails.
@@ -104,21 +114,44 @@ impl Write for LogWriter {
     }
 }
 
-/// The queue, with the thread that writes what is in it.
-fn queue() -> &'static Sender<Entry> {
-    QUEUED.get_or_init(|| {
+impl Queue {
+    /// Starts the thread that writes what is in the queue, if it does not run yet.
+    fn start_thread(&self) {
+        let receiver = self.receiver.lock().ok().and_then(|mut receiver| receiver.take());
+        if let Some(receiver) = receiver {
+            let format = FORMAT.get().copied().unwrap_or_default();
+            let named = std::thread::Builder::new().name("ts3100-log".to_owned());
+            // Without a thread the receiver is gone, and all lines count as dropped.
+            let _ = named.spawn(move || write_all(&receiver, format));
+        }
+    }
+}
+
+/// The queue. Its thread starts a little later where that is possible: the first line says that somebody has connected,
+/// who waits for his answer.
+fn queue() -> &'static Queue {
+    let mut is_new = false;
+    let queue = QUEUE.get_or_init(|| {
+        is_new = true;
         let (sender, receiver) = channel();
-        let format = FORMAT.get().copied().unwrap_or_default();
-        let named = std::thread::Builder::new().name("ts3100-log".to_owned());
-        // Without a thread the receiver is gone, and all lines count as dropped.
-        let _ = named.spawn(move || write_all(&receiver, format));
-        sender
-    })
+        let receiver = Mutex::new(Some(receiver));
+        Queue { sender, receiver }
+    });
+    if is_new {
+        match Handle::try_current() {
+            Ok(runtime) => drop(runtime.spawn(async {
+                tokio::time::sleep(THREAD_DELAY).await;
+                queue.start_thread();
+            })),
+            Err(_) => queue.start_thread(),
+        }
+    }
+    queue
 }
 
 fn enqueue(line: Vec<u8>, kind: Option<LineKey>) {
     let is_full = WAITING.fetch_add(1, Ordering::Relaxed) >= QUEUE_LENGTH;
-    if is_full || queue().send(Entry::Line(line, kind)).is_err() {
+    if is_full || queue().sender.send(Entry::Line(line, kind)).is_err() {
         WAITING.fetch_sub(1, Ordering::Relaxed);
         DROPPED.fetch_add(1, Ordering::Relaxed);
     }
@@ -211,9 +244,10 @@ pub(super) fn shows_bytes() -> bool {
 
 /// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`].
 pub(crate) fn flush() {
-    let Some(queue) = QUEUED.get() else { return };
+    let Some(queue) = QUEUE.get() else { return };
+    queue.start_thread();
     let (done, written) = sync_channel(1);
-    if queue.send(Entry::Flush(done)).is_ok() {
+    if queue.sender.send(Entry::Flush(done)).is_ok() {
         // Fails when they could not be written in time.
         let _ = written.recv_timeout(FLUSH_TIMEOUT);
     }
@@ -241,7 +275,7 @@ fn print(prefix: &str, level: &str, message: impl Display) {
         Some(LogFormat::Json) => format!("{}\n", json!({"level": level, "message": message})),
         Some(LogFormat::Text) | None => format!("{prefix}: {message}\n"),
     };
-    if QUEUED.get().is_some() {
+    if QUEUE.get().is_some() {
         enqueue(line.into_bytes(), None);
         flush();
     } else {

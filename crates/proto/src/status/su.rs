@@ -8,6 +8,7 @@ use super::{BodyError, ExecutionStatus, MasterMode};
 use crate::command::RunMode;
 use crate::prelude::*;
 use crate::text::CR;
+use core::fmt;
 
 /// The content of SU.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,8 +53,8 @@ impl StatusBody {
         match layout {
             SuLayout::OneRecord => format!(
                 "MODE:{}/{run_mode} FILE:{file} OVRD:{speed}% LSPEED:{limit}% MACHINE:{machine} STATUS:{}",
-                without_blanks(mode),
-                without_blanks(status),
+                WithoutBlanks(mode),
+                WithoutBlanks(status),
             ),
             SuLayout::SixRecords => format!(
                 "MODE:{mode}/{run_mode}\rFILE:{file}\rOVRD:{speed}%\r\rMACHINE:{machine}\rSTATUS:{status}\r"
@@ -118,8 +119,17 @@ fn machine_word(lock: bool) -> &'static str {
     if lock { "lock" } else { "free" }
 }
 
-fn without_blanks(word: &str) -> String {
-    word.replace(' ', "")
+struct WithoutBlanks<'a>(&'a str);
+
+impl fmt::Display for WithoutBlanks<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.split(' ').try_for_each(|part| f.write_str(part))
+    }
+}
+
+fn without_blanks(word: &str) -> impl Iterator<Item = u8> {
+    let bytes = word.bytes().filter(|byte| *byte != b' ');
+    bytes.map(|byte| byte.to_ascii_lowercase())
 }
 
 fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
@@ -150,9 +160,9 @@ fn find<T: Copy, const N: usize>(
     values: [T; N],
     word: impl Fn(T) -> &'static str,
 ) -> Result<T, BodyError> {
-    let found = without_blanks(field.text(expected)?);
+    let found = field.text(expected)?;
     let mut values = values.into_iter();
-    let known = values.find(|value| without_blanks(word(*value)).eq_ignore_ascii_case(&found));
+    let known = values.find(|value| without_blanks(word(*value)).eq(without_blanks(found)));
     known.ok_or_else(|| field.error(expected))
 }
 
@@ -222,7 +232,8 @@ mod tests {
                 "external (ethernet)"
             ]
         );
-        let modes = MasterMode::ALL.map(|mode| without_blanks(mode_word(mode, SuLayout::OneRecord)));
+        let modes =
+            MasterMode::ALL.map(|mode| WithoutBlanks(mode_word(mode, SuLayout::OneRecord)).to_string());
         assert_eq!(
             modes,
             [

@@ -29,7 +29,7 @@ impl Talk<'_> {
     /// DL itself got NG, or anything else came.
     pub fn try_to_store(&mut self, content: &[u8]) -> Result<bool, Trouble> {
         self.command(&format!("DL,{FILE}"))?;
-        let mut sender = FlSender::new(content.to_vec());
+        let mut sender = FlSender::new(content);
         while let Some(data) = sender.next_text() {
             let text = encode_text(&data, Framing::Stx, self.checksum);
             let heard = self.exchange(&text)?;
