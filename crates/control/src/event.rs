@@ -118,6 +118,15 @@ impl ApiEvent {
         }
     }
 
+    /// Bytes that came in or went out at a port.
+    pub fn of_bytes(at: Time, event: &'static str, port: Port, bytes: &[u8]) -> ApiEvent {
+        let port = Some(port.name());
+        ApiEvent {
+            port,
+            ..ApiEvent::new(at, event).with_bytes(bytes)
+        }
+    }
+
     /// Whether there is an event for an input: panel actions are reported by their effects, ticks not at all.
     pub fn has_input(input: &Input) -> bool {
         matches!(

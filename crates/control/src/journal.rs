@@ -8,8 +8,11 @@ use super::metrics::Metrics;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::{Event, Input, Output, Time};
+use ts3100_controller::output::Verdict;
+use ts3100_controller::{Event, Input, Output, Port, Time};
 use ts3100_driver::cell::{Notice, Side, Subscriber};
+use ts3100_proto::status::MasterMode;
+use ts3100_recording::byte_log::ByteLog;
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
 
 /// Most events kept of a robot; the oldest are dropped first.
@@ -19,37 +22,72 @@ pub const KEPT_FINDINGS: usize = 1_024;
 
 /// What happened, as it came: it becomes a document when somebody reads it.
 #[derive(Debug, Clone)]
+enum What {
+    /// The bytes of the entry came in or went out.
+    Bytes {
+        event: &'static str,
+        port: Port,
+    },
+    /// A command was answered.
+    Answered {
+        port: Port,
+        row: &'static str,
+        mode: MasterMode,
+        verdict: Verdict,
+    },
+    Input(Box<Input>),
+    Output(Box<Output>),
+    /// What holds more than its document.
+    Document(Box<ApiEvent>),
+}
+
+impl What {
+    fn document(&self, seq: u64, at: Time, bytes: &[u8]) -> ApiEvent {
+        let document = match self {
+            What::Bytes { event, port } => ApiEvent::of_bytes(at, event, *port, bytes),
+            &What::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+            } => {
+                let answered = Event::Answered {
+                    port,
+                    row,
+                    mode,
+                    verdict,
+                };
+                ApiEvent::from_output(at, &Output::Event(answered))
+            }
+            What::Input(input) => ApiEvent::from_input(at, input).unwrap_or_default(),
+            What::Output(output) => ApiEvent::from_output(at, output),
+            What::Document(event) => (**event).clone(),
+        };
+        ApiEvent { seq, ..document }
+    }
+
+    fn finding(&self) -> Option<&'static str> {
+        match self {
+            What::Output(output) => match &**output {
+                Output::Event(Event::Finding { rule, .. }) => Some(rule),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// An event that is kept apart.
+#[derive(Debug, Clone)]
 struct Entry {
     seq: u64,
     at: Time,
     what: What,
 }
 
-#[derive(Debug, Clone)]
-enum What {
-    Input(Input),
-    Output(Output),
-    /// What is none of these, or holds more than its document.
-    Document(Box<ApiEvent>),
-}
-
-impl Entry {
-    fn document(&self) -> ApiEvent {
-        let document = match &self.what {
-            What::Input(input) => ApiEvent::from_input(self.at, input).unwrap_or_default(),
-            What::Output(output) => ApiEvent::from_output(self.at, output),
-            What::Document(event) => (**event).clone(),
-        };
-        ApiEvent {
-            seq: self.seq,
-            ..document
-        }
-    }
-}
-
 #[derive(Default)]
 struct JournalState {
-    events: VecDeque<Entry>,
+    events: ByteLog<(Time, What)>,
     /// Findings that are no longer among the events.
     findings: VecDeque<Entry>,
     /// Findings up to this number are forgotten.
@@ -60,9 +98,27 @@ struct JournalState {
 }
 
 impl JournalState {
-    fn is_kept_finding(&self, entry: &Entry) -> bool {
-        let is_finding = matches!(entry.what, What::Output(Output::Event(Event::Finding { .. })));
-        is_finding && entry.seq > self.forgotten
+    /// The number of the first event that is kept.
+    fn first(&self) -> u64 {
+        self.count + 1 - self.events.len() as u64
+    }
+
+    fn push(&mut self, kept: usize, at: Time, what: What, bytes: &[u8]) -> u64 {
+        let seq = self.first();
+        let is_full = self.events.len() >= kept;
+        if is_full
+            && let Some(((at, what), _)) = self.events.pop()
+            && seq > self.forgotten
+            && what.finding().is_some()
+        {
+            if self.findings.len() >= kept.min(KEPT_FINDINGS) {
+                self.findings.pop_front();
+            }
+            self.findings.push_back(Entry { seq, at, what });
+        }
+        self.events.push((at, what), bytes);
+        self.count += 1;
+        self.count
     }
 }
 
@@ -113,20 +169,10 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn push(&self, at: Time, what: What) {
+    fn push(&self, at: Time, what: What, bytes: &[u8], count: impl FnOnce(&mut Metrics)) {
         let mut state = self.lock();
-        match &what {
-            What::Input(input) => state.metrics.count_input(input),
-            What::Output(output) => state.metrics.count_output(output),
-            What::Document(_) => {}
-        }
-        state.count += 1;
-        let seq = state.count;
-        let entry = Entry { seq, at, what };
-        let oldest = push_bounded(&mut state.events, self.kept, entry);
-        if let Some(finding) = oldest.filter(|oldest| state.is_kept_finding(oldest)) {
-            push_bounded(&mut state.findings, self.kept_findings(), finding);
-        }
+        count(&mut state.metrics);
+        let seq = state.push(self.kept, at, what, bytes);
         // A reader that comes later begins with what is kept by then.
         if self.changed.receiver_count() > 0 {
             self.changed.send_replace(seq);
@@ -134,18 +180,21 @@ impl Journal {
     }
 
     fn note(&self, at: Time, kind: &'static str) {
-        self.push(at, What::Document(Box::new(ApiEvent::new(at, kind))));
+        let document = Box::new(ApiEvent::new(at, kind));
+        self.push(at, What::Document(document), &[], |_| {});
     }
 
     /// At most `most` events with numbers from `from` on.
     pub fn events_from(&self, from: u64, most: usize) -> EventBatch {
         let state = self.lock();
-        let first = state.events.front().map_or(state.count + 1, |event| event.seq);
-        let begin = from.max(1).max(first);
-        let skipped = usize::try_from(begin - first).unwrap_or(usize::MAX);
-        let entries: Vec<_> = state.events.iter().skip(skipped).take(most).cloned().collect();
+        let begin = from.max(1).max(state.first());
+        let skipped = usize::try_from(begin - state.first()).unwrap_or(usize::MAX);
+        let entries = state.events.iter_from(skipped).take(most);
+        let entries: Vec<_> = entries.map(|(entry, bytes)| (entry.clone(), bytes)).collect();
         drop(state);
-        let events: Vec<_> = entries.iter().map(Entry::document).collect();
+        let numbered = (begin..).zip(entries);
+        let events = numbered.map(|(seq, ((at, what), bytes))| what.document(seq, at, &bytes));
+        let events: Vec<_> = events.collect();
         let next = events.last().map_or(begin, |last| last.seq + 1);
         EventBatch {
             events,
@@ -164,15 +213,21 @@ impl Journal {
         self.changed.subscribe()
     }
 
-    fn kept_findings(&self) -> usize {
-        self.kept.min(KEPT_FINDINGS)
-    }
-
-    /// The findings kept, newest first.
-    fn newest_findings<'a>(&self, state: &'a JournalState) -> impl Iterator<Item = &'a Entry> {
-        let of_events = state.events.iter().filter(|entry| state.is_kept_finding(entry));
-        let all = state.findings.iter().chain(of_events);
-        all.rev().take(self.kept_findings())
+    /// The findings kept, oldest first.
+    fn kept_findings(&self) -> Vec<Entry> {
+        let state = self.lock();
+        let of_events = (state.first()..).zip(state.events.entries());
+        let of_events =
+            of_events.filter(|(seq, (_, what))| *seq > state.forgotten && what.finding().is_some());
+        let of_events = of_events.map(|(seq, (at, what))| Entry {
+            seq,
+            at: *at,
+            what: what.clone(),
+        });
+        let mut findings: Vec<_> = state.findings.iter().cloned().chain(of_events).collect();
+        let surplus = findings.len().saturating_sub(self.kept.min(KEPT_FINDINGS));
+        findings.drain(..surplus);
+        findings
     }
 
     fn forget_findings(&self) {
@@ -183,18 +238,20 @@ impl Journal {
 
     /// The findings kept, oldest first.
     pub fn findings(&self) -> Vec<ApiEvent> {
-        let mut findings: Vec<_> = self.newest_findings(&self.lock()).map(Entry::document).collect();
-        findings.reverse();
-        findings
+        let findings = self.kept_findings().into_iter();
+        let documents = findings.map(|entry| entry.what.document(entry.seq, entry.at, &[]));
+        documents.collect()
     }
 
     /// How often each rule was broken, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for finding in self.newest_findings(&self.lock()) {
-            if let What::Output(Output::Event(Event::Finding { rule, .. })) = &finding.what {
-                *counts.entry((*rule).to_owned()).or_default() += 1;
-            }
+        for rule in self
+            .kept_findings()
+            .iter()
+            .filter_map(|entry| entry.what.finding())
+        {
+            *counts.entry(rule.to_owned()).or_default() += 1;
         }
         counts
     }
@@ -210,19 +267,48 @@ pub struct JournalWriter(pub Arc<Journal>);
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        if ApiEvent::has_input(input) {
-            self.0.push(at, What::Input(input.clone()));
+        if !ApiEvent::has_input(input) {
+            return;
+        }
+        let count = |metrics: &mut Metrics| metrics.count_input(input);
+        if let Input::Received { port, bytes } = input {
+            let (event, port) = ("received", *port);
+            self.0.push(at, What::Bytes { event, port }, bytes, count);
+        } else {
+            self.0.push(at, What::Input(Box::new(input.clone())), &[], count);
         }
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        // The content of a file is not kept for its length.
-        let what = if let Output::Stored { .. } = output {
-            What::Document(Box::new(ApiEvent::from_output(at, output)))
-        } else {
-            What::Output(output.clone())
+        let (what, bytes): (What, &[u8]) = match output {
+            Output::Send { port, bytes: data }
+            | Output::Event(Event::TextIn { port, data, .. } | Event::TextOut { port, data, .. }) => {
+                let (event, port) = (output.kind(), *port);
+                (What::Bytes { event, port }, data)
+            }
+            &Output::Event(Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+            }) => (
+                What::Answered {
+                    port,
+                    row,
+                    mode,
+                    verdict,
+                },
+                &[],
+            ),
+            // The content of a file is not kept for its length.
+            Output::Stored { .. } => {
+                let document = ApiEvent::from_output(at, output);
+                (What::Document(Box::new(document)), &[])
+            }
+            other => (What::Output(Box::new(other.clone())), &[]),
         };
-        self.0.push(at, what);
+        let count = |metrics: &mut Metrics| metrics.count_output(output);
+        self.0.push(at, what, bytes, count);
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
@@ -238,21 +324,10 @@ impl Subscriber for JournalWriter {
     }
 }
 
-/// Adds an entry; returns the one that has to go for it.
-fn push_bounded(entries: &mut VecDeque<Entry>, most: usize, entry: Entry) -> Option<Entry> {
-    let oldest = if entries.len() >= most {
-        entries.pop_front()
-    } else {
-        None
-    };
-    entries.push_back(entry);
-    oldest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::{Config, Controller, Dialect, Port};
+    use ts3100_controller::{Config, Controller, Dialect};
 
     #[test]
     fn what_is_forgotten_is_counted() {

@@ -10,6 +10,7 @@
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
 pub mod book;
+pub mod byte_log;
 pub mod diff;
 pub mod faults;
 pub mod reports;

@@ -2,11 +2,11 @@
 //! running emulator. Files of unlimited length are written by `recorder`.
 
 use super::recorder::Writer;
-use super::{Format, Header, LinkRecord, Record, RecordKind};
-use std::collections::VecDeque;
+use super::{Format, Header, LinkRecord, PeerId, Record, RecordKind, Side};
+use crate::byte_log::ByteLog;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use ts3100_controller::{Controller, Time};
+use ts3100_controller::{Bytes, Controller, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Most records in the buffer; the oldest are discarded.
@@ -22,7 +22,13 @@ const CONTROLLER_OVERHEAD: usize = 16 * 1024;
 /// One record of the buffer.
 #[derive(Debug)]
 enum BufferedRecord {
-    Record(Record),
+    /// The bytes of the entry, and the side that sent them.
+    Sent {
+        at: Time,
+        line: PeerId,
+        by: Side,
+    },
+    Record(Box<Record>),
     /// A restored snapshot; it is serialized only when the transcript is fetched.
     Restored(Time, Box<Controller>),
 }
@@ -31,20 +37,23 @@ impl BufferedRecord {
     fn at(&self) -> Time {
         match self {
             BufferedRecord::Record(record) => record.at,
-            BufferedRecord::Restored(at, _) => *at,
+            BufferedRecord::Sent { at, .. } | BufferedRecord::Restored(at, _) => *at,
         }
     }
 
+    /// Estimated size besides the bytes of the entry.
     fn size(&self) -> usize {
         RECORD_OVERHEAD
             + match self {
+                BufferedRecord::Sent { .. } => 0,
                 BufferedRecord::Record(record) => match &record.kind {
-                    RecordKind::FromHost { bytes, .. } | RecordKind::FromRobot { bytes, .. } => bytes.len(),
                     RecordKind::Remark(words) => words.len(),
                     RecordKind::Action(ts3100_controller::Action::PutFile { content, .. }) => content.len(),
                     RecordKind::Link(LinkRecord::SerialErrors { bytes, .. }) => bytes.len(),
                     RecordKind::Link(LinkRecord::Restored { snapshot, .. }) => snapshot.len(),
                     RecordKind::Connected { .. }
+                    | RecordKind::FromHost { .. }
+                    | RecordKind::FromRobot { .. }
                     | RecordKind::Ended { .. }
                     | RecordKind::Action(_)
                     | RecordKind::Link(_) => 0,
@@ -58,9 +67,18 @@ impl BufferedRecord {
             }
     }
 
-    fn record(&self) -> Record {
+    /// The record, with the bytes of the entry.
+    fn record(&self, bytes: Vec<u8>) -> Record {
         match self {
-            BufferedRecord::Record(record) => record.clone(),
+            BufferedRecord::Sent { at, line, by } => {
+                let (line, bytes) = (*line, Bytes::from(bytes));
+                let kind = match by {
+                    Side::Host => RecordKind::FromHost { line, bytes },
+                    Side::Robot => RecordKind::FromRobot { line, bytes },
+                };
+                Record { at: *at, kind }
+            }
+            BufferedRecord::Record(record) => (**record).clone(),
             BufferedRecord::Restored(at, controller) => Record {
                 at: *at,
                 kind: RecordKind::Link(LinkRecord::from_restored(controller)),
@@ -74,9 +92,25 @@ struct BufferState {
     header: Header,
     /// Most records; the bytes are limited in the same proportion.
     most: usize,
-    records: VecDeque<BufferedRecord>,
-    bytes: usize,
+    records: ByteLog<BufferedRecord>,
+    /// Estimated size of all records.
+    size: usize,
     discarded: u64,
+}
+
+impl BufferState {
+    fn push(&mut self, record: BufferedRecord, bytes: &[u8]) {
+        self.size += record.size() + bytes.len();
+        self.records.push(record, bytes);
+        let most_bytes = self.most * (MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS);
+        while self.records.len() > self.most || self.size > most_bytes {
+            let Some((oldest, length)) = self.records.pop() else {
+                return;
+            };
+            self.size -= oldest.size() + length;
+            self.discarded += 1;
+        }
+    }
 }
 
 /// The last records of a run.
@@ -100,26 +134,22 @@ impl TranscriptBuffer {
 
     /// Appends a record.
     pub fn push(&self, record: Record) {
-        self.push_buffered(BufferedRecord::Record(record));
+        let Record { at, kind } = record;
+        let (line, by, bytes) = match kind {
+            RecordKind::FromHost { line, bytes } => (line, Side::Host, bytes),
+            RecordKind::FromRobot { line, bytes } => (line, Side::Robot, bytes),
+            kind => {
+                let record = Box::new(Record { at, kind });
+                return self.state().push(BufferedRecord::Record(record), &[]);
+            }
+        };
+        self.state().push(BufferedRecord::Sent { at, line, by }, &bytes);
     }
 
     /// Appends a record that this controller replaces the current one.
     pub fn restored(&self, at: Time, controller: &Controller) {
-        self.push_buffered(BufferedRecord::Restored(at, Box::new(controller.clone())));
-    }
-
-    fn push_buffered(&self, record: BufferedRecord) {
-        let buffer = &mut *self.state();
-        buffer.bytes += record.size();
-        buffer.records.push_back(record);
-        let most_bytes = buffer.most * (MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS);
-        while buffer.records.len() > buffer.most || buffer.bytes > most_bytes {
-            let Some(oldest) = buffer.records.pop_front() else {
-                return;
-            };
-            buffer.bytes -= oldest.size();
-            buffer.discarded += 1;
-        }
+        let controller = Box::new(controller.clone());
+        self.state().push(BufferedRecord::Restored(at, controller), &[]);
     }
 
     /// Clears the buffer after a reset to the start.
@@ -138,8 +168,8 @@ impl TranscriptBuffer {
 
     /// The transcript in a file format. A remark in front says how many records were discarded.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
-        let pages = self.state();
-        let missing = pages.records.front().filter(|_| pages.discarded > 0);
+        let pages = &mut *self.state();
+        let missing = pages.records.entries().next().filter(|_| pages.discarded > 0);
         let missing = missing.map(|first| Record {
             at: first.at(),
             kind: RecordKind::Remark(format!(
@@ -147,9 +177,11 @@ impl TranscriptBuffer {
                 pages.discarded
             )),
         });
-        let records = missing
-            .into_iter()
-            .chain(pages.records.iter().map(BufferedRecord::record));
+        let records = pages
+            .records
+            .iter_from(0)
+            .map(|(record, bytes)| record.record(bytes));
+        let records = missing.into_iter().chain(records);
         let mut out = Vec::new();
         let mut writer = Writer::new(format, Duration::ZERO);
         writer.header(&pages.header, &mut out);
@@ -160,7 +192,6 @@ impl TranscriptBuffer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PeerId;
     use super::*;
     use ts3100_controller::{Port, Time};
 

@@ -1,0 +1,96 @@
+//! The last of many small entries, each with some bytes. All bytes are in one piece: memory that is let go entry by entry,
+//! long after it was used, costs a request more than everything else that is kept of it.
+
+use std::collections::VecDeque;
+use std::collections::vec_deque::Iter;
+
+/// Entries in order, each with its bytes.
+#[derive(Debug)]
+pub struct ByteLog<T> {
+    /// Each with the number of its bytes.
+    entries: VecDeque<(T, usize)>,
+    /// Those of the first entry, of the second, and so on.
+    bytes: VecDeque<u8>,
+}
+
+impl<T> Default for ByteLog<T> {
+    fn default() -> ByteLog<T> {
+        ByteLog {
+            entries: VecDeque::new(),
+            bytes: VecDeque::new(),
+        }
+    }
+}
+
+impl<T> ByteLog<T> {
+    /// Number of entries.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there is no entry.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Appends an entry.
+    pub fn push(&mut self, entry: T, bytes: &[u8]) {
+        self.entries.push_back((entry, bytes.len()));
+        self.bytes.extend(bytes);
+    }
+
+    /// Removes the oldest entry; returns it with the number of its bytes.
+    pub fn pop(&mut self) -> Option<(T, usize)> {
+        let (entry, length) = self.entries.pop_front()?;
+        self.bytes.drain(..length);
+        Some((entry, length))
+    }
+
+    /// The entries without their bytes, oldest first.
+    pub fn entries(&self) -> impl DoubleEndedIterator<Item = &T> {
+        self.entries.iter().map(|(entry, _)| entry)
+    }
+
+    /// The entries with their bytes, oldest first, but for the first `skipped`.
+    pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, Vec<u8>)> {
+        let skipped = skipped.min(self.entries.len());
+        let entries = self.entries.range(skipped..);
+        let length =
+            |entries: &Iter<'_, (T, usize)>| entries.clone().map(|(_, length)| length).sum::<usize>();
+        let mut end = self.bytes.len() - length(&entries);
+        entries.map(move |(entry, length)| {
+            let begin = end;
+            end += length;
+            (entry, self.bytes.range(begin..end).copied().collect())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entry_keeps_its_bytes_while_others_come_and_go() {
+        let mut log = ByteLog::default();
+        let bytes = |entry: usize| vec![entry.to_le_bytes()[0]; entry % 7];
+        for entry in 0..500_usize {
+            log.push(entry, &bytes(entry));
+            if log.len() > 10 {
+                assert_eq!(log.pop(), Some((entry - 10, (entry - 10) % 7)));
+            }
+            let expected: Vec<usize> = (entry.saturating_sub(9)..=entry).collect();
+            assert!(log.entries().eq(&expected));
+            for skipped in [0, 3, 10, 11] {
+                let found: Vec<_> = log
+                    .iter_from(skipped)
+                    .map(|(entry, bytes)| (*entry, bytes))
+                    .collect();
+                let left = expected.iter().skip(skipped).map(|entry| (*entry, bytes(*entry)));
+                assert_eq!(found, left.collect::<Vec<_>>());
+            }
+        }
+        while log.pop().is_some() {}
+        assert!(log.is_empty() && log.pop().is_none());
+    }
+}
