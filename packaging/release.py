@@ -128,10 +128,13 @@ def build(options):
         sysroot = run("rustc", "--print", "sysroot").strip()
         home = os.environ.get("CARGO_HOME") or os.path.join(os.path.expanduser("~"), ".cargo")
         places = [(sysroot, "/rust"), (home, "/cargo"), (ROOT, "/ts3100"), (work, "/target")]
-        flags = "\x1f".join("--remap-path-prefix=%s=%s" % place for place in places)
+        flags = ["--remap-path-prefix=%s=%s" % place for place in places]
+        if target in LINUX.values():
+            # As build.rs of the program has it for the C library of GNU.
+            flags.append("-Crelocation-model=static")
         print("building %s" % target, flush=True)
         run(*cargo, "--locked", "--release", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
-            CARGO_ENCODED_RUSTFLAGS=flags, CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
+            CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
         name = program_name(target)
         folder = os.path.join(options.out, target)
         os.makedirs(folder, exist_ok=True)

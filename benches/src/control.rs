@@ -28,7 +28,7 @@ const FAULT_TO_BARE: f64 = 3.3;
 const RESTORE_TO_BARE: f64 = 3.6;
 const RESTORE_TO_START: f64 = 0.05;
 const FILE_TO_START: f64 = 0.15;
-const START_TO_BARE: f64 = 3.3;
+const START_TO_BARE: f64 = 2.25;
 
 const PROGRAM: &str =
     "GLOBAL\nDIM A(100)\nN = 0\nEND\nPROGRAM PICK\nREMARK WAITS\nINPUT IP1, N\nDELAY 1\nEND\n";

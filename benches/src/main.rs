@@ -134,9 +134,9 @@ fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
     let missed = table::missed(&rows);
     tell(check, &missed);
     println!();
-    let alone = whole::print(rounds)?;
+    whole::print(rounds)?;
     let mut slow = control::print(rounds)?;
-    slow.extend(requests::print(rounds, alone)?);
+    slow.extend(requests::print(rounds)?);
     slow.extend(transfers::print(rounds)?);
     slow.extend(fleet::print(rounds)?);
     slow.extend(shift::print(rounds)?);

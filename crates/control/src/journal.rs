@@ -66,13 +66,14 @@ impl What {
         ApiEvent { seq, ..document }
     }
 
+    /// The rule of a finding.
     fn finding(&self) -> Option<&'static str> {
-        match self {
-            What::Output(output) => match &**output {
-                Output::Event(Event::Finding { rule, .. }) => Some(rule),
-                _ => None,
-            },
-            _ => None,
+        if let What::Output(output) = self
+            && let Output::Event(Event::Finding { rule, .. }) = &**output
+        {
+            Some(rule)
+        } else {
+            None
         }
     }
 }
@@ -280,33 +281,33 @@ impl Subscriber for JournalWriter {
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        let (what, bytes): (What, &[u8]) = match output {
-            Output::Send { port, bytes: data }
-            | Output::Event(Event::TextIn { port, data, .. } | Event::TextOut { port, data, .. }) => {
+        let (what, bytes): (What, &[u8]) =
+            if let Output::Send { port, bytes: data }
+            | Output::Event(Event::TextIn { port, data, .. } | Event::TextOut { port, data, .. }) = output
+            {
                 let (event, port) = (output.kind(), *port);
                 (What::Bytes { event, port }, data)
-            }
-            &Output::Event(Event::Answered {
+            } else if let &Output::Event(Event::Answered {
                 port,
                 row,
                 mode,
                 verdict,
-            }) => (
-                What::Answered {
+            }) = output
+            {
+                let answered = What::Answered {
                     port,
                     row,
                     mode,
                     verdict,
-                },
-                &[],
-            ),
-            // The content of a file is not kept for its length.
-            Output::Stored { .. } => {
+                };
+                (answered, &[])
+            } else if let Output::Stored { .. } = output {
+                // The content of a file is not kept for its length.
                 let document = ApiEvent::from_output(at, output);
                 (What::Document(Box::new(document)), &[])
-            }
-            other => (What::Output(Box::new(other.clone())), &[]),
-        };
+            } else {
+                (What::Output(Box::new(output.clone())), &[])
+            };
         let count = |metrics: &mut Metrics| metrics.count_output(output);
         self.0.push(at, what, bytes, count);
     }

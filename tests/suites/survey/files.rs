@@ -140,10 +140,7 @@ fn like(report: &Report) -> Config {
     let directory = TempDir::new("survey");
     let path = directory.path().join("robot.toml");
     std::fs::write(&path, report.write()).unwrap();
-    let args = ServeArgs {
-        like: Some(path),
-        ..ServeArgs::default()
-    };
+    let args = ServeArgs::from_words(&["--like".into(), path.into()]).unwrap();
     Config {
         // The same calendar: the daemon's is today.
         calendar: config(&[]).calendar,

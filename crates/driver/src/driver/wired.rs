@@ -113,7 +113,7 @@ enum Step {
 
 /// Robots and the wires between them.
 pub struct Wired {
-    drivers: Vec<Box<Driver>>,
+    drivers: Vec<Driver>,
     /// Whose lines are logged, by the numbers of the drivers.
     spans: Vec<Span>,
     wires: Arc<[Wire]>,
@@ -131,7 +131,7 @@ pub struct Wired {
 impl Wired {
     /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
     /// places in `robots`.
-    pub fn new(robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+    pub fn new(robots: Vec<(Driver, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
         let wires: Arc<[Wire]> = wires.into();
@@ -192,7 +192,7 @@ impl Wired {
                 () = clock_check(beats) => Step::ClockCheck,
             };
             self.hold();
-            self.drivers.iter_mut().for_each(|driver| driver.skip_gap());
+            self.drivers.iter_mut().for_each(Driver::skip_gap);
             if let (Step::Tick, Wake::JumpAfter(_), Some(distance)) = (&step, wake, distance) {
                 // What has arrived anywhere is handled before.
                 self.jump = Some(distance);

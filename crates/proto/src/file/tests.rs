@@ -24,7 +24,7 @@ fn lines(length: usize) -> Vec<u8> {
 // clause: FL-01
 #[test]
 fn a_short_file_is_one_text() {
-    assert_eq!(texts(FlSender::new(b"END\n".to_vec())), [b"FL,END\n\x1a"]);
+    assert_eq!(texts(FlSender::new(b"END\n")), [b"FL,END\n\x1a"]);
     assert_eq!(texts(FlSender::new(Vec::new())), [b"FL,\x1a"]);
 }
 
@@ -197,7 +197,7 @@ fn a_file_can_be_cut_anywhere_and_is_the_same_file() {
     let last = texts.iter().map(|text| receiver.push(text)).last();
     assert_eq!(last, Some(Received::Complete(content)));
     assert_eq!(
-        FlSender::single_text(b"SF".to_vec(), b"\x1a").remaining_to_split(),
+        FlSender::single_text(b"SF", b"\x1a").remaining_to_split(),
         None
     );
 }

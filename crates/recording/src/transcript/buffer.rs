@@ -134,16 +134,19 @@ impl TranscriptBuffer {
 
     /// Appends a record.
     pub fn push(&self, record: Record) {
-        let Record { at, kind } = record;
-        let (line, by, bytes) = match kind {
-            RecordKind::FromHost { line, bytes } => (line, Side::Host, bytes),
-            RecordKind::FromRobot { line, bytes } => (line, Side::Robot, bytes),
-            kind => {
-                let record = Box::new(Record { at, kind });
-                return self.state().push(BufferedRecord::Record(record), &[]);
-            }
+        let (RecordKind::FromHost { line, bytes } | RecordKind::FromRobot { line, bytes }) = &record.kind
+        else {
+            let record = BufferedRecord::Record(Box::new(record));
+            return self.state().push(record, &[]);
         };
-        self.state().push(BufferedRecord::Sent { at, line, by }, &bytes);
+        let from_host = matches!(record.kind, RecordKind::FromHost { .. });
+        let by = if from_host { Side::Host } else { Side::Robot };
+        let sent = BufferedRecord::Sent {
+            at: record.at,
+            line: *line,
+            by,
+        };
+        self.state().push(sent, bytes);
     }
 
     /// Appends a record that this controller replaces the current one.
