@@ -196,8 +196,5 @@ fn a_file_can_be_cut_anywhere_and_is_the_same_file() {
     let mut receiver = FlReceiver::new(1_000, FileRule::User);
     let last = texts.iter().map(|text| receiver.push(text)).last();
     assert_eq!(last, Some(Received::Complete(content)));
-    assert_eq!(
-        FlSender::single_text(b"SF", b"\x1a").remaining_to_split(),
-        None
-    );
+    assert_eq!(FlSender::single_text(b"SF", b"\x1a").remaining_to_split(), None);
 }
