@@ -85,7 +85,12 @@ impl Controller {
             Input::Received { port, bytes } if port.ethernet_index().is_none() => {
                 endpoints.received_on_line(robot, port, bytes);
             }
-            Input::Received { port, bytes } => endpoints.received(robot, port, robot.now, &bytes),
+            Input::Received { port, bytes } => {
+                let settled = endpoints.received(robot, port, robot.now, &bytes);
+                if settled && endpoints.due.is_none_or(|due| due > robot.now) {
+                    return result;
+                }
+            }
             Input::Disconnected { port } => endpoints.peer_left(robot, port),
             Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.report_backlog(port),

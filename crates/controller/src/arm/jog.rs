@@ -148,6 +148,7 @@ impl Arm {
     }
 
     /// Who guides the arm, or did and has not ended that.
+    #[cfg(feature = "serde")]
     pub(crate) fn guide(&self) -> Option<Guide> {
         self.guide
     }

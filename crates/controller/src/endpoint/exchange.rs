@@ -80,24 +80,25 @@ impl Endpoints {
         }
     }
 
-    /// Bytes have come through, the last of them at `at`.
-    pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) {
+    /// Bytes have come through, the last of them at `at`. Whether the robot has run as far as it goes since.
+    pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) -> bool {
         let came = match self.faults.are_quiet() {
             true => Some(bytes.clone()),
             false => self.inbound(robot, port, bytes),
         };
-        let Some(came) = came else { return };
+        let Some(came) = came else { return false };
         if port.protocol().is_some() {
             let session = self.session(port);
             session.heard_at = at;
             session.decoder.push(&came);
-            self.read_texts(robot, port, true);
+            return self.read_texts(robot, port, true);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             robot.report(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
             self.received_data(robot, port, &came);
         }
+        false
     }
 
     /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
@@ -126,8 +127,10 @@ impl Endpoints {
         }
     }
 
-    /// Serves the texts that are there; `first`: none of their segment was served before.
-    pub(crate) fn read_texts(&mut self, robot: &mut Robot, port: Port, mut first: bool) {
+    /// Serves the texts that are there; `first`: none of their segment was served before. Whether the robot has run as far as
+    /// it goes since.
+    pub(crate) fn read_texts(&mut self, robot: &mut Robot, port: Port, mut first: bool) -> bool {
+        let mut settled = false;
         while !robot.persistence.is_pending()
             && let Some(decoded) = self.session(port).decoder.next()
         {
@@ -144,7 +147,9 @@ impl Endpoints {
             }
             // What the text started runs before the next text of the same segment is looked at.
             self.settle(robot);
+            settled = true;
         }
+        settled
     }
 
     /// Ports on which the host was silent for too long return to waiting for a command (SER-06, SER-08).

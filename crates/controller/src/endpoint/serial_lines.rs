@@ -241,7 +241,9 @@ impl Endpoints {
         );
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {
-            BadCharacter::Keep => self.received(robot, port, robot.now, bytes),
+            BadCharacter::Keep => {
+                self.received(robot, port, robot.now, bytes);
+            }
             BadCharacter::Drop => robot.dropped(port, bytes.len(), "parity or framing error"),
         }
     }
