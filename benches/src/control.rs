@@ -137,7 +137,7 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
     };
     let (call, bare) = (
         "a call of a bare axum server",
-        "from start to ready line of a bare listener",
+        "a bare listener, until it is ready",
     );
     Ok(vec![
         figure("a fault is set over HTTP", fault, call, cheapest, FAULT_TO_BARE),
