@@ -135,10 +135,8 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
         bare: bare.clone(),
         most,
     };
-    let (call, bare) = (
-        "a call of a bare axum server",
-        "a bare listener, until it is ready",
-    );
+    let call = "a call of a bare axum server";
+    let bare = "a bare listener, until it is ready";
     Ok(vec![
         figure("a fault is set over HTTP", fault, call, cheapest, FAULT_TO_BARE),
         figure(
@@ -150,7 +148,7 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
         ),
         figure("the same", restore, bare, listener, RESTORE_TO_LISTENER),
         figure(
-            "a snapshot put back from its file",
+            "the same from its file",
             from_file,
             bare,
             listener,

@@ -109,13 +109,14 @@ impl Driver {
     ///
     /// # Errors
     /// See [`OpenError`]; no port stays open.
-    pub fn open(setup: Setup) -> Result<(Driver, mpsc::Sender<Request>), OpenError> {
+    pub fn open(setup: Setup) -> Result<(Box<Driver>, mpsc::Sender<Request>), OpenError> {
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
         let mut clock = Clock::start(setup.time)
             .with_gap(setup.time_gap)
             .with_silence(setup.links.silence);
         clock.set(setup.controller.now());
-        let mut driver = Driver {
+        // On the heap: a future has a place for each value that is moved through it.
+        let mut driver = Box::new(Driver {
             initial_controller: setup.controller.clone(),
             cell: Cell::new(setup.controller),
             edge: Edge {
@@ -134,7 +135,7 @@ impl Driver {
             snapshot_store: SnapshotStore::default(),
             servo_on: setup.servo_on,
             faults: setup.faults,
-        };
+        });
         for subscriber in setup.subscribers {
             driver.cell.subscribe(subscriber);
         }
@@ -164,13 +165,13 @@ impl Driver {
     }
 
     /// Runs until `stop` completes, closes all ports and returns the final controller.
-    pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
+    pub async fn run(mut self: Box<Self>, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
         self.finish().await
     }
 
     /// Closes all ports and returns the final controller.
-    async fn finish(mut self) -> Controller {
+    async fn finish(mut self: Box<Self>) -> Controller {
         self.finish_writes().await;
         // Handle what is already due, so that the returned state and the reports agree.
         self.feed(Input::Tick);

@@ -32,7 +32,7 @@ const MIN_KEPT: usize = 64;
 /// An emulator whose ports are open.
 pub struct Launched {
     /// The driver, not running yet.
-    pub driver: Driver,
+    pub driver: Box<Driver>,
     /// Requests to the driver.
     pub requests: mpsc::Sender<Request>,
     /// Findings, coverage and executed lines of this run; clones share the data.

@@ -52,11 +52,11 @@ impl ActionSource for OnAlarm {
 }
 
 /// A driver in automatic time.
-fn open() -> (Driver, mpsc::Sender<Request>) {
+fn open() -> (Box<Driver>, mpsc::Sender<Request>) {
     open_with(|_| {})
 }
 
-fn open_with(change: impl FnOnce(&mut Setup)) -> (Driver, mpsc::Sender<Request>) {
+fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
     let mut config = Config::new(Dialect::Field);
     config.options.serial_pacing = false;
     let mut setup = Setup {

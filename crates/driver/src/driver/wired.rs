@@ -131,7 +131,7 @@ pub struct Wired {
 impl Wired {
     /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
     /// places in `robots`.
-    pub fn new(robots: Vec<(Driver, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+    pub fn new(robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
         let wires: Arc<[Wire]> = wires.into();
@@ -140,7 +140,7 @@ impl Wired {
             levels: Arc::clone(&levels),
             changes: sender,
         };
-        let (drivers, spans) = robots.into_iter().unzip();
+        let (drivers, spans) = robots.into_iter().map(|(driver, span)| (*driver, span)).unzip();
         let wired = Wired {
             drivers,
             spans,
@@ -167,7 +167,7 @@ impl Wired {
         self.release();
         let mut controllers = Vec::new();
         for driver in self.drivers {
-            controllers.push(driver.finish().await);
+            controllers.push(Box::new(driver).finish().await);
         }
         controllers
     }
