@@ -65,17 +65,17 @@ struct Variant {
     flags: &'static [&'static str],
     /// Somebody follows `/events`.
     is_followed: bool,
-    /// Most processor time of SU and of SF with its OK, in that of the echo; most p50 of SU.
-    most: Option<[f64; 3]>,
+    /// Most processor time of SU and of SF with its OK, in that of the echo; most p50 and p99 of SU.
+    most: Option<[f64; 4]>,
 }
 
-/// The aims are 2, 2.5 and 1.5; a machine with cheap system calls is allowed a third more.
+/// The aims are 2, 2.5, 1.5 and 1.5. A machine with cheap system calls is allowed a third more, the last hundredth half more.
 const VARIANTS: [Variant; 5] = [
     Variant {
         name: "nobody watches",
         flags: &[],
         is_followed: false,
-        most: Some([2.7, 3.2, 2.0]),
+        most: Some([2.7, 3.2, 2.0, 2.25]),
     },
     Variant {
         name: "--control off",
@@ -157,7 +157,12 @@ fn measure(rounds: usize) -> Result<Vec<String>, Failure> {
         );
         follower.stop();
         if let (Some(most), [su, sf]) = (variant.most, ratios.as_slice()) {
-            let figures = [("SU", su[0]), ("SF with its OK", sf[0]), ("p50 of SU", su[1])];
+            let figures = [
+                ("SU", su[0]),
+                ("SF with its OK", sf[0]),
+                ("p50 of SU", su[1]),
+                ("p99 of SU", su[2]),
+            ];
             for ((name, ratio), most) in figures.into_iter().zip(most) {
                 if ratio > most {
                     missed.push(format!(

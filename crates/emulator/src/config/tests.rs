@@ -4,6 +4,7 @@ use super::args::PortSource;
 use super::*;
 use crate::testing::TempDir;
 use clap::Parser;
+use clap::error::ErrorKind;
 use std::time::Duration;
 use ts3100_controller::options::{Dialect, SfTexts, UnsolicitedSp};
 use ts3100_proto::text::StxRule;
@@ -302,4 +303,19 @@ fn points_are_read_for_the_model_from_every_layer() {
         &[],
     );
     assert!(error.contains("--points"), "{error}");
+}
+
+#[test]
+fn the_group_of_each_flag_knows_it() {
+    let kind = |word: &str| ServeArgs::from_words(&[word.into()]).map_err(|error| error.kind());
+    for key in super::layers::known_keys() {
+        let read = kind(&format!("--{key}"));
+        assert_ne!(read.err(), Some(ErrorKind::UnknownArgument), "{key}");
+        let read = kind(&format!("--{key}=no value of any flag?"));
+        assert_ne!(read.err(), Some(ErrorKind::UnknownArgument), "{key}=");
+    }
+    assert_eq!(kind("-vv").unwrap().log.verbose, 2);
+    for wrong in ["--help", "-h", "--portz", "--port", "word"] {
+        assert_eq!(kind(wrong).unwrap_err(), ErrorKind::UnknownArgument, "{wrong}");
+    }
 }
