@@ -329,7 +329,7 @@ impl ServeArgs {
         merged
     }
 
-    /// Reads a command line; see [`flag_group::read`].
+    /// Reads a command line by the definitions of those groups whose flags it has.
     ///
     /// # Errors
     /// What is wrong with it.
