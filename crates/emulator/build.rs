@@ -1,6 +1,6 @@
 //! How the optimised binary is linked. What only unwinding needs is left out, a tenth of it: a panic ends the process
-//! there. The rest is about a quick start: the binary has a fixed address, as programs of Go have, because moving its twelve
-//! thousand pointers to another one takes a fifth of a start; and a seventh is saved by one library less to load.
+//! there. And the binary has a fixed address, as programs of Go have: moving its twelve thousand pointers to another one
+//! takes a fifth of a start.
 
 use std::error::Error;
 use std::path::Path;
@@ -17,8 +17,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
     if is("CARGO_CFG_TARGET_OS", "linux") && is("CARGO_CFG_TARGET_ENV", "gnu") && is("PROFILE", "release") {
         println!("cargo::rustc-link-arg-bins=-no-pie");
-        // The static form of libgcc_s, which the standard library would have loaded.
-        println!("cargo::rustc-link-lib=gcc_eh");
     }
     // With debug information the tables serve profilers.
     if is("CARGO_CFG_TARGET_OS", "linux") && is("PROFILE", "release") && is("DEBUG", "false") {
