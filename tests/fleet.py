@@ -33,6 +33,8 @@ class Fleet:
 
     def __init__(self, binary, *flags, files=None):
         environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
+        # Nothing of the program can be unwound: a refusal is one all the same.
+        environment["RUST_BACKTRACE"] = "1"
         self.log = tempfile.TemporaryFile("w+")
         limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
         self.process = subprocess.Popen(
