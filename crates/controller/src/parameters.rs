@@ -126,6 +126,7 @@ impl Parameters {
 mod tests {
     use super::*;
     use crate::Controller;
+    use crate::model::ArmModel;
     use crate::{Config, Dialect, Input, PanelAction, Time};
 
     // clause: PAR-FILE-03 PAR-E05-01
@@ -140,6 +141,25 @@ mod tests {
         assert_eq!(robot.network().channels[1].own_port, 1001);
         robot.feed(Time::ZERO, Input::Panel(PanelAction::PowerCycle));
         assert_eq!(robot.network().channels[1].own_port, 2101);
+    }
+
+    // The files that are made are not read back when the power comes on for the first time.
+    #[test]
+    fn the_files_that_are_made_say_what_holds_already() {
+        for dialect in [Dialect::Field, Dialect::Manual] {
+            for model in [
+                ArmModel::tv800(),
+                ArmModel::thl400(),
+                ArmModel::thl400_four_axes(),
+            ] {
+                let mut config = Config::new(dialect);
+                config.model = model;
+                let mut robot = Controller::new(config, Vec::new()).unwrap();
+                let before = robot.robot.parameters.clone();
+                robot.feed(Time::ZERO, Input::Panel(PanelAction::PowerCycle));
+                assert_eq!(robot.robot.parameters, before);
+            }
+        }
     }
 
     #[test]
