@@ -36,7 +36,8 @@ enum What {
         verdict: Verdict,
     },
     Input(Box<Input>),
-    Finding(Box<Output>),
+    /// A finding, by its rule.
+    Finding(&'static str, Box<Output>),
     Output(Box<Output>),
     /// What holds more than its document.
     Document(Box<ApiEvent>),
@@ -61,7 +62,7 @@ impl What {
                 ApiEvent::from_output(at, &Output::Event(answered))
             }
             What::Input(input) => ApiEvent::from_input(at, input).unwrap_or_default(),
-            What::Finding(output) | What::Output(output) => ApiEvent::from_output(at, output),
+            What::Finding(_, output) | What::Output(output) => ApiEvent::from_output(at, output),
             What::Document(event) => (**event).clone(),
         };
         ApiEvent { seq, ..document }
@@ -69,9 +70,7 @@ impl What {
 
     /// The rule of a finding.
     fn finding(&self) -> Option<&'static str> {
-        if let What::Finding(output) = self
-            && let Output::Event(Event::Finding { rule, .. }) = &**output
-        {
+        if let What::Finding(rule, _) = self {
             Some(rule)
         } else {
             None
@@ -111,7 +110,7 @@ impl JournalState {
         if is_full
             && let Some(((at, what), _)) = self.events.pop()
             && seq > self.forgotten
-            && matches!(what, What::Finding(_))
+            && what.finding().is_some()
         {
             if self.findings.len() >= kept.min(KEPT_FINDINGS) {
                 self.findings.pop_front();
@@ -220,7 +219,7 @@ impl Journal {
         let state = self.lock();
         let of_events = (state.first()..).zip(state.events.entries());
         let of_events =
-            of_events.filter(|(seq, (_, what))| *seq > state.forgotten && matches!(what, What::Finding(_)));
+            of_events.filter(|(seq, (_, what))| *seq > state.forgotten && what.finding().is_some());
         let of_events = of_events.map(|(seq, (at, what))| Entry {
             seq,
             at: *at,
@@ -306,8 +305,8 @@ impl Subscriber for JournalWriter {
                 // The content of a file is not kept for its length.
                 let document = ApiEvent::from_output(at, output);
                 (What::Document(Box::new(document)), &[])
-            } else if let Output::Event(Event::Finding { .. }) = output {
-                (What::Finding(Box::new(output.clone())), &[])
+            } else if let Output::Event(Event::Finding { rule, .. }) = output {
+                (What::Finding(rule, Box::new(output.clone())), &[])
             } else {
                 (What::Output(Box::new(output.clone())), &[])
             };

@@ -2,7 +2,6 @@
 //! long after it was used, costs a request more than everything else that is kept of it.
 
 use std::collections::VecDeque;
-use std::collections::vec_deque::Iter;
 
 /// Entries in order, each with its bytes.
 #[derive(Debug)]
@@ -55,9 +54,8 @@ impl<T> ByteLog<T> {
     pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, Vec<u8>)> {
         let skipped = skipped.min(self.entries.len());
         let entries = self.entries.range(skipped..);
-        let length =
-            |entries: &Iter<'_, (T, usize)>| entries.clone().map(|(_, length)| length).sum::<usize>();
-        let mut end = self.bytes.len() - length(&entries);
+        let left: usize = entries.clone().map(|(_, length)| length).sum();
+        let mut end = self.bytes.len() - left;
         entries.map(move |(entry, length)| {
             let begin = end;
             end += length;

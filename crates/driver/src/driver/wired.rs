@@ -113,7 +113,8 @@ enum Step {
 
 /// Robots and the wires between them.
 pub struct Wired {
-    drivers: Vec<Driver>,
+    #[expect(clippy::vec_box, reason = "as they come, and as `finish()` takes them")]
+    drivers: Vec<Box<Driver>>,
     /// Whose lines are logged, by the numbers of the drivers.
     spans: Vec<Span>,
     wires: Arc<[Wire]>,
@@ -140,7 +141,7 @@ impl Wired {
             levels: Arc::clone(&levels),
             changes: sender,
         };
-        let (drivers, spans) = robots.into_iter().map(|(driver, span)| (*driver, span)).unzip();
+        let (drivers, spans) = robots.into_iter().unzip();
         let wired = Wired {
             drivers,
             spans,
@@ -167,7 +168,7 @@ impl Wired {
         self.release();
         let mut controllers = Vec::new();
         for driver in self.drivers {
-            controllers.push(Box::new(driver).finish().await);
+            controllers.push(driver.finish().await);
         }
         controllers
     }
@@ -192,7 +193,7 @@ impl Wired {
                 () = clock_check(beats) => Step::ClockCheck,
             };
             self.hold();
-            self.drivers.iter_mut().for_each(Driver::skip_gap);
+            self.drivers.iter_mut().for_each(|driver| driver.skip_gap());
             if let (Step::Tick, Wake::JumpAfter(_), Some(distance)) = (&step, wake, distance) {
                 // What has arrived anywhere is handled before.
                 self.jump = Some(distance);

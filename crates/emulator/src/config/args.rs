@@ -307,11 +307,10 @@ impl ServeArgs {
     /// These arguments; those not given are taken from the layer below. Named options and faults of the layer below come
     /// first, so that a later option of the same name wins.
     #[must_use]
-    pub fn with_fallback(self, mut below: ServeArgs) -> ServeArgs {
-        below.robot.set.extend_from_slice(&self.robot.set);
-        below.variation.fault.extend_from_slice(&self.variation.fault);
-        let (set, fault) = (below.robot.set.clone(), below.variation.fault.clone());
-        let mut merged = ServeArgs {
+    pub fn with_fallback(mut self, mut below: ServeArgs) -> ServeArgs {
+        below.robot.set.append(&mut self.robot.set);
+        below.variation.fault.append(&mut self.variation.fault);
+        ServeArgs {
             network: self.network.or_below(below.network),
             control_interface: self.control_interface.or_below(below.control_interface),
             serial: self.serial.or_below(below.serial),
@@ -324,9 +323,7 @@ impl ServeArgs {
             log: self.log.or_below(below.log),
             robot_tables: self.robot_tables.or_below(below.robot_tables),
             wires: self.wires.or_below(below.wires),
-        };
-        (merged.robot.set, merged.variation.fault) = (set, fault);
-        merged
+        }
     }
 
     /// Reads a command line by the definitions of those groups whose flags it has.

@@ -127,11 +127,6 @@ impl fmt::Display for WithoutBlanks<'_> {
     }
 }
 
-fn without_blanks(word: &str) -> impl Iterator<Item = u8> {
-    let bytes = word.bytes().filter(|byte| *byte != b' ');
-    bytes.map(|byte| byte.to_ascii_lowercase())
-}
-
 fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
     let mut parts = field.split(b'/');
     let (Some(mode), Some(run_mode), None) = (parts.next(), parts.next(), parts.next()) else {
@@ -160,9 +155,12 @@ fn find<T: Copy, const N: usize>(
     values: [T; N],
     word: impl Fn(T) -> &'static str,
 ) -> Result<T, BodyError> {
-    let found = field.text(expected)?;
+    let found = WithoutBlanks(field.text(expected)?).to_string();
     let mut values = values.into_iter();
-    let known = values.find(|value| without_blanks(word(*value)).eq(without_blanks(found)));
+    let known = values.find(|value| {
+        let word = WithoutBlanks(word(*value)).to_string();
+        word.eq_ignore_ascii_case(&found)
+    });
     known.ok_or_else(|| field.error(expected))
 }
 

@@ -134,19 +134,20 @@ impl TranscriptBuffer {
 
     /// Appends a record.
     pub fn push(&self, record: Record) {
-        let (RecordKind::FromHost { line, bytes } | RecordKind::FromRobot { line, bytes }) = &record.kind
-        else {
-            let record = BufferedRecord::Record(Box::new(record));
-            return self.state().push(record, &[]);
+        let (by, line, bytes) = match &record.kind {
+            RecordKind::FromHost { line, bytes } => (Side::Host, *line, bytes),
+            RecordKind::FromRobot { line, bytes } => (Side::Robot, *line, bytes),
+            RecordKind::Connected { .. }
+            | RecordKind::Ended { .. }
+            | RecordKind::Action(_)
+            | RecordKind::Link(_)
+            | RecordKind::Remark(_) => {
+                let record = BufferedRecord::Record(Box::new(record));
+                return self.state().push(record, &[]);
+            }
         };
-        let from_host = matches!(record.kind, RecordKind::FromHost { .. });
-        let by = if from_host { Side::Host } else { Side::Robot };
-        let sent = BufferedRecord::Sent {
-            at: record.at,
-            line: *line,
-            by,
-        };
-        self.state().push(sent, bytes);
+        let at = record.at;
+        self.state().push(BufferedRecord::Sent { at, line, by }, bytes);
     }
 
     /// Appends a record that this controller replaces the current one.
@@ -171,7 +172,7 @@ impl TranscriptBuffer {
 
     /// The transcript in a file format. A remark in front says how many records were discarded.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
-        let pages = &mut *self.state();
+        let pages = self.state();
         let missing = pages.records.entries().next().filter(|_| pages.discarded > 0);
         let missing = missing.map(|first| Record {
             at: first.at(),
