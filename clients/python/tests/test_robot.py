@@ -177,6 +177,8 @@ def test_channels_power_and_snapshots(robot: Robot) -> None:
     assert robot.feed_hold
     robot.reset()
     assert not robot.feed_hold and robot.clock.now == 0
+    robot.reset(time="x10")
+    assert robot.time_mode == "x10"
 
 
 def test_events_come_as_they_happen(robot: Robot) -> None:

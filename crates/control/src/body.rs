@@ -80,6 +80,12 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
 
     async fn from_request(request: Request, _: &S) -> Result<Json<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
+        // Where every field may be left out, so may the object.
+        if matches!(bytes.trim_ascii(), b"" | b"null")
+            && let Ok(defaults) = serde_json::from_slice(b"{}")
+        {
+            return Ok(Json(defaults));
+        }
         require_object(&bytes)?;
         serde_json::from_slice(&bytes)
             .map(Json)

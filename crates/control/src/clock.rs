@@ -302,13 +302,17 @@ async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
 /// to the next event while every host is silent.
 #[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
 async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
-    let mode: TimeMode = body.mode.parse().map_err(|_| {
-        let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
-        Problem::invalid("mode", expected, body.mode)
-    })?;
-    let action = LinkAction::TimeMode(mode);
+    let action = LinkAction::TimeMode(time_mode(body.mode)?);
     let changed = handle.change(Request::LinkAction, action, ClockStatus::new);
     changed.await.map(Json)
+}
+
+/// Reads the mode of the clock in a body.
+pub(super) fn time_mode(mode: String) -> Result<TimeMode, Problem> {
+    mode.parse().map_err(|_| {
+        let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
+        Problem::invalid("mode", expected, mode)
+    })
 }
 
 /// Advance time by an amount

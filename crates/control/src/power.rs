@@ -2,7 +2,10 @@
 //!
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
-use super::resource::{Answer, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes};
+use super::clock::time_mode;
+use super::resource::{
+    Answer, Deserialize, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
+};
 use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{LinkAction, Request};
 
@@ -14,6 +17,17 @@ pub struct PowerStatus {
     on: bool,
     /// The server channels and the TCP port each accepts on.
     ports: Vec<OpenPort>,
+}
+
+/// What is set together with a reset.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = Reset)]
+pub struct ResetRequest {
+    /// The mode of the clock, as for `/clock`; by default it stays.
+    #[serde(default)]
+    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[1-9][0-9]{0,4})$")]
+    mode: Option<String>,
 }
 
 /// A server channel.
@@ -81,9 +95,15 @@ async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
 /// Reset everything to the state at the start
 ///
 /// For use between tests: files, variables, lines, alarms, forced lines and findings are as at the start, and time
-/// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay; events and counters continue.
-#[utoipa::path(post, path = "/reset", operation_id = "reset_emulator", responses((status = 200, body = PowerStatus)))]
-async fn reset(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+/// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay, unless `mode` names another; events
+/// and counters continue.
+#[utoipa::path(post, path = "/reset", operation_id = "reset_emulator", request_body = Option<ResetRequest>, responses((status = 200, body = PowerStatus)))]
+async fn reset(handle: Handle, Json(body): Json<ResetRequest>) -> Answer<PowerStatus> {
+    // Before the reset, after which a stopped clock stands at 0.
+    if let Some(mode) = body.mode {
+        let action = LinkAction::TimeMode(time_mode(mode)?);
+        handle.change(Request::LinkAction, action, |_| ()).await?;
+    }
     let reset = handle.change(Request::LinkAction, LinkAction::Reset, PowerStatus::new);
     reset.await.map(Json)
 }

@@ -45,6 +45,25 @@ fn an_advance_that_is_cut_short_has_not_reached_its_end() {
     assert_eq!(over, json!({"reached":true,"now":1.0,"passed":1.0}));
 }
 
+/// What the fixture of a test asks for with one call.
+#[test]
+fn a_reset_sets_the_mode_of_the_clock_if_it_is_told_one() {
+    let robot = running(SLOW);
+    robot.post("/clock/advance", r#"{"seconds":2}"#);
+    robot.post("/reset", r#"{"mode":"auto"}"#);
+    assert_eq!(robot.get("/clock")["mode"], json!("auto"));
+    robot.post("/reset", r#"{"mode":"stepped"}"#);
+    robot.post("/reset", "");
+    robot.post("/reset", "{}");
+    robot.post("/reset", "null");
+    let clock = robot.get("/clock");
+    assert_eq!((&clock["mode"], &clock["now"]), (&json!("stepped"), &json!(0.0)));
+    robot.post("/clock/advance", r#"{"seconds":2}"#);
+    let reason = robot.refused(422, "POST", "/reset", r#"{"mode":"sometimes"}"#);
+    assert!(reason.contains("`real`, `stepped`, `auto`"), "{reason}");
+    assert_eq!(robot.get("/clock")["now"], json!(2.0), "nothing was reset");
+}
+
 #[test]
 fn time_advances_until_something_happens() {
     let robot = running(SLOW);

@@ -71,9 +71,9 @@ def pytest_configure(config: pytest.Config) -> None:
 class _Test:
     """What a test said with its markers, and the robot it got."""
 
-    def __init__(self, item: pytest.Item, temporary: pytest.TempPathFactory) -> None:
+    def __init__(self, item: pytest.Item, servers: Servers) -> None:
         self.item = item
-        self.temporary = temporary
+        self.servers = servers
         self.wanted: Dict[str, Any] = {}
         self.robot: Optional[Robot] = None
         self._blamed = 0
@@ -127,7 +127,8 @@ def denial(findings: Sequence[Finding]) -> str:
 class Servers:
     """The processes of a session: one with the flags of the configuration, and others for tests that need other flags."""
 
-    def __init__(self, config: pytest.Config) -> None:
+    def __init__(self, config: pytest.Config, temporary: pytest.TempPathFactory) -> None:
+        self.temporary = temporary
         self._config = config
         self._flags: List[str] = config.getini("ts3100_flags")
         self._url: Optional[str] = config.getoption("--ts3100-url")
@@ -178,9 +179,9 @@ class Servers:
 
 
 @pytest.fixture(scope="session")
-def _ts3100_servers(pytestconfig: pytest.Config) -> Iterator[Servers]:
+def _ts3100_servers(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Servers]:
     """The processes of the session."""
-    servers = Servers(pytestconfig)
+    servers = Servers(pytestconfig, tmp_path_factory)
     yield servers
     servers.close()
 
@@ -192,17 +193,16 @@ def ts3100_server(_ts3100_servers: Servers) -> Robot:
 
 
 @pytest.fixture
-def robot(request: pytest.FixtureRequest, _ts3100_servers: Servers, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
+def robot(request: pytest.FixtureRequest, _ts3100_servers: Servers) -> Iterator[Robot]:
     """A fresh robot: files, variables, alarms, faults, clock, findings and transcript are as after a start."""
-    test = _Test(request.node, tmp_path_factory)
+    test = _Test(request.node, _ts3100_servers)
     request.node.stash[_TEST] = test
     flags = _own_flags(test)
     if test.wanted.get("scenario"):
         yield from _with_scenario(test, _ts3100_servers, flags)
         return
     robot = _ts3100_servers.get(flags)
-    _set_time(test, robot)
-    robot.reset()
+    robot.reset(time=test.wanted.get("time") or request.config.getini("ts3100_time"))
     for name in sorted(robot.taken):
         robot.delete_snapshot(name)
     _prepare(test, robot)
@@ -228,13 +228,6 @@ def _own_flags(test: _Test) -> List[str]:
     flags += [f"--set={name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in options.items()]
     extra = wanted.get("flags") or []
     return flags + (shlex.split(extra) if isinstance(extra, str) else list(extra))
-
-
-def _set_time(test: _Test, robot: Robot) -> None:
-    """Before the reset: the mode stays, and a stopped clock stands at 0 after it."""
-    mode = test.wanted.get("time") or test.item.config.getini("ts3100_time")
-    if robot.time_mode != mode:
-        robot.time_mode = mode
 
 
 def _prepare(test: _Test, robot: Robot) -> None:
@@ -331,7 +324,7 @@ def _explain(report: pytest.TestReport, test: _Test, robot: Robot) -> None:
 def _artifacts(test: _Test) -> Path:
     config = test.item.config
     chosen = config.getoption("--ts3100-artifacts") or config.getini("ts3100_artifacts")
-    return config.rootpath / str(chosen) if chosen else test.temporary.getbasetemp() / "ts3100"
+    return config.rootpath / str(chosen) if chosen else test.servers.temporary.getbasetemp() / "ts3100"
 
 
 def last_exchange(transcript: str) -> str:

@@ -489,9 +489,10 @@ class Robot:
         """Turns the power off and on."""
         self.call("POST", "/power/cycle")
 
-    def reset(self) -> None:
-        """Everything is as when the emulator was started; connections are closed. Ports and the mode of the clock stay."""
-        self.call("POST", "/reset")
+    def reset(self, *, time: Optional[str] = None) -> None:
+        """Everything is as when the emulator was started; connections are closed. Ports stay, and the mode of the clock unless
+        `time` is another one."""
+        self.call("POST", "/reset", {"mode": time} if time else None)
 
     def jog(self, axis: int, direction: str, *, coordinates: str = "joint", speed: str = "slow", inching: bool = False) -> None:
         """Presses a key of the teach pendant that moves the arm, `plus` or `minus`, until `jog_stop` or for one step."""

@@ -160,7 +160,7 @@ impl Driver {
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
     async fn reset(&mut self) -> Result<(), StoreError> {
-        for input in self.edge.close_channels() {
+        for input in self.edge.close_channels_for(&self.initial_controller) {
             if let Input::Disconnected { port } = input {
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
             }

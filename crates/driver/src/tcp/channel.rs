@@ -4,7 +4,7 @@
 
 use super::connection::{self, Connection, WRITE_QUEUE};
 use super::listen::Acceptor;
-use super::shared::Claim;
+use super::shared::{Claim, reset};
 use super::{CLOSE_GRACE, NewConnection, SecondConnection};
 use crate::portion::log_bytes;
 use std::collections::VecDeque;
@@ -249,6 +249,29 @@ impl Channel {
             task.abort();
         }
         self.connection.map(Connection::abort).is_some()
+    }
+
+    /// Closes every connection, also those that have arrived and are not accepted. Returns whether the channel was
+    /// connected, and the channel if it listens; otherwise it is closed.
+    pub(super) fn clear(mut self) -> (bool, Option<Channel>) {
+        let Source::Accepted(acceptor) = &self.source else {
+            return (self.close(), None);
+        };
+        while let Some((stream, ..)) = acceptor.accept_now(self.port) {
+            // As the system does when the socket that listens is closed.
+            reset(&stream);
+        }
+        self.waiting.clear();
+        let connected = self.connection.take().map(Connection::abort).is_some();
+        (connected, Some(self))
+    }
+
+    /// The TCP port of a channel that has a listening socket of its own.
+    pub(super) fn listens_at(&self) -> Option<u16> {
+        match &self.source {
+            Source::Accepted(acceptor) => acceptor.number(),
+            Source::Claimed(_) | Source::Dialled(..) => None,
+        }
     }
 
     /// Writes at once what the system takes; the rest waits until the socket is writable. A peer that has left too

@@ -47,6 +47,8 @@ pub struct Channels {
     shared: Option<SharedPorts>,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
+    /// As which they were opened.
+    plan: Option<NetworkConfig>,
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
     /// gets the same port.
     reserved: BTreeMap<Port, (u16, ReservedPort)>,
@@ -61,6 +63,7 @@ impl Channels {
             shared: None,
             options,
             channels: BTreeMap::new(),
+            plan: None,
             reserved: BTreeMap::new(),
         }
     }
@@ -71,16 +74,20 @@ impl Channels {
         Channels { shared, ..self }
     }
 
-    /// Opens every channel as planned: all listening sockets are bound before the first one accepts.
+    /// Opens every channel as planned that is not open: all listening sockets are bound before the first one accepts.
     /// Returns the port in use of each server channel.
     ///
     /// # Errors
-    /// The first port that cannot be bound; then none is open.
+    /// The first port that cannot be bound; then none is opened.
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
         let second = self.options.second;
         let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
+            if let Some(number) = self.channels.get(&port).and_then(Channel::listens_at) {
+                ports.insert(port, number);
+                continue;
+            }
             if let Some((claim, number)) = self.claim(channel.own_port) {
                 opened.push((port, Channel::claiming(port, second, claim)));
                 ports.insert(port, number);
@@ -91,6 +98,7 @@ impl Channels {
             ports.insert(port, number);
         }
         self.channels.extend(opened);
+        self.plan = Some(*plan);
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
             info!(port = port.name(), "{port} dials {peer}");
@@ -111,6 +119,24 @@ impl Channels {
         channels
             .filter_map(|(port, channel)| channel.close().then_some(port))
             .collect()
+    }
+
+    /// Closes every connection, and every channel but those that listen and will do so again under `plan`: to open
+    /// their sockets anew costs more than all else of a reset. Returns the channels that were connected.
+    pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Port> {
+        if self.plan != Some(*plan) {
+            return self.close();
+        }
+        let mut connected = Vec::new();
+        self.channels = std::mem::take(&mut self.channels)
+            .into_iter()
+            .filter_map(|(port, channel)| {
+                let (was_connected, listening) = channel.clear();
+                connected.extend(was_connected.then_some(port));
+                Some((port, listening?))
+            })
+            .collect();
+        connected
     }
 
     /// The open channel of a port.

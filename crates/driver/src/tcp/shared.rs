@@ -151,7 +151,7 @@ impl SharedPorts {
 }
 
 /// As a port that is closed does it, though the system has accepted already.
-fn reset(stream: &TcpStream) {
+pub(super) fn reset(stream: &TcpStream) {
     // Without it the peer sees an orderly end when the stream is dropped, which tells it less.
     let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));
 }

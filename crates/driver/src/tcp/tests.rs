@@ -193,10 +193,7 @@ async fn a_second_connection_may_replace_the_first() {
         next(&mut links).await,
         [second_peer(&second, true), GONE, connected(&second)]
     );
-    assert!(matches!(
-        timeout(LONG, first.read(&mut [0; 8])).await.unwrap(),
-        Ok(0) | Err(_)
-    ));
+    assert!(is_ended(&mut first).await);
     second.write_all(b"x").await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"x")]);
 }
@@ -324,14 +321,43 @@ async fn opened_again_after_a_power_cycle_the_ports_are_the_same() {
     let mut host = dial(port).await;
     next(&mut links).await;
     assert_eq!(links.close(), [Port::Ip0]);
-    assert!(matches!(
-        timeout(LONG, host.read(&mut [0; 8])).await.unwrap(),
-        Ok(0) | Err(_)
-    ));
+    assert!(is_ended(&mut host).await);
     let ports = links.open(&plan(OpenMode::Server, OpenMode::Server, 0)).unwrap();
     assert_eq!(ports[&Port::Ip0], port);
     let host = dial(port).await;
     assert_eq!(next(&mut links).await, [connected(&host)]);
+}
+
+/// Whether the peer has ended this connection.
+async fn is_ended(host: &mut TcpStream) -> bool {
+    matches!(
+        timeout(LONG, host.read(&mut [0; 8])).await.unwrap(),
+        Ok(0) | Err(_)
+    )
+}
+
+#[tokio::test]
+async fn a_reset_ends_every_connection_and_keeps_the_sockets_that_listen() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    next(&mut links).await;
+    let mut waiting = dial(port).await;
+    let plan = plan(OpenMode::Server, OpenMode::NotUsed, 0);
+    assert_eq!(links.close_for(&plan), [Port::Ip0]);
+    assert!(is_ended(&mut host).await);
+    assert!(is_ended(&mut waiting).await, "had arrived and was not accepted");
+    let early = dial(port).await;
+    assert_eq!(links.open(&plan).unwrap(), BTreeMap::from([(Port::Ip0, port)]));
+    assert_eq!(next(&mut links).await, [connected(&early)]);
+}
+
+#[tokio::test]
+async fn a_reset_to_other_parameters_closes_the_ports() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let none = plan(OpenMode::NotUsed, OpenMode::NotUsed, 0);
+    assert_eq!(links.close_for(&none), []);
+    assert!(TcpStream::connect(("127.0.0.1", port)).await.is_err());
+    assert_eq!(links.open(&none).unwrap(), BTreeMap::new());
 }
 
 #[tokio::test]
