@@ -132,6 +132,14 @@ impl Channel {
         Poll::Pending
     }
 
+    /// The listening socket of a channel that has one and no peer.
+    pub(super) fn idle_acceptor(&self) -> Option<&Acceptor> {
+        match &self.source {
+            Source::Accepted(acceptor) if self.connection.is_none() => Some(acceptor),
+            Source::Accepted(_) | Source::Claimed(_) | Source::Dialled(..) => None,
+        }
+    }
+
     /// Accepts what has arrived if the channel has no peer. Without a context the system itself is asked, whatever the
     /// runtime knows of it.
     pub(super) fn accept_arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {

@@ -226,7 +226,7 @@ impl Acceptor {
 
     /// A connection that has arrived, whether or not the runtime knows of it.
     pub(super) fn accept_now(&self, port: Port) -> Option<NewConnection> {
-        if self.pause.is_some() || !self.has_arrived() {
+        if self.pause.is_some() || !has_arrived(std::iter::once(self)) {
             return None;
         }
         // What fails here fails again in `poll`, which reports it.
@@ -235,21 +235,6 @@ impl Acceptor {
         let stream = TcpStream::from_std(socket.into()).ok()?;
         prepare(port, &stream);
         Some((stream, peer.as_socket()?, None))
-    }
-
-    /// Whether the system has a connection to accept. It is asked before every jump of time, and an accept that finds
-    /// nothing costs more: it makes a socket first.
-    #[cfg(unix)]
-    fn has_arrived(&self) -> bool {
-        let mut listener = [PollFd::new(&self.listener, PollFlags::IN)];
-        // A listener that cannot be asked is tried.
-        poll(&mut listener, Some(&Timespec::default())).map_or(true, |ready| ready > 0)
-    }
-
-    #[cfg(not(unix))]
-    #[expect(clippy::unused_self, reason = "as on Unix")]
-    fn has_arrived(&self) -> bool {
-        true
     }
 
     /// The next connection; whether it is served is decided by the caller.
@@ -272,4 +257,27 @@ impl Acceptor {
             }
         }
     }
+}
+
+/// Whether the system has a connection for one of these. It is asked before every command and every jump of time, about
+/// all at once; and an accept that finds nothing costs more, since it makes a socket first.
+#[cfg(unix)]
+pub(super) fn has_arrived<'a>(mut acceptors: impl Iterator<Item = &'a Acceptor>) -> bool {
+    let Some(first) = acceptors.next() else {
+        return false;
+    };
+    let mut next = Some(first);
+    let mut listeners: [PollFd<'_>; Port::ETHERNET.len()] = std::array::from_fn(|_| {
+        // To ask about the first twice does no harm.
+        let acceptor = next.unwrap_or(first);
+        next = acceptors.next();
+        PollFd::new(&acceptor.listener, PollFlags::IN)
+    });
+    // Listeners that cannot be asked are tried.
+    poll(&mut listeners, Some(&Timespec::default())).map_or(true, |ready| ready > 0)
+}
+
+#[cfg(not(unix))]
+pub(super) fn has_arrived<'a>(mut acceptors: impl Iterator<Item = &'a Acceptor>) -> bool {
+    acceptors.next().is_some()
 }

@@ -148,8 +148,11 @@ impl Channels {
     /// IP0 expects that the program finds its peer; the two sockets are not polled in that order. Without a context the
     /// system itself is asked.
     pub fn accept_arrived(&mut self, mut context: Option<&mut Context<'_>>) -> Vec<Input> {
+        let idle = self.channels.values().filter_map(Channel::idle_acceptor);
+        let accepts = context.is_some() || listen::has_arrived(idle);
         let channels = self.channels.values_mut();
-        let arrived = channels.flat_map(|channel| channel.accept_arrived(context.as_deref_mut()));
+        let asked = channels.filter(|channel| accepts || channel.idle_acceptor().is_none());
+        let arrived = asked.flat_map(|channel| channel.accept_arrived(context.as_deref_mut()));
         arrived.collect()
     }
 
