@@ -47,7 +47,7 @@ pub struct Channels {
     shared: Option<SharedPorts>,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
-    /// As which they were opened.
+    /// The plan by which they were opened.
     plan: Option<NetworkConfig>,
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
     /// gets the same port.
