@@ -38,7 +38,8 @@ MINE = platform.machine() + "-unknown-linux-musl"
 # How a program is started that is not for this machine.
 BY = {"aarch64-unknown-linux-musl": ["qemu-aarch64-static"], "x86_64-unknown-linux-musl": ["qemu-x86_64-static"],
       "x86_64-pc-windows-gnu": ["wine"]}
-MEANS = {"qemu-aarch64-static": ["qemu-user-static"], "qemu-x86_64-static": ["qemu-user-static"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
+MINGW = "x86_64-w64-mingw32-g++-posix"
+MEANS = {MINGW: ["g++-mingw-w64-x86-64-posix"], "qemu-aarch64-static": ["qemu-user-static"], "qemu-x86_64-static": ["qemu-user-static"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
          "setpriv": ["util-linux"], "systemd-analyze": ["systemd"]}
 # Wine 8 lacks the library from which Rust takes its random numbers since Windows 10. This one takes them from where they were.
 PRNG = """
@@ -75,11 +76,12 @@ def sums(folder):
 
 def strictness(tools, scratch):
     """What `verify` refuses of a program: symbols, and paths of the machine that built it."""
-    source, program = os.path.join(scratch, "small.c"), os.path.join(scratch, "small")
+    need(MINGW)
+    source, program = os.path.join(scratch, "small.c"), os.path.join(scratch, "small.exe")
     with open(source, "w", encoding="ascii") as file:
         file.write("static int twice(int n) { return n * 2; }\nint main(int n, char **v) { return (v, twice)(n); }\n")
     zig = [os.path.join(tools, "zig", "bin", "python"), "-m", "ziglang", "cc", "-target", "aarch64-macos"]
-    for system, compiler in (("Linux", ["cc"]), ("macOS", zig)):
+    for system, compiler in (("Linux", ["cc"]), ("macOS", zig), ("Windows", [MINGW])):
         for more, expected in (([], True), (["-s"], False)):
             run(*compiler, "-O1", *more, "-o", program, source)
             with open(program, "rb") as file:
