@@ -26,7 +26,7 @@ const MAX_ANSWER: usize = 1024 * 1024;
 /// in README.md.
 const FAULT_TO_BARE: f64 = 3.3;
 const RESTORE_TO_BARE: f64 = 3.6;
-const RESTORE_TO_LISTENER: f64 = 0.12;
+const RESTORE_TO_LISTENER: f64 = 0.1;
 const FILE_TO_LISTENER: f64 = 0.3;
 const START_TO_BARE: f64 = 2.25;
 
