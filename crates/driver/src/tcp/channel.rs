@@ -132,12 +132,17 @@ impl Channel {
         Poll::Pending
     }
 
-    /// The listening socket of a channel that has one and no peer.
-    pub(super) fn idle_acceptor(&self) -> Option<&Acceptor> {
+    /// The listening socket of a channel that has one of its own.
+    pub(super) fn acceptor(&self) -> Option<&Acceptor> {
         match &self.source {
-            Source::Accepted(acceptor) if self.connection.is_none() => Some(acceptor),
-            Source::Accepted(_) | Source::Claimed(_) | Source::Dialled(..) => None,
+            Source::Accepted(acceptor) => Some(acceptor),
+            Source::Claimed(_) | Source::Dialled(..) => None,
         }
+    }
+
+    /// The same, if the channel has no peer.
+    pub(super) fn idle_acceptor(&self) -> Option<&Acceptor> {
+        self.acceptor().filter(|_| self.connection.is_none())
     }
 
     /// Accepts what has arrived if the channel has no peer. Without a context the system itself is asked, whatever the
@@ -262,7 +267,7 @@ impl Channel {
     /// Closes every connection, also those that have arrived and are not accepted. Returns whether the channel was
     /// connected, and the channel if it listens; otherwise it is closed.
     pub(super) fn clear(mut self) -> (bool, Option<Channel>) {
-        let Source::Accepted(acceptor) = &self.source else {
+        let Some(acceptor) = self.acceptor() else {
             return (self.close(), None);
         };
         while let Some((stream, ..)) = acceptor.accept_now(self.port) {
@@ -272,14 +277,6 @@ impl Channel {
         self.waiting.clear();
         let connected = self.connection.take().map(Connection::abort).is_some();
         (connected, Some(self))
-    }
-
-    /// The TCP port of a channel that has a listening socket of its own.
-    pub(super) fn listens_at(&self) -> Option<u16> {
-        match &self.source {
-            Source::Accepted(acceptor) => acceptor.number(),
-            Source::Claimed(_) | Source::Dialled(..) => None,
-        }
     }
 
     /// Writes at once what the system takes; the rest waits until the socket is writable. A peer that has left too

@@ -84,7 +84,7 @@ impl Channels {
         let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            if let Some(number) = self.channels.get(&port).and_then(Channel::listens_at) {
+            if let Some(number) = self.listens_at(port) {
                 ports.insert(port, number);
                 continue;
             }
@@ -137,6 +137,11 @@ impl Channels {
             })
             .collect();
         connected
+    }
+
+    /// The TCP port at which an open channel listens.
+    fn listens_at(&self, port: Port) -> Option<u16> {
+        self.channels.get(&port)?.acceptor()?.number()
     }
 
     /// The open channel of a port.
