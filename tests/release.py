@@ -39,7 +39,8 @@ MINE = platform.machine() + "-unknown-linux-musl"
 BY = {"aarch64-unknown-linux-musl": ["qemu-aarch64-static"], "x86_64-unknown-linux-musl": ["qemu-x86_64-static"],
       "x86_64-pc-windows-gnu": ["wine"]}
 MINGW = "x86_64-w64-mingw32-g++-posix"
-MEANS = {MINGW: ["g++-mingw-w64-x86-64-posix"], "qemu-aarch64-static": ["qemu-user-static"], "qemu-x86_64-static": ["qemu-user-static"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
+MEANS = {MINGW: ["g++-mingw-w64-x86-64-posix"], "qemu-aarch64-static": ["qemu-user-static"],
+         "qemu-x86_64-static": ["qemu-user-static"], "wine": ["wine", "wine64"], "shellcheck": ["shellcheck"],
          "setpriv": ["util-linux"], "systemd-analyze": ["systemd"]}
 # Wine 8 lacks the library from which Rust takes its random numbers since Windows 10. This one takes them from where they were.
 PRNG = """
