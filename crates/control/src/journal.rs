@@ -5,11 +5,12 @@
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
+use ts3100_controller::findings::Message;
 use ts3100_controller::output::Verdict;
-use ts3100_controller::{Event, Input, Output, Port, Time};
+use ts3100_controller::{Bytes, Event, Input, Output, Port, Time};
 use ts3100_driver::cell::{Notice, Side, Subscriber};
 use ts3100_proto::status::MasterMode;
 use ts3100_recording::byte_log::ByteLog;
@@ -35,9 +36,13 @@ enum What {
         mode: MasterMode,
         verdict: Verdict,
     },
+    /// A finding about the bytes of the entry, at the time of the entry.
+    Finding {
+        rule: &'static str,
+        port: Option<Port>,
+        message: Message,
+    },
     Input(Box<Input>),
-    /// A finding, by its rule.
-    Finding(&'static str, Box<Output>),
     Output(Box<Output>),
     /// What holds more than its document.
     Document(Box<ApiEvent>),
@@ -61,8 +66,18 @@ impl What {
                 };
                 ApiEvent::from_output(at, &Output::Event(answered))
             }
+            What::Finding { rule, port, message } => {
+                let finding = Event::Finding {
+                    rule,
+                    port: *port,
+                    at,
+                    bytes: Bytes::copy_from_slice(bytes),
+                    message: message.clone(),
+                };
+                ApiEvent::from_output(at, &Output::Event(finding))
+            }
             What::Input(input) => ApiEvent::from_input(at, input).unwrap_or_default(),
-            What::Finding(_, output) | What::Output(output) => ApiEvent::from_output(at, output),
+            What::Output(output) => ApiEvent::from_output(at, output),
             What::Document(event) => (**event).clone(),
         };
         ApiEvent { seq, ..document }
@@ -70,7 +85,7 @@ impl What {
 
     /// The rule of a finding.
     fn finding(&self) -> Option<&'static str> {
-        if let What::Finding(rule, _) = self {
+        if let What::Finding { rule, .. } = self {
             Some(rule)
         } else {
             None
@@ -78,19 +93,11 @@ impl What {
     }
 }
 
-/// An event that is kept apart.
-#[derive(Debug, Clone)]
-struct Entry {
-    seq: u64,
-    at: Time,
-    what: What,
-}
-
 #[derive(Default)]
 struct JournalState {
     events: ByteLog<(Time, What)>,
-    /// Findings that are no longer among the events.
-    findings: VecDeque<Entry>,
+    /// Findings that are no longer among the events, with their numbers.
+    findings: ByteLog<(u64, Time, What)>,
     /// Findings up to this number are forgotten.
     forgotten: u64,
     /// Number of events since the start, including dropped ones.
@@ -107,20 +114,24 @@ impl JournalState {
     fn push(&mut self, kept: usize, at: Time, what: What, bytes: &[u8]) -> u64 {
         let seq = self.first();
         let is_full = self.events.len() >= kept;
-        if is_full
-            && let Some(((at, what), _)) = self.events.pop()
-            && seq > self.forgotten
-            && what.finding().is_some()
-        {
-            if self.findings.len() >= kept.min(KEPT_FINDINGS) {
-                self.findings.pop_front();
+        if is_full && let Some(((at, what), bytes)) = self.events.first() {
+            if seq > self.forgotten && what.finding().is_some() {
+                if self.findings.len() >= kept.min(KEPT_FINDINGS) {
+                    self.findings.pop();
+                }
+                self.findings.push((seq, *at, what.clone()), bytes);
             }
-            self.findings.push_back(Entry { seq, at, what });
+            self.events.pop();
         }
         self.events.push((at, what), bytes);
         self.count += 1;
         self.count
     }
+}
+
+/// A copy of an entry with its bytes.
+fn owned<T: Clone>((entry, bytes): (&T, &[u8])) -> (T, Vec<u8>) {
+    (entry.clone(), bytes.to_vec())
 }
 
 /// The journal of one robot.
@@ -191,7 +202,7 @@ impl Journal {
         let begin = from.max(1).max(state.first());
         let skipped = usize::try_from(begin - state.first()).unwrap_or(usize::MAX);
         let entries = state.events.iter_from(skipped).take(most);
-        let entries: Vec<_> = entries.map(|(entry, bytes)| (entry.clone(), bytes)).collect();
+        let entries: Vec<_> = entries.map(owned).collect();
         drop(state);
         let numbered = (begin..).zip(entries);
         let events = numbered.map(|(seq, ((at, what), bytes))| what.document(seq, at, &bytes));
@@ -214,18 +225,15 @@ impl Journal {
         self.changed.subscribe()
     }
 
-    /// The findings kept, oldest first.
-    fn kept_findings(&self) -> Vec<Entry> {
+    /// The findings kept with their numbers and bytes, oldest first.
+    fn kept_findings(&self) -> Vec<((u64, Time, What), Vec<u8>)> {
         let state = self.lock();
-        let of_events = (state.first()..).zip(state.events.entries());
+        let of_events = (state.first()..).zip(state.events.iter_from(0));
         let of_events =
-            of_events.filter(|(seq, (_, what))| *seq > state.forgotten && what.finding().is_some());
-        let of_events = of_events.map(|(seq, (at, what))| Entry {
-            seq,
-            at: *at,
-            what: what.clone(),
-        });
-        let mut findings: Vec<_> = state.findings.iter().cloned().chain(of_events).collect();
+            of_events.filter(|(seq, ((_, what), _))| *seq > state.forgotten && what.finding().is_some());
+        let of_events =
+            of_events.map(|(seq, ((at, what), bytes))| ((seq, *at, what.clone()), bytes.to_vec()));
+        let mut findings: Vec<_> = state.findings.iter_from(0).map(owned).chain(of_events).collect();
         let surplus = findings.len().saturating_sub(self.kept.min(KEPT_FINDINGS));
         findings.drain(..surplus);
         findings
@@ -233,14 +241,14 @@ impl Journal {
 
     fn forget_findings(&self) {
         let mut state = self.lock();
-        state.findings.clear();
+        state.findings = ByteLog::default();
         state.forgotten = state.count;
     }
 
     /// The findings kept, oldest first.
     pub fn findings(&self) -> Vec<ApiEvent> {
         let findings = self.kept_findings().into_iter();
-        let documents = findings.map(|entry| entry.what.document(entry.seq, entry.at, &[]));
+        let documents = findings.map(|((seq, at, what), bytes)| what.document(seq, at, &bytes));
         documents.collect()
     }
 
@@ -250,7 +258,7 @@ impl Journal {
         for rule in self
             .kept_findings()
             .iter()
-            .filter_map(|entry| entry.what.finding())
+            .filter_map(|((_, _, what), _)| what.finding())
         {
             *counts.entry(rule.to_owned()).or_default() += 1;
         }
@@ -280,7 +288,7 @@ impl Subscriber for JournalWriter {
         }
     }
 
-    fn output(&mut self, at: Time, output: &Output) {
+    fn output(&mut self, mut at: Time, output: &Output) {
         let (what, bytes): (What, &[u8]) =
             if let Output::Send { port, bytes: data }
             | Output::Event(Event::TextIn { port, data, .. } | Event::TextOut { port, data, .. }) = output
@@ -305,8 +313,17 @@ impl Subscriber for JournalWriter {
                 // The content of a file is not kept for its length.
                 let document = ApiEvent::from_output(at, output);
                 (What::Document(Box::new(document)), &[])
-            } else if let Output::Event(Event::Finding { rule, .. }) = output {
-                (What::Finding(rule, Box::new(output.clone())), &[])
+            } else if let Output::Event(Event::Finding {
+                rule,
+                port,
+                at: found,
+                bytes,
+                message,
+            }) = output
+            {
+                at = *found;
+                let (port, message) = (*port, message.clone());
+                (What::Finding { rule, port, message }, bytes)
             } else {
                 (What::Output(Box::new(output.clone())), &[])
             };

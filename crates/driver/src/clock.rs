@@ -144,7 +144,8 @@ impl Clock {
         self.held = moment;
     }
 
-    fn wall(&self) -> Instant {
+    /// Wall-clock time, or the moment at which it is held.
+    pub fn wall(&self) -> Instant {
         self.held.unwrap_or_else(Instant::now)
     }
 

@@ -5,6 +5,7 @@
 
 use crate::prelude::*;
 use crate::text::{CR, MAX_DATA};
+use bytes::Bytes;
 
 /// Bytes a joined message may have, without its CR. The manual gives no limit; ours keeps memory bounded.
 pub const MAX_MESSAGE: usize = 1024;
@@ -15,9 +16,9 @@ pub enum Joined {
     /// The text is a part of a longer message. Nothing is answered yet (TRN-08).
     Partial,
     /// The message is complete; its CR is removed.
-    Complete(Vec<u8>),
+    Complete(Bytes),
     /// The message ended in a short text without CR (FRM-10).
-    NoCr(Vec<u8>),
+    NoCr(Bytes),
     /// The message has ended and had more than [`MAX_MESSAGE`] bytes; they are dropped.
     TooLong,
 }
@@ -32,22 +33,22 @@ pub struct MessageJoiner {
 }
 
 impl MessageJoiner {
-    /// Adds the data section of one text.
-    pub fn push(&mut self, data: &[u8]) -> Joined {
-        let (body, has_cr) = match data.split_last() {
-            Some((&CR, body)) => (body, true),
-            _ => (data, false),
-        };
+    /// Adds the data section of one text. A message of a single text shares its bytes.
+    pub fn push(&mut self, data: &Bytes) -> Joined {
+        let has_cr = data.last() == Some(&CR);
+        let is_part = !has_cr && data.len() == MAX_DATA;
+        let body = data.slice(..data.len() - usize::from(has_cr));
         if self.parts.len() + body.len() > MAX_MESSAGE {
             self.parts.clear();
             self.too_long = true;
-        } else if !self.too_long {
-            self.parts.extend_from_slice(body);
+        } else if !self.too_long && (is_part || !self.parts.is_empty()) {
+            self.parts.extend_from_slice(&body);
         }
-        if !has_cr && data.len() == MAX_DATA {
+        if is_part {
             return Joined::Partial;
         }
-        let message = core::mem::take(&mut self.parts);
+        let parts = core::mem::take(&mut self.parts);
+        let message = if parts.is_empty() { body } else { parts.into() };
         match (core::mem::take(&mut self.too_long), has_cr) {
             (true, _) => Joined::TooLong,
             (false, true) => Joined::Complete(message),
@@ -85,6 +86,10 @@ mod tests {
     use super::*;
     use alloc::vec;
 
+    fn push(joiner: &mut MessageJoiner, data: &[u8]) -> Joined {
+        joiner.push(&Bytes::copy_from_slice(data))
+    }
+
     // clause: TRN-07 TRN-08
     #[test]
     fn full_texts_without_cr_are_parts() {
@@ -92,9 +97,9 @@ mod tests {
         let mut joiner = MessageJoiner::default();
         let texts = split_message(&message);
         assert_eq!(texts.iter().map(Vec::len).collect::<Vec<_>>(), [253, 51]);
-        assert_eq!(joiner.push(&texts[0]), Joined::Partial);
+        assert_eq!(push(&mut joiner, &texts[0]), Joined::Partial);
         assert!(joiner.is_partial());
-        assert_eq!(joiner.push(&texts[1]), Joined::Complete(message));
+        assert_eq!(push(&mut joiner, &texts[1]), Joined::Complete(message.into()));
         assert!(!joiner.is_partial());
     }
 
@@ -107,10 +112,10 @@ mod tests {
             let mut joiner = MessageJoiner::default();
             let (last, parts) = texts.split_last().unwrap();
             for part in parts {
-                assert_eq!((part.len(), joiner.push(part)), (MAX_DATA, Joined::Partial));
+                assert_eq!((part.len(), push(&mut joiner, part)), (MAX_DATA, Joined::Partial));
             }
             assert!(last.len() <= MAX_DATA);
-            assert_eq!(joiner.push(last), Joined::Complete(message));
+            assert_eq!(push(&mut joiner, last), Joined::Complete(message.into()));
         }
     }
 
@@ -118,17 +123,20 @@ mod tests {
     #[test]
     fn a_short_text_without_cr_ends_the_message_without_cr() {
         let mut joiner = MessageJoiner::default();
-        assert_eq!(joiner.push(b"RN"), Joined::NoCr(b"RN".to_vec()));
-        assert_eq!(joiner.push(b""), Joined::NoCr(Vec::new()));
-        assert_eq!(joiner.push(b"RN\r"), Joined::Complete(b"RN".to_vec()));
+        assert_eq!(push(&mut joiner, b"RN"), Joined::NoCr(b"RN".as_slice().into()));
+        assert_eq!(push(&mut joiner, b""), Joined::NoCr(Bytes::new()));
         assert_eq!(
-            joiner.push(&[b'A'; MAX_DATA - 1]),
-            Joined::NoCr(vec![b'A'; MAX_DATA - 1])
+            push(&mut joiner, b"RN\r"),
+            Joined::Complete(b"RN".as_slice().into())
         );
-        assert_eq!(joiner.push(&[b'A'; MAX_DATA]), Joined::Partial);
         assert_eq!(
-            joiner.push(b"B"),
-            Joined::NoCr([vec![b'A'; MAX_DATA], vec![b'B']].concat())
+            push(&mut joiner, &[b'A'; MAX_DATA - 1]),
+            Joined::NoCr(vec![b'A'; MAX_DATA - 1].into())
+        );
+        assert_eq!(push(&mut joiner, &[b'A'; MAX_DATA]), Joined::Partial);
+        assert_eq!(
+            push(&mut joiner, b"B"),
+            Joined::NoCr([vec![b'A'; MAX_DATA], vec![b'B']].concat().into())
         );
     }
 
@@ -136,19 +144,25 @@ mod tests {
     fn too_long_a_message_is_dropped_to_its_end_and_the_next_is_read() {
         let mut joiner = MessageJoiner::default();
         for _ in 0..100 {
-            assert_eq!(joiner.push(&[b'A'; MAX_DATA]), Joined::Partial);
+            assert_eq!(push(&mut joiner, &[b'A'; MAX_DATA]), Joined::Partial);
             assert!(joiner.is_partial() && joiner.parts.len() <= MAX_MESSAGE);
         }
-        assert_eq!(joiner.push(b"end\r"), Joined::TooLong);
-        assert_eq!(joiner.push(b"SU\r"), Joined::Complete(b"SU".to_vec()));
-        assert_eq!(joiner.push(&[b'A'; 2 * MAX_MESSAGE]), Joined::TooLong);
+        assert_eq!(push(&mut joiner, b"end\r"), Joined::TooLong);
+        assert_eq!(
+            push(&mut joiner, b"SU\r"),
+            Joined::Complete(b"SU".as_slice().into())
+        );
+        assert_eq!(push(&mut joiner, &[b'A'; 2 * MAX_MESSAGE]), Joined::TooLong);
     }
 
     #[test]
     fn a_reset_forgets() {
         let mut joiner = MessageJoiner::default();
-        joiner.push(&[b'A'; MAX_DATA]);
+        push(&mut joiner, &[b'A'; MAX_DATA]);
         joiner.reset();
-        assert_eq!(joiner.push(b"SU\r"), Joined::Complete(b"SU".to_vec()));
+        assert_eq!(
+            push(&mut joiner, b"SU\r"),
+            Joined::Complete(b"SU".as_slice().into())
+        );
     }
 }

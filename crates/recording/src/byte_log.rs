@@ -8,15 +8,18 @@ use std::collections::VecDeque;
 pub struct ByteLog<T> {
     /// Each with the number of its bytes.
     entries: VecDeque<(T, usize)>,
-    /// Those of the first entry, of the second, and so on.
-    bytes: VecDeque<u8>,
+    /// Those of removed entries, then those of the first entry, of the second, and so on.
+    bytes: Vec<u8>,
+    /// Number of bytes of removed entries.
+    stale: usize,
 }
 
 impl<T> Default for ByteLog<T> {
     fn default() -> ByteLog<T> {
         ByteLog {
             entries: VecDeque::new(),
-            bytes: VecDeque::new(),
+            bytes: Vec::new(),
+            stale: 0,
         }
     }
 }
@@ -35,13 +38,23 @@ impl<T> ByteLog<T> {
     /// Appends an entry.
     pub fn push(&mut self, entry: T, bytes: &[u8]) {
         self.entries.push_back((entry, bytes.len()));
-        self.bytes.extend(bytes);
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// The oldest entry with its bytes.
+    pub fn first(&self) -> Option<(&T, &[u8])> {
+        self.iter_from(0).next()
     }
 
     /// Removes the oldest entry; returns it with the number of its bytes.
     pub fn pop(&mut self) -> Option<(T, usize)> {
         let (entry, length) = self.entries.pop_front()?;
-        self.bytes.drain(..length);
+        self.stale += length;
+        // In one go for many entries: on average a byte is moved twice at most.
+        if self.stale > self.bytes.len() / 3 {
+            self.bytes.drain(..self.stale);
+            self.stale = 0;
+        }
         Some((entry, length))
     }
 
@@ -51,15 +64,14 @@ impl<T> ByteLog<T> {
     }
 
     /// The entries with their bytes, oldest first, but for the first `skipped`.
-    pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, Vec<u8>)> {
+    pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, &[u8])> {
         let skipped = skipped.min(self.entries.len());
-        let entries = self.entries.range(skipped..);
-        let left: usize = entries.clone().map(|(_, length)| length).sum();
-        let mut end = self.bytes.len() - left;
-        entries.map(move |(entry, length)| {
-            let begin = end;
-            end += length;
-            (entry, self.bytes.range(begin..end).copied().collect())
+        let gone: usize = self.entries.range(..skipped).map(|(_, length)| length).sum();
+        let mut rest = self.bytes.get(self.stale + gone..).unwrap_or_default();
+        self.entries.range(skipped..).map(move |(entry, length)| {
+            let (bytes, after) = rest.split_at_checked(*length).unwrap_or_default();
+            rest = after;
+            (entry, bytes)
         })
     }
 }
@@ -82,7 +94,7 @@ mod tests {
             for skipped in [0, 3, 10, 11] {
                 let found: Vec<_> = log
                     .iter_from(skipped)
-                    .map(|(entry, bytes)| (*entry, bytes))
+                    .map(|(entry, bytes)| (*entry, bytes.to_vec()))
                     .collect();
                 let left = expected.iter().skip(skipped).map(|entry| (*entry, bytes(*entry)));
                 assert_eq!(found, left.collect::<Vec<_>>());

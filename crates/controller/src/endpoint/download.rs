@@ -47,7 +47,7 @@ impl Endpoints {
     }
 
     /// Part of a file has come while no download is open (FL-04).
-    pub(crate) fn stray_file(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+    pub(crate) fn stray_file(&mut self, robot: &mut Robot, port: Port, data: &Bytes) {
         if let Ok(Command::Fl(_)) = Command::parse(data) {
             self.message(robot, port, data);
         } else {

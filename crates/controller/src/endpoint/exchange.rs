@@ -256,7 +256,7 @@ impl Endpoints {
     }
 
     /// Joins a text to the message it is part of, and serves the message if it is complete.
-    fn join(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+    fn join(&mut self, robot: &mut Robot, port: Port, data: &Bytes) {
         let session = self.session(port);
         session.history.file_refused = false;
         match session.joiner.push(data) {
@@ -315,7 +315,7 @@ impl Endpoints {
         is_block
     }
 
-    pub(crate) fn message(&mut self, robot: &mut Robot, port: Port, message: &[u8]) {
+    pub(crate) fn message(&mut self, robot: &mut Robot, port: Port, message: &Bytes) {
         let command = Command::parse(message);
         if let Ok(command) = &command {
             robot.check_form(port, message, command);
@@ -339,7 +339,8 @@ impl Endpoints {
                 if matches!(open, Exchange::Sending { .. }) {
                     let command = command.letters();
                     let interrupts = Message::Interrupts { command };
-                    robot.report(&rules::COMMAND_IN_EXCHANGE, port, message, interrupts);
+                    let rule = &rules::COMMAND_IN_EXCHANGE;
+                    robot.report_shared(rule, Some(port), message.clone(), interrupts);
                 }
                 self.check_command(robot, port, message, &command);
                 self.begin(port, command.letters());

@@ -208,8 +208,13 @@ impl Endpoints {
     }
 
     /// Checks a command against the present state and the previous commands.
-    pub(crate) fn check_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: &Command) {
-        let letters = command.letters();
+    pub(crate) fn check_command(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        message: &Bytes,
+        command: &Command,
+    ) {
         if command.is_extension() {
             let answer = if robot.config.serves(command) {
                 "served"
@@ -225,11 +230,9 @@ impl Endpoints {
         }
         let since = self.session(port).history.note_poll(message, robot.now);
         if let Some(since) = since.filter(|since| *since < MIN_POLL_INTERVAL) {
-            let text = format!(
-                "{letters} again after {} ms; wait at least 100 ms",
-                since.as_millis()
-            );
-            robot.report(&rules::POLL_FAST, port, message, text);
+            let command = command.letters();
+            let again = Message::Again { command, since };
+            robot.report_shared(&rules::POLL_FAST, Some(port), message.clone(), again);
         }
     }
 

@@ -33,8 +33,11 @@ impl HostHistory {
             self.polls.push((message.to_vec(), now));
             return None;
         };
-        let since = (last == message).then(|| now.since(*at));
-        (*last, *at) = (message.to_vec(), now);
-        since
+        let before = core::mem::replace(at, now);
+        if last == message {
+            return Some(now.since(before));
+        }
+        *last = message.to_vec();
+        None
     }
 }

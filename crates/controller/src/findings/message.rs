@@ -25,6 +25,13 @@ pub enum Message {
         /// Its letters.
         command: &'static str,
     },
+    /// The same request for a status came again too soon.
+    Again {
+        /// Its letters.
+        command: &'static str,
+        /// How long after.
+        since: Duration,
+    },
 }
 
 impl From<String> for Message {
@@ -63,6 +70,10 @@ impl fmt::Display for Message {
                     f,
                     "{command} came where OK or NG was awaited; that exchange is over"
                 )
+            }
+            Message::Again { command, since } => {
+                let millis = since.as_millis();
+                write!(f, "{command} again after {millis} ms; wait at least 100 ms")
             }
         }
     }

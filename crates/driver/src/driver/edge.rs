@@ -44,7 +44,7 @@ pub(super) struct Edge {
 impl Edge {
     /// The time of an input that is handled now.
     pub fn begin(&mut self) -> Time {
-        self.begun = Instant::now();
+        self.begun = self.clock.wall();
         self.clock.now()
     }
 

@@ -16,6 +16,7 @@ use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::task::coop::unconstrained;
 use tokio::task::yield_now;
+use tokio::time::{Sleep, sleep_until};
 use tracing::warn;
 use ts3100_controller::{Input, Port, Time};
 use ts3100_proto::text::ETX;
@@ -111,7 +112,7 @@ impl Default for Rotation {
 impl Driver {
     /// Runs the loop until `stop` completes.
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
-        let mut stop = pin!(stop);
+        let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
             let (wake, deadline) = self.next_wake();
             let beats = self.edge.clock.gap_check_interval();
@@ -122,13 +123,19 @@ impl Driver {
                 () = &mut stop => break,
                 // Without the budget of the runtime, which would hide what has arrived: the loop yields by itself.
                 work = unconstrained(poll_fn(|context| self.poll_work(context))) => work,
-                () = sleep(wake, fine) => Work::Tick,
+                () = timer.sleep(wake, fine) => Work::Tick,
                 () = clock_check(beats) => Work::ClockCheck,
             };
             self.skip_gap();
             match (work, wake, deadline) {
                 (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {
                     self.rotation.held = Some(Held::new(Work::Jump(deadline)));
+                }
+                (work @ Work::Inputs(_), ..) => {
+                    // The system is asked once what time it is, not at every step of a request.
+                    self.edge.clock.hold(Some(Instant::now()));
+                    self.perform(work).await;
+                    self.edge.clock.hold(None);
                 }
                 (work, ..) => self.perform(work).await,
             }
@@ -236,13 +243,38 @@ pub(super) async fn clock_check(beats: Option<Duration>) {
     }
 }
 
-/// Sleeps until then; `fine` when a fraction of a millisecond matters.
-pub(super) async fn sleep(wake: Wake, fine: bool) {
-    match wake {
-        Wake::Never => std::future::pending().await,
-        // Something is due already, but other tasks get one turn.
-        Wake::After(duration) | Wake::JumpAfter(duration) if duration.is_zero() => yield_now().await,
-        Wake::JumpAfter(duration) if fine => pause(duration).await,
-        Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
+/// The timer of a loop. It may be set too early: each request moves what is due next, and to set a timer anew costs more
+/// than to look again when it has run out.
+#[derive(Default)]
+pub(super) struct WakeTimer(Option<Pin<Box<Sleep>>>);
+
+impl WakeTimer {
+    /// Sleeps until then; `fine` when a fraction of a millisecond matters.
+    pub(super) async fn sleep(&mut self, wake: Wake, fine: bool) {
+        match wake {
+            Wake::Never => std::future::pending().await,
+            // Something is due already, but other tasks get one turn.
+            Wake::After(duration) | Wake::JumpAfter(duration) if duration.is_zero() => yield_now().await,
+            Wake::JumpAfter(duration) if fine => pause(duration).await,
+            Wake::After(duration) | Wake::JumpAfter(duration) => {
+                match tokio::time::Instant::now().checked_add(duration) {
+                    Some(until) => self.sleep_until(until).await,
+                    None => std::future::pending().await,
+                }
+            }
+        }
+    }
+
+    async fn sleep_until(&mut self, until: tokio::time::Instant) {
+        let timer = self.0.get_or_insert_with(|| Box::pin(sleep_until(until)));
+        loop {
+            if timer.deadline() > until || timer.is_elapsed() {
+                timer.as_mut().reset(until);
+            }
+            timer.as_mut().await;
+            if timer.deadline() >= until {
+                return;
+            }
+        }
     }
 }

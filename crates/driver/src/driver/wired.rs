@@ -8,7 +8,7 @@
 //! Start with [`Wired::run`].
 
 use super::Driver;
-use super::run_loop::{Held, Work, clock_check, sleep};
+use super::run_loop::{Held, WakeTimer, Work, clock_check};
 use crate::cell::Side;
 use crate::clock::{CATCH_UP_SLICE, Wake};
 use std::collections::BTreeMap;
@@ -174,7 +174,7 @@ impl Wired {
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
-        let mut stop = pin!(stop);
+        let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
             let (wake, distance) = self.next_wake();
             let beats = self
@@ -189,7 +189,7 @@ impl Wired {
                 biased;
                 () = &mut stop => return,
                 step = unconstrained(poll_fn(|context| self.poll_step(context))) => step,
-                () = sleep(wake, fine) => Step::Tick,
+                () = timer.sleep(wake, fine) => Step::Tick,
                 () = clock_check(beats) => Step::ClockCheck,
             };
             self.hold();

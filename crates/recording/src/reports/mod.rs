@@ -18,7 +18,9 @@ pub use settings::{BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportOutcome, 
 use crate::faults::FaultLog;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use ts3100_controller::{CommandCoverage, Config, Controller, Findings, Output, StatementCoverage, Time};
+use ts3100_controller::{
+    CommandCoverage, Config, Controller, Event, Findings, Output, StatementCoverage, Time,
+};
 use ts3100_driver::cell::{Notice, Subscriber};
 use ts3100_driver::files::{self, PathError, cannot};
 
@@ -117,6 +119,10 @@ impl RunRecord {
 
 impl Subscriber for RunRecord {
     fn output(&mut self, at: Time, output: &Output) {
+        // Of each text: in no report.
+        if let Output::Send { .. } | Output::Event(Event::TextOut { .. }) = output {
+            return;
+        }
         let mut record = self.data();
         if let Output::Event(event) = output {
             record.fault_log.observe(at, event);

@@ -184,7 +184,7 @@ impl TranscriptBuffer {
         let records = pages
             .records
             .iter_from(0)
-            .map(|(record, bytes)| record.record(bytes));
+            .map(|(record, bytes)| record.record(bytes.to_vec()));
         let records = missing.into_iter().chain(records);
         let mut out = Vec::new();
         let mut writer = Writer::new(format, Duration::ZERO);
