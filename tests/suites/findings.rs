@@ -8,7 +8,7 @@ mod channels;
 
 use cases::{PROGRAM, cases, commands, download};
 use std::collections::BTreeSet;
-use ts3100_controller::findings::{MAX_BYTES, MAX_PER_RULE, RULES, rules};
+use ts3100_controller::findings::{Finding, MAX_BYTES, MAX_PER_RULE, RULES, rules};
 use ts3100_controller::{Event, KeySwitch, Output, PanelAction, Port, Severity};
 use ts3100_tests::Robot;
 
@@ -255,8 +255,8 @@ fn nothing_is_reported_that_is_not_in_the_table() {
     let known: BTreeSet<&str> = RULES.iter().map(|rule| rule.id).collect();
     for (_, breaks, _) in cases() {
         for output in after(*breaks).outputs {
-            if let Output::Event(Event::Finding { rule, .. }) = output {
-                assert!(known.contains(rule), "{rule}");
+            if let Output::Event(Event::Finding(Finding { rule, .. })) = output {
+                assert!(known.contains(rule.id), "{}", rule.id);
             }
         }
     }

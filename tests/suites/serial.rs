@@ -64,9 +64,7 @@ fn within(found: Duration, expected: f64) {
 
 fn findings(robot: &Robot, rule: &str) -> Vec<String> {
     let message = |output: &Output| match output {
-        Output::Event(Event::Finding {
-            rule: found, message, ..
-        }) if *found == rule => Some(message.to_string()),
+        Output::Event(Event::Finding(found)) if found.rule.id == rule => Some(found.message.to_string()),
         _ => None,
     };
     robot.outputs.iter().filter_map(message).collect()

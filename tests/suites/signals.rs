@@ -81,15 +81,7 @@ fn quiet(robot: &mut Robot) {
 }
 
 fn refusals(robot: &Robot) -> usize {
-    let refused = |output: &&Output| {
-        matches!(
-            output,
-            Output::Event(Event::Finding {
-                rule: "signal-refused",
-                ..
-            })
-        )
-    };
+    let refused = |output: &&Output| matches!(output, Output::Event(Event::Finding(found)) if found.rule.id == "signal-refused");
     robot.outputs.iter().filter(refused).count()
 }
 

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 use std::fmt::Write as _;
-use ts3100_controller::{Event, Input, Output, Port, Rule, Time};
+use ts3100_controller::{Event, Input, Output, Port, Time};
 use ts3100_proto::escape::Escaped;
 pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
@@ -204,21 +204,15 @@ impl ApiEvent {
                 self.command = Some(command.clone());
                 self.reason = Some(reason.clone());
             }
-            Event::Finding {
-                rule,
-                at,
-                bytes,
-                message,
-                ..
-            } => {
-                let known = Rule::by_id(rule);
-                self.t = seconds(*at);
-                self.rule = Some(rule);
-                self.severity = known.map(|rule| rule.severity.as_str());
-                self.source = known.map(|rule| rule.source);
-                self.message = Some(message.to_string());
-                self.remedy = known.map(|rule| rule.remedy);
-                return self.with_bytes(bytes);
+            Event::Finding(finding) => {
+                let rule = finding.rule;
+                self.t = seconds(finding.at);
+                self.rule = Some(rule.id);
+                self.severity = Some(rule.severity.as_str());
+                self.source = Some(rule.source);
+                self.message = Some(finding.message.to_string());
+                self.remedy = Some(rule.remedy);
+                return self.with_bytes(&finding.bytes);
             }
             Event::Fault {
                 id, kind, message, ..

@@ -8,7 +8,7 @@ use super::metrics::Metrics;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::findings::Message;
+use ts3100_controller::findings::{Finding, Message, Rule};
 use ts3100_controller::output::Verdict;
 use ts3100_controller::{Bytes, Event, Input, Output, Port, Time};
 use ts3100_driver::cell::{Notice, Side, Subscriber};
@@ -38,7 +38,7 @@ enum What {
     },
     /// A finding about the bytes of the entry, at the time of the entry.
     Finding {
-        rule: &'static str,
+        rule: &'static Rule,
         port: Option<Port>,
         message: Message,
     },
@@ -67,14 +67,14 @@ impl What {
                 ApiEvent::from_output(at, &Output::Event(answered))
             }
             What::Finding { rule, port, message } => {
-                let finding = Event::Finding {
+                let finding = Finding {
                     rule,
                     port: *port,
                     at,
                     bytes: Bytes::copy_from_slice(bytes),
                     message: message.clone(),
                 };
-                ApiEvent::from_output(at, &Output::Event(finding))
+                ApiEvent::from_output(at, &Output::Event(Event::Finding(finding)))
             }
             What::Input(input) => ApiEvent::from_input(at, input).unwrap_or_default(),
             What::Output(output) => ApiEvent::from_output(at, output),
@@ -86,7 +86,7 @@ impl What {
     /// The rule of a finding.
     fn finding(&self) -> Option<&'static str> {
         if let What::Finding { rule, .. } = self {
-            Some(rule)
+            Some(rule.id)
         } else {
             None
         }
@@ -313,17 +313,10 @@ impl Subscriber for JournalWriter {
                 // The content of a file is not kept for its length.
                 let document = ApiEvent::from_output(at, output);
                 (What::Document(Box::new(document)), &[])
-            } else if let Output::Event(Event::Finding {
-                rule,
-                port,
-                at: found,
-                bytes,
-                message,
-            }) = output
-            {
-                at = *found;
-                let (port, message) = (*port, message.clone());
-                (What::Finding { rule, port, message }, bytes)
+            } else if let Output::Event(Event::Finding(finding)) = output {
+                at = finding.at;
+                let (rule, port, message) = (finding.rule, finding.port, finding.message.clone());
+                (What::Finding { rule, port, message }, &finding.bytes)
             } else {
                 (What::Output(Box::new(output.clone())), &[])
             };

@@ -224,7 +224,7 @@ impl Metrics {
                     1,
                 );
             }
-            Event::Finding { rule, .. } => count_name(&mut self.findings, rule),
+            Event::Finding(finding) => count_name(&mut self.findings, finding.rule.id),
             Event::Alarm { number, .. } => count(&mut self.alarms, [number.clone().into()], 1),
             Event::Fault {
                 kind, fired: true, ..

@@ -192,7 +192,7 @@ fn is_event(condition: &Condition, event: &Event) -> bool {
         (Condition::Selected(expected), Event::Selected(file)) => {
             expected == file.as_deref().unwrap_or_default()
         }
-        (Condition::Finding(expected), Event::Finding { rule, .. }) => expected == rule,
+        (Condition::Finding(expected), Event::Finding(finding)) => expected == finding.rule.id,
         (Condition::Statement(expected), Event::Statement { line, .. }) => expected == line,
         _ => false,
     }

@@ -3,7 +3,7 @@
 //! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
 use crate::action::error::ActionError;
-use crate::findings::message::Message;
+use crate::findings::finding::Finding;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
@@ -137,18 +137,7 @@ pub enum Event {
         verdict: Verdict,
     },
     /// Something the manual advises against, or that the emulator forgave (D1).
-    Finding {
-        /// Stable name of the rule, one of [`crate::findings::RULES`].
-        rule: &'static str,
-        /// The port it concerns, if one.
-        port: Option<Port>,
-        /// When it was found, in virtual time.
-        at: Time,
-        /// The bytes concerned, at most [`crate::findings::MAX_BYTES`].
-        bytes: Bytes,
-        /// What happened. Cheap to keep: a host that breaks a rule breaks it with each text.
-        message: Message,
-    },
+    Finding(Finding),
     /// A fault on purpose was armed, or has fired.
     Fault {
         /// Its number.
@@ -253,7 +242,7 @@ impl Event {
             Event::Dropped { .. } => "dropped",
             Event::Refused { .. } => "refused",
             Event::Answered { .. } => "answered",
-            Event::Finding { .. } => "finding",
+            Event::Finding(_) => "finding",
             Event::Fault { fired: true, .. } => "fault",
             Event::Fault { fired: false, .. } => "fault-armed",
             Event::Alarm { .. } => "alarm",
@@ -275,7 +264,7 @@ impl Event {
             | Event::Dropped { port, .. }
             | Event::Refused { port, .. }
             | Event::Answered { port, .. } => Some(*port),
-            Event::Finding { port, .. } | Event::Fault { port, .. } => *port,
+            Event::Finding(Finding { port, .. }) | Event::Fault { port, .. } => *port,
             Event::Alarm { .. }
             | Event::ActionRefused(_)
             | Event::AlarmsReset

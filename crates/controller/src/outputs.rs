@@ -40,7 +40,7 @@ impl Outputs {
 
     /// Whether a finding is among those after the first `count`.
     pub(crate) fn has_finding_after(&self, count: usize) -> bool {
-        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding(_)));
         self.queue.iter().skip(count).any(finding)
     }
 }

@@ -5,7 +5,7 @@ use crate::alarm::Alarms;
 use crate::arm::Arm;
 use crate::drive::{Drive, DriveError};
 use crate::executor::Executor;
-use crate::findings::{MAX_BYTES, Message, Rule};
+use crate::findings::{Finding, MAX_BYTES, Message, Rule};
 use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
@@ -126,13 +126,13 @@ impl Robot {
         message: Message,
     ) {
         bytes.truncate(MAX_BYTES);
-        self.outputs.event(Event::Finding {
-            rule: rule.id,
+        self.outputs.event(Event::Finding(Finding {
+            rule,
             port,
             at: self.now,
             bytes,
             message,
-        });
+        }));
     }
 
     /// Date and time now, for the error history.

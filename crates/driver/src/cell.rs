@@ -5,7 +5,6 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-use ts3100_controller::findings::Rule;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
     Accepted, ActionError, Bytes, Controller, Event, Input, Output, PersistError, Port, Time,
@@ -422,6 +421,5 @@ impl Cell {
 
 /// Whether the output is a finding about the host's timing.
 fn is_timed_finding(output: &Output) -> bool {
-    matches!(output, Output::Event(Event::Finding { rule, .. })
-        if Rule::by_id(rule).is_some_and(|rule| rule.timed))
+    matches!(output, Output::Event(Event::Finding(finding)) if finding.rule.timed)
 }

@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
+use ts3100_controller::findings::rules;
 use ts3100_controller::{
     ArmPose, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
     StatementCoverage, Time,
@@ -231,11 +232,9 @@ impl Effects for Outcome<'_> {
             Output::Event(Event::Status { status, .. }) => {
                 self.at_first_step = status == ExecutionStatus::Reset;
             }
-            Output::Event(Event::Finding {
-                rule: "panel-refused",
-                message,
-                ..
-            }) => self.refusal = Some(message.to_string()),
+            Output::Event(Event::Finding(finding)) if *finding.rule == rules::PANEL_REFUSED => {
+                self.refusal = Some(finding.message.to_string());
+            }
             Output::Event(_)
             | Output::Send { .. }
             | Output::Persist { .. }

@@ -9,7 +9,6 @@ mod fold;
 mod writer;
 
 use crate::config::args::LogFormat;
-use std::collections::BTreeSet;
 use std::fmt::{self, Display, Formatter};
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
@@ -102,7 +101,7 @@ impl Display for Place<'_> {
 pub struct EventLog {
     /// Rules already logged in full, by port. A host that breaks a rule usually does so in every text, so later findings
     /// are logged at level debug.
-    reported: BTreeSet<(Option<&'static str>, &'static str)>,
+    reported: Vec<(Option<Port>, &'static Rule)>,
     /// The last finding, held back: if the next event refuses the same text, both become one line.
     pending: Option<PendingFinding>,
 }
@@ -111,24 +110,21 @@ pub struct EventLog {
 #[derive(Debug)]
 struct PendingFinding {
     t: Time,
-    rule: &'static str,
-    port: Option<&'static str>,
+    rule: &'static Rule,
+    port: Option<Port>,
     message: Message,
 }
 
 impl EventLog {
     /// Logs one event. `now` is virtual time; JSON lines have it as `t` in seconds.
     fn write(&mut self, now: Time, event: &Event) {
-        if let Event::Finding {
-            rule, port, message, ..
-        } = event
-        {
+        if let Event::Finding(finding) = event {
             self.flush();
             self.pending = Some(PendingFinding {
                 t: now,
-                rule,
-                port: port.map(Port::name),
-                message: message.clone(),
+                rule: finding.rule,
+                port: finding.port,
+                message: finding.message.clone(),
             });
             return;
         }
@@ -138,10 +134,9 @@ impl EventLog {
             reason,
         } = event
         {
-            let port = port.name();
-            let about = self.pending.take_if(|held| held.port == Some(port));
+            let about = self.pending.take_if(|held| held.port == Some(*port));
             self.flush();
-            self.log_refusal(now, port, (command, reason), about.as_ref());
+            self.log_refusal(now, *port, (command, reason), about.as_ref());
             return;
         }
         // An answer comes between a finding and the refusal it explains, so the finding stays held back.
@@ -158,19 +153,28 @@ impl EventLog {
         }
     }
 
+    /// Whether this is the first finding of a rule on a port, which is noted.
+    fn is_first(&mut self, port: Option<Port>, rule: &'static Rule) -> bool {
+        let is_new = !self.reported.contains(&(port, rule));
+        if is_new {
+            self.reported.push((port, rule));
+        }
+        is_new
+    }
+
     /// Logs a text that was answered NG, with the finding about it. The rule is explained once for each host.
     fn log_refusal(
         &mut self,
         t: Time,
-        port: &'static str,
+        port: Port,
         (command, reason): (&str, &str),
         finding: Option<&PendingFinding>,
     ) {
-        let known = finding.and_then(|finding| Rule::by_id(finding.rule));
+        let known = finding.map(|finding| finding.rule);
         let severity = known.map(|rule| rule.severity.as_str());
-        let rule = known.map(|rule| rule.id);
-        let about = refusal_rule(rule, finding, reason);
-        let first = known.filter(|rule| self.reported.insert((Some(port), rule.id)));
+        let first = known.filter(|rule| self.is_first(Some(port), rule));
+        let (port, rule) = (port.name(), known.map(|rule| rule.id));
+        let about = finding.map_or_else(String::new, |finding| refusal_rule(finding, reason));
         let Some(explained) = first else {
             info!(
                 event = "refused",
@@ -206,23 +210,23 @@ impl EventLog {
         }
     }
 
-    fn log_finding(&mut self, t: Time, rule: &'static str, port: Option<&'static str>, message: &Message) {
-        let place = Place(port);
-        let first = self.reported.insert((port, rule));
+    fn log_finding(&mut self, t: Time, known: &'static Rule, port: Option<Port>, message: &Message) {
+        let first = self.is_first(port, known);
         // A hasty host has a finding with each text.
         if !first && !tracing::enabled!(tracing::Level::DEBUG) {
             return;
         }
-        let known = Rule::by_id(rule);
-        let severity = known.map_or("", |rule| rule.severity.as_str());
-        let remedy = known.map_or("", |rule| rule.remedy);
-        let advice = known.filter(|_| first).map(advice).unwrap_or_default();
+        let (port, rule) = (port.map(Port::name), known.id);
+        let (place, severity, remedy) = (Place(port), known.severity.as_str(), known.remedy);
         if !first {
             debug!(
                 event = "finding",
                 %t, rule, severity, port, "{place}finding {rule}: {message}"
             );
-        } else if known.is_some_and(|rule| rule.severity > Severity::Note) {
+            return;
+        }
+        let advice = advice(known);
+        if known.severity > Severity::Note {
             warn!(
                 event = "finding",
                 %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
@@ -240,7 +244,7 @@ impl Subscriber for EventLog {
     fn input(&mut self, _at: Time, input: &Input, _by: Side) {
         if let Input::Connected { port, .. } = input {
             // Another host is told of its findings in full again.
-            self.reported.retain(|(shown, _)| *shown != Some(port.name()));
+            self.reported.retain(|(shown, _)| *shown != Some(*port));
         }
     }
 
@@ -263,11 +267,12 @@ fn advice(rule: &Rule) -> String {
 }
 
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.
-fn refusal_rule(rule: Option<&str>, finding: Option<&PendingFinding>, reason: &str) -> String {
-    match (rule, finding) {
-        (Some(rule), Some(finding)) if finding.message.to_string().contains(reason) => format!(" ({rule})"),
-        (Some(rule), Some(finding)) => format!(" ({rule}: {})", finding.message),
-        _ => String::new(),
+fn refusal_rule(finding: &PendingFinding, reason: &str) -> String {
+    let (rule, message) = (finding.rule.id, finding.message.to_string());
+    if message.contains(reason) {
+        format!(" ({rule})")
+    } else {
+        format!(" ({rule}: {message})")
     }
 }
 
@@ -301,7 +306,7 @@ fn log_event(t: Time, event: &Event) {
             fired,
         } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
         // Logged by `EventLog::write`, which joins the two.
-        Event::Finding { .. } | Event::Refused { .. } => {}
+        Event::Finding(_) | Event::Refused { .. } => {}
         Event::Answered { .. } => log_answered(t, event),
         Event::Alarm { number, text } => {
             warn!(event = "alarm", %t, number, text, "alarm {number} {text}");
@@ -367,19 +372,20 @@ fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::findings::{Finding, rules};
     use ts3100_controller::output::Verdict;
     use ts3100_proto::status::MasterMode;
 
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
         let mut log = EventLog::default();
-        log.log_finding(Time::ZERO, "no-cr", Some("IP0"), &Message::from(""));
-        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), &Message::from(""));
-        log.log_finding(Time::ZERO, "no-cr", Some("HOST"), &Message::from(""));
+        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Ip0), &Message::from(""));
+        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Host), &Message::from(""));
+        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Host), &Message::from(""));
         assert_eq!(log.reported.len(), 2);
         let (port, peer) = (Port::Host, String::new());
         log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);
-        assert_eq!(log.reported, BTreeSet::from([(Some("IP0"), "no-cr")]));
+        assert_eq!(log.reported, [(Some(Port::Ip0), &rules::NO_CR)]);
     }
 
     /// The JSON lines logged for these events.
@@ -410,12 +416,14 @@ mod tests {
 
     #[test]
     fn a_text_that_is_refused_is_one_line_with_what_is_wrong_with_it() {
-        let finding = |rule, port, message: &str| Event::Finding {
-            rule,
-            port: Some(port),
-            at: Time::ZERO,
-            bytes: ts3100_controller::Bytes::new(),
-            message: message.into(),
+        let finding = |rule, port, message: &str| {
+            Event::Finding(Finding {
+                rule,
+                port: Some(port),
+                at: Time::ZERO,
+                bytes: ts3100_controller::Bytes::new(),
+                message: message.into(),
+            })
         };
         let refused = Event::Refused {
             port: Port::Ip0,
@@ -428,9 +436,9 @@ mod tests {
             mode: MasterMode::ExtEther,
             verdict: Verdict::Refused,
         };
-        let bad = finding("unknown-command", Port::Ip0, "two letters expected");
+        let bad = finding(&rules::UNKNOWN_COMMAND, Port::Ip0, "two letters expected");
         let logged = lines(&[
-            finding("no-cr", Port::Host, "no CR"),
+            finding(&rules::NO_CR, Port::Host, "no CR"),
             bad.clone(),
             answered,
             refused.clone(),

@@ -212,7 +212,7 @@ fn what_a_host_did_wrong_is_there_while_it_runs() {
     let second = dial(&robot, Port::Ip0);
     robot
         .wait_for(LONG, |output| match output {
-            Output::Event(Event::Finding { rule, .. }) => (*rule == "second-connection").then_some(()),
+            Output::Event(Event::Finding(found)) => (found.rule.id == "second-connection").then_some(()),
             _ => None,
         })
         .unwrap();

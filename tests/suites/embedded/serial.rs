@@ -47,9 +47,7 @@ fn status(host: &mut (impl Read + Write)) {
 
 fn finding(robot: &Emulator, rule: &str) -> String {
     let found = robot.wait_for(LONG, |output| match output {
-        Output::Event(Event::Finding {
-            rule: found, message, ..
-        }) if *found == rule => Some(message.to_string()),
+        Output::Event(Event::Finding(found)) if found.rule.id == rule => Some(found.message.to_string()),
         _ => None,
     });
     found.unwrap_or_else(|error| panic!("{rule}: {error}"))

@@ -4,7 +4,64 @@
 //! This file says what each rule is. `checks`, and the places in the crate that see the bytes, decide when one is
 //! broken. docs/reference/findings.md lists the rules for users.
 
-use super::{Rule, Severity};
+/// How serious the violation of a rule is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// It worked here; another controller, or a strict reading of the manual, may reject it.
+    Note,
+    /// The manual advises against it, or the robot answered NG for a reason the host could have known.
+    Warning,
+    /// Data was lost, a text or command was invalid, or an exchange was abandoned.
+    Error,
+}
+
+impl Severity {
+    /// All severities, the mildest first.
+    pub const ALL: [Severity; 3] = [Severity::Note, Severity::Warning, Severity::Error];
+
+    /// `note`, `warning` or `error`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Severity::Note => "note",
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        }
+    }
+}
+
+/// A rule that a host can break.
+#[derive(Debug)]
+pub struct Rule {
+    /// Name; stays the same from release to release.
+    pub id: &'static str,
+    /// How serious a violation is.
+    pub severity: Severity,
+    /// Section of the manual, and in brackets the clauses (docs/clauses.tsv) and decisions.
+    pub source: &'static str,
+    /// The violation, in one line.
+    pub title: &'static str,
+    /// What to change in the host, in one or two sentences.
+    pub remedy: &'static str,
+    /// Whether it measures the host's pace in virtual time. Such a rule means nothing if virtual time does not
+    /// follow the wall clock.
+    pub timed: bool,
+}
+
+impl Rule {
+    /// The rule of this name.
+    pub fn by_id(id: &str) -> Option<&'static Rule> {
+        RULES.iter().copied().find(|rule| rule.id == id)
+    }
+}
+
+/// There is one of each name.
+impl PartialEq for Rule {
+    fn eq(&self, other: &Rule) -> bool {
+        core::ptr::eq(self, other)
+    }
+}
+
+impl Eq for Rule {}
 
 /// Makes each rule a documented static and a row of [`RULES`]; `$timed` is [`Rule::timed`].
 macro_rules! rules {

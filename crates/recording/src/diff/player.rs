@@ -5,9 +5,10 @@ use super::Candidate;
 use super::answers::{Answer, AnswerSplitter};
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
+use ts3100_controller::findings::Finding;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
-    Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Rule, Time,
+    Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time,
 };
 use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::snapshot;
@@ -376,13 +377,13 @@ impl Effects for Lines {
             }) => {
                 self.refusals.insert(port, format!("{command} refused: {reason}"));
             }
-            Output::Event(Event::Finding {
+            Output::Event(Event::Finding(Finding {
                 rule,
                 port: Some(port),
                 message,
                 ..
-            }) if !Rule::by_id(rule).is_some_and(|rule| rule.timed) => {
-                self.remarks.insert(port, format!("{rule}: {message}"));
+            })) if !rule.timed => {
+                self.remarks.insert(port, format!("{}: {message}", rule.id));
             }
             Output::Event(Event::Dropped { port, bytes, reason }) => {
                 let remark = || format!("{bytes} bytes dropped: {reason}");
