@@ -14,7 +14,7 @@ import tempfile
 
 from wire import CR, ETX, STX, Emulator, Line, true
 
-MOST = {"start": 1_000_000, "SU": 46_000}
+MOST = {"start": 1_000_000, "SU": 38_000}
 FEW, MANY = 100, 600
 
 

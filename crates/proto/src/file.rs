@@ -155,11 +155,11 @@ impl FlSender {
     }
 
     /// The data section of the next text; `None` after the last one.
-    pub fn next_text(&mut self) -> Option<Vec<u8>> {
+    pub fn next_text(&mut self) -> Option<&[u8]> {
         let rest = self.bytes.get(self.sent..).filter(|rest| !rest.is_empty())?;
         let length = self.lengths.pop_front().unwrap_or(self.per_text);
         let length = length.clamp(1, self.per_text.max(1));
-        let text = rest.get(..length).unwrap_or(rest).to_vec();
+        let text = rest.get(..length).unwrap_or(rest);
         self.sent += text.len();
         Some(text)
     }

@@ -44,8 +44,8 @@ impl Endpoints {
                 let Some(text) = sender.next_text() else { return };
                 let session = self.session(port);
                 session.block = 1;
-                session.set_exchange(Exchange::Sending { sender });
-                self.send_text(robot, port, &text);
+                self.send_text(robot, port, text);
+                self.session(port).set_exchange(Exchange::Sending { sender });
             }
             Outcome::Receive(name, receiver) => {
                 self.session(port).set_exchange(Exchange::Receiving {

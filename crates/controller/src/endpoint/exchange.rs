@@ -82,21 +82,25 @@ impl Endpoints {
 
     /// Bytes have come through, the last of them at `at`. Whether the robot has run as far as it goes since.
     pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) -> bool {
-        let came = match self.faults.are_quiet() {
-            true => Some(bytes.clone()),
-            false => self.inbound(robot, port, bytes),
+        let changed;
+        let came = if self.faults.are_quiet() {
+            bytes
+        } else if let Some(instead) = self.inbound(robot, port, bytes) {
+            changed = instead;
+            &changed
+        } else {
+            return false;
         };
-        let Some(came) = came else { return false };
         if port.protocol().is_some() {
             let session = self.session(port);
             session.heard_at = at;
-            session.decoder.push(&came);
+            session.decoder.push(came);
             return self.read_texts(robot, port, true);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             robot.report(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
-            self.received_data(robot, port, &came);
+            self.received_data(robot, port, came);
         }
         false
     }
@@ -326,8 +330,8 @@ impl Endpoints {
             (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
                 if let Some(text) = sender.next_text() {
                     session.block = session.block.saturating_add(1);
-                    session.set_exchange(Exchange::Sending { sender });
-                    self.send_text(robot, port, &text);
+                    self.send_text(robot, port, text);
+                    self.session(port).set_exchange(Exchange::Sending { sender });
                 }
             }
             (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}

@@ -47,7 +47,11 @@ impl Endpoints {
     /// Sends the bytes of a text, or those of PRINT, which are their own data section: at once, or what the filters make of
     /// them after what waits on the port. Returns when the last of them is sent, as far as known.
     pub(crate) fn send(&mut self, robot: &mut Robot, port: Port, bytes: Bytes, data: &Bytes) -> Time {
-        let segments = match self.changes_output(robot) {
+        let changes = self.changes_output(robot);
+        if !changes && !self.send_queue.is_busy(port) {
+            return self.write(robot, port, bytes);
+        }
+        let segments = match changes {
             true => self.outbound(robot, port, bytes, data),
             false => Vec::from([Segment::bytes(bytes)]),
         };

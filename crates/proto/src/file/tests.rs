@@ -10,7 +10,7 @@ fn receiver() -> FlReceiver {
 }
 
 fn texts(mut sender: FlSender) -> Vec<Vec<u8>> {
-    let list = core::iter::from_fn(|| sender.next_text()).collect();
+    let list = core::iter::from_fn(|| sender.next_text().map(<[u8]>::to_vec)).collect();
     assert!(sender.is_done());
     list
 }
@@ -190,7 +190,7 @@ fn a_file_can_be_cut_anywhere_and_is_the_same_file() {
     let mut sender = FlSender::new(content.clone());
     assert_eq!(sender.remaining_to_split(), Some(content.len() + 4));
     sender.set_text_lengths([5, 0, 999, 100]);
-    let texts: Vec<Vec<u8>> = core::iter::from_fn(|| sender.next_text()).collect();
+    let texts: Vec<Vec<u8>> = core::iter::from_fn(|| sender.next_text().map(<[u8]>::to_vec)).collect();
     let lengths: Vec<usize> = texts.iter().map(Vec::len).collect();
     assert_eq!(lengths, [5, 1, 253, 100, 253, 253, 19]);
     let mut receiver = FlReceiver::new(1_000, FileRule::User);

@@ -31,7 +31,7 @@ impl Talk<'_> {
         self.command(&format!("DL,{FILE}"))?;
         let mut sender = FlSender::new(content);
         while let Some(data) = sender.next_text() {
-            let text = encode_text(&data, Framing::Stx, self.checksum);
+            let text = encode_text(data, Framing::Stx, self.checksum);
             let heard = self.exchange(&text)?;
             match heard.as_ref().map(|text| text.data.as_ref()) {
                 Some(b"OK\r") => {}

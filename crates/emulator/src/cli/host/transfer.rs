@@ -24,7 +24,7 @@ pub(super) fn download(session: &mut Session, command: &Command, file: &Path) ->
     let mut texts = 0;
     while let Some(data) = sender.next_text() {
         session.pause();
-        session.send(&data)?;
+        session.send(data)?;
         texts += 1;
         if !session.ok_or_ng()? {
             return Ok(false);
