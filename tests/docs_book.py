@@ -71,7 +71,8 @@ class Tools:
     def mdbook(self):
         path = os.path.join(self.folder, "bin", "mdbook")
         if not os.path.exists(path) or MDBOOK not in run(path, "--version"):
-            run("cargo", "install", "--locked", "--quiet", "mdbook", "--version", MDBOOK, "--no-default-features",
+            # Not optimised: it is used once, so what counts is how long it takes to compile.
+            run("cargo", "install", "--debug", "--locked", "--quiet", "mdbook", "--version", MDBOOK, "--no-default-features",
                 "--features", "search", "--root", self.folder)
         return path
 
