@@ -43,7 +43,9 @@ impl<T> ByteLog<T> {
 
     /// The oldest entry with its bytes.
     pub fn first(&self) -> Option<(&T, &[u8])> {
-        self.iter_from(0).next()
+        let (entry, length) = self.entries.front()?;
+        let bytes = self.bytes.get(self.stale..self.stale + length)?;
+        Some((entry, bytes))
     }
 
     /// Removes the oldest entry; returns it with the number of its bytes.
@@ -66,9 +68,11 @@ impl<T> ByteLog<T> {
     /// The entries with their bytes, oldest first, but for the first `skipped`.
     pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, &[u8])> {
         let skipped = skipped.min(self.entries.len());
-        let gone: usize = self.entries.range(..skipped).map(|(_, length)| length).sum();
-        let mut rest = self.bytes.get(self.stale + gone..).unwrap_or_default();
-        self.entries.range(skipped..).map(move |(entry, length)| {
+        let entries = self.entries.range(skipped..);
+        // From the end: whoever follows the events skips nearly all.
+        let left: usize = entries.clone().map(|(_, length)| length).sum();
+        let mut rest = self.bytes.get(self.bytes.len() - left..).unwrap_or_default();
+        entries.map(move |(entry, length)| {
             let (bytes, after) = rest.split_at_checked(*length).unwrap_or_default();
             rest = after;
             (entry, bytes)

@@ -42,8 +42,7 @@ impl Endpoints {
             Outcome::File(mut sender) => {
                 self.cut(&mut sender);
                 let Some(text) = sender.next_text() else { return };
-                let session = self.session(port);
-                session.block = 1;
+                self.session(port).block = 1;
                 self.send_text(robot, port, text);
                 self.session(port).set_exchange(Exchange::Sending { sender });
             }

@@ -119,7 +119,7 @@ impl RunRecord {
 
 impl Subscriber for RunRecord {
     fn output(&mut self, at: Time, output: &Output) {
-        // Of each text: in no report.
+        // In no report, and frequent: the data is not locked for it.
         if let Output::Send { .. } | Output::Event(Event::TextOut { .. }) = output {
             return;
         }
