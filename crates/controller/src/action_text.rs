@@ -15,8 +15,8 @@ use alloc::string::{FromUtf8Error, String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
-use thiserror::Error;
 use ts3100_proto::command::{Number, RunMode};
+use ts3100_proto::error_text;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::{UnexpectedWord, Word};
 
@@ -65,23 +65,27 @@ pub const ACTION_FORMS: [&str; 40] = [
 ];
 
 /// Why words are not an action.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ActionParseError {
     /// A word of an action.
-    #[error(transparent)]
-    Expected(#[from] UnexpectedWord),
+    Expected(UnexpectedWord),
     /// No action begins so.
-    #[error("unknown action `{0}`")]
     Unknown(String),
     /// Keys of the pendant that are not UTF-8.
-    #[error("the keys of the pendant are not UTF-8: {0}")]
     Keys(FromUtf8Error),
     /// Bytes.
-    #[error(transparent)]
-    Bytes(#[from] EscapeError),
+    Bytes(EscapeError),
     /// A fault.
-    #[error(transparent)]
-    Fault(#[from] FaultError),
+    Fault(FaultError),
+}
+
+error_text! {
+    ActionParseError: Expected from UnexpectedWord, Bytes from EscapeError, Fault from FaultError;
+    Self::Expected(error) => "{error}";
+    Self::Unknown(words) => "unknown action `{words}`";
+    Self::Keys(error) => "the keys of the pendant are not UTF-8: {error}";
+    Self::Bytes(error) => "{error}";
+    Self::Fault(error) => "{error}";
 }
 
 type ParseResult<T> = Result<T, ActionParseError>;

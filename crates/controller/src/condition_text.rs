@@ -14,6 +14,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use core::str::FromStr;
+use ts3100_proto::error_text;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
@@ -85,10 +86,9 @@ pub const CONDITION_FORMS: [ConditionForm; 20] = [
 const PENDANT: &str = "TP";
 
 /// Why words are not a condition.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ConditionParseError {
     /// No condition begins so.
-    #[error("unknown condition `{words}`{hint}")]
     Unknown {
         /// The words.
         words: String,
@@ -96,7 +96,6 @@ pub enum ConditionParseError {
         hint: String,
     },
     /// A condition that goes on in a way that it cannot.
-    #[error("cannot read the condition `{words}`: {reason}{remedy}")]
     Form {
         /// The words.
         words: String,
@@ -107,12 +106,23 @@ pub enum ConditionParseError {
     },
 }
 
+error_text! {
+    ConditionParseError;
+    Self::Unknown { words, hint } => "unknown condition `{words}`{hint}";
+    Self::Form { words, reason, remedy } => "cannot read the condition `{words}`: {reason}{remedy}";
+}
+
 /// What is wrong after the first word.
-#[derive(Debug, thiserror::Error)]
-#[error(transparent)]
+#[derive(Debug)]
 enum Wrong {
-    Word(#[from] UnexpectedWord),
-    Bytes(#[from] EscapeError),
+    Word(UnexpectedWord),
+    Bytes(EscapeError),
+}
+
+error_text! {
+    Wrong: Word from UnexpectedWord, Bytes from EscapeError;
+    Self::Word(error) => "{error}";
+    Self::Bytes(error) => "{error}";
 }
 
 type ReadResult<T> = Result<T, Wrong>;

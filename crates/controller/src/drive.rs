@@ -9,30 +9,32 @@ use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use bytes::Bytes;
-use thiserror::Error;
+use ts3100_proto::error_text;
 use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::status::ca::DirectoryEntry;
 
 /// Why the embedding program has not kept a change of a file.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PersistError {
     /// Another input came instead of the answer.
-    #[error("nobody has answered")]
     NoAnswer,
     /// Its own reason.
-    #[error("{0}")]
     Refused(String),
 }
 
+error_text! {
+    PersistError;
+    Self::NoAnswer => "nobody has answered";
+    Self::Refused(reason) => "{reason}";
+}
+
 /// Why a file was not stored.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DriveError {
     /// The name is not a valid file name.
-    #[error("file name: {0}")]
     Name(NameError),
     /// The content breaks the rules for a user file.
-    #[error("file {name}: {fault}")]
     Content {
         /// The file.
         name: String,
@@ -40,7 +42,6 @@ pub enum DriveError {
         fault: FileError,
     },
     /// The file is larger than the directory can show (RAM-03).
-    #[error("file {name} has {size} bytes; at most {MAX_FILE} are possible")]
     TooLarge {
         /// The file.
         name: String,
@@ -48,7 +49,6 @@ pub enum DriveError {
         size: usize,
     },
     /// The drive has too little room.
-    #[error("file {name}: {size} bytes found, {free} free on the RAM drive")]
     Full {
         /// The file.
         name: String,
@@ -58,7 +58,6 @@ pub enum DriveError {
         free: usize,
     },
     /// The embedding program could not persist the file, so it is not stored here either.
-    #[error("file {name}: {reason}")]
     NotPersisted {
         /// The file.
         name: String,
@@ -66,11 +65,20 @@ pub enum DriveError {
         reason: PersistError,
     },
     /// The drive holds the maximum number of files already.
-    #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]
     TooMany {
         /// The file.
         name: String,
     },
+}
+
+error_text! {
+    DriveError;
+    Self::Name(error) => "file name: {error}";
+    Self::Content { name, fault } => "file {name}: {fault}";
+    Self::TooLarge { name, size } => "file {name} has {size} bytes; at most {MAX_FILE} are possible";
+    Self::Full { name, size, free } => "file {name}: {size} bytes found, {free} free on the RAM drive";
+    Self::NotPersisted { name, reason } => "file {name}: {reason}";
+    Self::TooMany { name } => "file {name}: the RAM drive holds at most {MAX_FILES} files";
 }
 
 impl From<NameError> for DriveError {

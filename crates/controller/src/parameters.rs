@@ -8,7 +8,7 @@ use crate::network::NetworkConfig;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
-use thiserror::Error;
+use ts3100_proto::error_text;
 use ts3100_proto::name::NameError;
 use ts3100_proto::parameter::{
     Edition, EthernetParameters, OpenMode, ParameterProblem, RewriteError, SerialSettings, UserParameters,
@@ -20,23 +20,27 @@ pub(crate) const ETHERNET_PAR: &str = "ETHERNET.PAR";
 pub(crate) const USER_PAR: &str = "USER.PAR";
 
 /// Why a parameter was not changed; the file is as before.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ParameterError {
     /// Not a parameter file.
-    #[error("there is no parameter file {0}, only USER.PAR and ETHERNET.PAR")]
     File(String),
     /// The value cannot be put into the file.
-    #[error(transparent)]
-    Rewrite(#[from] RewriteError),
+    Rewrite(RewriteError),
     /// The value is not allowed.
-    #[error("{0}")]
     Value(ParameterProblem),
     /// The file cannot be stored.
-    #[error(transparent)]
-    Drive(#[from] DriveError),
+    Drive(DriveError),
     /// Not a file name.
-    #[error(transparent)]
-    Name(#[from] NameError),
+    Name(NameError),
+}
+
+error_text! {
+    ParameterError: Rewrite from RewriteError, Drive from DriveError, Name from NameError;
+    Self::File(name) => "there is no parameter file {name}, only USER.PAR and ETHERNET.PAR";
+    Self::Rewrite(error) => "{error}";
+    Self::Value(problem) => "{problem}";
+    Self::Drive(error) => "{error}";
+    Self::Name(error) => "{error}";
 }
 
 /// A problem, and the file that has it.

@@ -3,6 +3,7 @@
 //! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
 //! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
+use crate::error_text;
 use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
@@ -26,9 +27,13 @@ pub struct CalendarTime {
 }
 
 /// A text that is no date and time.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected a date and time YYYY-MM-DD HH:MM:SS, found {0:?}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CalendarError(String);
+
+error_text! {
+    CalendarError;
+    Self(found) => "expected a date and time YYYY-MM-DD HH:MM:SS, found {found:?}";
+}
 
 impl fmt::Display for CalendarTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

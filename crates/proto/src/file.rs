@@ -5,10 +5,10 @@
 //! drive itself and its capacity are the controller's. For framing see [`crate::text`], for the content of
 //! parameter files [`crate::parameter`].
 
+use crate::error_text;
 use crate::prelude::*;
 use crate::text::{CR, EOF, LF, MAX_DATA};
 use alloc::collections::VecDeque;
-use thiserror::Error;
 
 /// Characters a line of a user file may have, without its line end (RAM-01).
 pub const MAX_LINE: usize = 252;
@@ -26,22 +26,18 @@ pub enum FileRule {
 }
 
 /// Why a file is rejected.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FileError {
     /// The first text does not begin with `FL,`.
-    #[error("FL, expected at the start of the file's first text")]
     NoPrefix,
     /// The file is larger than the free space.
-    #[error("the file is longer than {limit} bytes")]
     TooLarge {
         /// Bytes that were free.
         limit: usize,
     },
     /// There are data after EOF.
-    #[error("the end of the text expected after EOF, more found")]
     DataAfterEnd,
     /// A byte that the rule does not allow.
-    #[error("line {line}, character {column}: expected printable ASCII, found the byte {found:02X}")]
     Character {
         /// Line, from 1.
         line: u32,
@@ -51,11 +47,20 @@ pub enum FileError {
         found: u8,
     },
     /// A line has too many characters.
-    #[error("line {line} is longer than {MAX_LINE} characters")]
     LongLine {
         /// Line, from 1.
         line: u32,
     },
+}
+
+error_text! {
+    FileError;
+    Self::NoPrefix => "FL, expected at the start of the file's first text";
+    Self::TooLarge { limit } => "the file is longer than {limit} bytes";
+    Self::DataAfterEnd => "the end of the text expected after EOF, more found";
+    Self::Character { line, column, found } =>
+        "line {line}, character {column}: expected printable ASCII, found the byte {found:02X}";
+    Self::LongLine { line } => "line {line} is longer than {MAX_LINE} characters";
 }
 
 /// Checks a whole file (without EOF) against a rule.

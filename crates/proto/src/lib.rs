@@ -19,6 +19,7 @@ mod codes;
 pub mod command;
 pub mod dissect;
 pub mod dissect_command;
+mod error_text;
 pub mod escape;
 pub mod file;
 pub mod message;

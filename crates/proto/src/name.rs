@@ -3,9 +3,9 @@
 //!
 //! This module checks spelling only. The controller knows which files and variables exist.
 
+use crate::error_text;
 use crate::prelude::*;
 use core::fmt;
-use thiserror::Error;
 
 /// Characters a file name may have, dot and extension included.
 pub const MAX_FILE_NAME: usize = 12;
@@ -19,13 +19,11 @@ pub const MAX_VARIABLE_NAME: usize = 10;
 pub const MAX_SUBSCRIPTS: usize = 4;
 
 /// Why a name is rejected. Positions count characters from 0.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NameError {
     /// The name is empty.
-    #[error("expected a name, found nothing")]
     Empty,
     /// The name has too many characters.
-    #[error("expected at most {limit} characters, found {length}")]
     TooLong {
         /// Characters allowed.
         limit: usize,
@@ -33,7 +31,6 @@ pub enum NameError {
         length: usize,
     },
     /// The name, or its extension, does not begin as it must.
-    #[error("expected {expected}, found {found:?} at character {at}")]
     Character {
         /// The characters allowed at this position.
         expected: &'static str,
@@ -43,14 +40,21 @@ pub enum NameError {
         at: usize,
     },
     /// A dot without an extension.
-    #[error("expected an extension after the dot, found nothing")]
     NoExtension,
     /// The subscripts in parentheses are not whole numbers with commas between them.
-    #[error("expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}")]
     Subscripts {
         /// The text from the parenthesis on.
         found: String,
     },
+}
+
+error_text! {
+    NameError;
+    Self::Empty => "expected a name, found nothing";
+    Self::TooLong { limit, length } => "expected at most {limit} characters, found {length}";
+    Self::Character { expected, found, at } => "expected {expected}, found {found:?} at character {at}";
+    Self::NoExtension => "expected an extension after the dot, found nothing";
+    Self::Subscripts { found } => "expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}";
 }
 
 /// Name of a file of the RAM drive, in upper case.

@@ -7,6 +7,7 @@
 //! [`Command::permission_row`](crate::command::Command::permission_row).
 
 use crate::command::{COMMANDS, count_permissions, permission_names};
+use crate::error_text;
 use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
@@ -102,8 +103,7 @@ mod extension_rows {
 }
 
 /// Why a permission file cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("permissions, line {line}: expected {expected}, found {found}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PermissionError {
     /// Line of the file, from 1.
     pub line: usize,
@@ -111,6 +111,11 @@ pub struct PermissionError {
     pub expected: String,
     /// What it found; long lines are cut.
     pub found: String,
+}
+
+error_text! {
+    PermissionError;
+    Self { line, expected, found } => "permissions, line {line}: expected {expected}, found {found}";
 }
 
 impl PermissionTable {

@@ -2,9 +2,9 @@
 //!
 //! The content that FL carries is in [`crate::status`]; files that take several texts are in [`crate::file`].
 
+use crate::error_text;
 use crate::prelude::*;
 use crate::text::{CR, EOF};
-use thiserror::Error;
 
 /// The data section of the unsolicited SP.
 pub const STOP: &[u8] = b"SP\r";
@@ -23,11 +23,15 @@ pub enum Reply {
 }
 
 /// A text that the controller would not send.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("reply: expected OK, NG, SP or \"FL,\", found \"{found}\"")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ReplyError {
     /// The data section, as far as it is worth showing.
     pub found: String,
+}
+
+error_text! {
+    ReplyError;
+    Self { found } => "reply: expected OK, NG, SP or \"FL,\", found \"{found}\"";
 }
 
 /// OK, NG or SP of a text, whose CR may be missing.

@@ -4,6 +4,7 @@
 //! FRM-15 to FRM-17); [`encode_text`] writes one. What the data section means is for [`crate::message`],
 //! [`crate::command`], [`crate::file`] and [`crate::reply`].
 
+use crate::error_text;
 use crate::prelude::*;
 use bytes::{Buf, Bytes, BytesMut};
 
@@ -84,17 +85,15 @@ pub struct Text {
 }
 
 /// What is wrong with a text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
-    #[error("the message has {length} bytes of data; at most {MAX_DATA} are allowed")]
     OverLong {
         /// Data bytes received, those that were not kept included.
         length: usize,
     },
     /// The checksum is wrong (FRM-15).
-    #[error("wrong checksum: expected {expected:02X}, found {found:02X}")]
     BadSum {
         /// The sum computed from the received bytes.
         expected: u8,
@@ -102,11 +101,17 @@ pub enum TextError {
         found: u8,
     },
     /// A text delimited by length is not followed by ETX.
-    #[error("expected ETX after the announced length, found {found:02X}")]
     NoEtx {
         /// The byte that was received instead of ETX.
         found: u8,
     },
+}
+
+error_text! {
+    TextError;
+    Self::OverLong { length } => "the message has {length} bytes of data; at most {MAX_DATA} are allowed";
+    Self::BadSum { expected, found } => "wrong checksum: expected {expected:02X}, found {found:02X}";
+    Self::NoEtx { found } => "expected ETX after the announced length, found {found:02X}";
 }
 
 /// One result of [`TextDecoder::next`].

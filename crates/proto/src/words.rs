@@ -2,6 +2,7 @@
 //!
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
+use crate::error_text;
 use crate::prelude::*;
 use alloc::borrow::Cow;
 
@@ -45,12 +46,16 @@ impl Word for bool {
 }
 
 /// A word where another was expected.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected {expected}, found `{found}`{hint}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnexpectedWord {
     expected: Cow<'static, str>,
     found: String,
     hint: String,
+}
+
+error_text! {
+    UnexpectedWord;
+    Self { expected, found, hint } => "expected {expected}, found `{found}`{hint}";
 }
 
 impl UnexpectedWord {

@@ -10,6 +10,7 @@ mod snapshot;
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
+use core::fmt;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
@@ -21,16 +22,13 @@ use locals::Locals;
 pub(crate) const MAIN_TASK: u16 = 1;
 
 /// Why a variable could not be reached from outside.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AccessError {
     /// No variable has this name.
-    #[error("no variable is called {0}")]
     Unknown(String),
     /// The name is a variable of a program only.
-    #[error("{0} is a variable of a program, not of GLOBAL or DATA")]
     NotGlobal(String),
     /// The value is of another kind.
-    #[error("{name} holds {}, found {}", expected.description(), found.description())]
     KindMismatch {
         /// The variable.
         name: String,
@@ -40,24 +38,47 @@ pub enum AccessError {
         found: ValueKind,
     },
     /// Wrong number of subscripts, or one out of bounds.
-    #[error("{0} has no such element")]
     Subscript(String),
     /// Subscripts on something that is no array.
-    #[error("{0} is not an array")]
     NotArray(String),
     /// An array without subscripts.
-    #[error("{0} is an array: a subscript is missing")]
     IsArray(String),
     /// It has not been given a value yet.
-    #[error("{0} has no value yet")]
     Undefined(String),
     /// `rewrite_value`: the source is not the one of the program.
-    #[error("the source does not declare {0}")]
     NotInSource(String),
     /// `rewrite_value`: a number is not finite or beyond the range of a real.
-    #[error("a number for {0} is too large to be written down")]
     TooLarge(String),
 }
+
+impl fmt::Display for AccessError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            AccessError::Unknown(name) => write!(f, "no variable is called {name}"),
+            AccessError::NotGlobal(name) => {
+                write!(f, "{name} is a variable of a program, not of GLOBAL or DATA")
+            }
+            AccessError::KindMismatch {
+                name,
+                expected,
+                found,
+            } => write!(
+                f,
+                "{name} holds {}, found {}",
+                expected.description(),
+                found.description()
+            ),
+            AccessError::Subscript(name) => write!(f, "{name} has no such element"),
+            AccessError::NotArray(name) => write!(f, "{name} is not an array"),
+            AccessError::IsArray(name) => write!(f, "{name} is an array: a subscript is missing"),
+            AccessError::Undefined(name) => write!(f, "{name} has no value yet"),
+            AccessError::NotInSource(name) => write!(f, "the source does not declare {name}"),
+            AccessError::TooLarge(name) => write!(f, "a number for {name} is too large to be written down"),
+        }
+    }
+}
+
+impl core::error::Error for AccessError {}
 
 /// The variables and conditions of one selected file, shared by all its tasks. Variables of the programs are there
 /// once for each task that has run; [`drop_task`](Memory::drop_task) drops those of a task that has ended.

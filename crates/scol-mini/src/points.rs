@@ -5,6 +5,7 @@
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
+use core::fmt;
 
 use crate::builtin;
 use crate::options::Arm;
@@ -41,8 +42,7 @@ fn is_name(name: &str) -> bool {
 }
 
 /// What is wrong with a table of points, and where.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{line}:{column}: expected {expected}, found {found}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PointsError {
     /// Line, from 1.
     pub line: usize,
@@ -53,6 +53,19 @@ pub struct PointsError {
     /// What is there.
     pub found: String,
 }
+
+impl fmt::Display for PointsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let PointsError { line, column, .. } = self;
+        write!(
+            f,
+            "{line}:{column}: expected {}, found {}",
+            self.expected, self.found
+        )
+    }
+}
+
+impl core::error::Error for PointsError {}
 
 /// Reads a table of points: `NAME,X,Y,Z,C,T,CONFIG` a line, with eight coordinates on a six-axis arm.
 ///

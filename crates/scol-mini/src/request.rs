@@ -4,6 +4,7 @@
 //! Nothing here does anything: serving a request is left to the caller. `machine::request_values` makes the requests.
 
 use crate::prelude::*;
+use core::fmt;
 
 use crate::conditions::Conditions;
 use crate::value::{Number, Position};
@@ -227,8 +228,7 @@ pub enum Channel {
 }
 
 /// Why a statement could not be executed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("line {line}: {message}")]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// The class, for the alarm.
     pub kind: FaultKind,
@@ -237,6 +237,14 @@ pub struct Fault {
     /// What was expected and what was found.
     pub message: String,
 }
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "line {}: {}", self.line, self.message)
+    }
+}
+
+impl core::error::Error for Fault {}
 
 /// The classes of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,6 +5,7 @@
 //! written form are fixed by `fixtures/snapshots`.
 
 use crate::prelude::*;
+use core::fmt;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::conditions::Conditions;
@@ -13,13 +14,11 @@ use crate::program::{Program, STATE_VERSION, StateVersion};
 use crate::value::{Position, Value};
 
 /// Why a state cannot be restored.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RestoreError {
     /// Written by another version.
-    #[error("expected a state of version {STATE_VERSION}, found version {0}")]
     Version(u32),
     /// Of another source, or of other options.
-    #[error("expected a state of the program {expected:016x}, found one of {found:016x}")]
     Program {
         /// Fingerprint of the program given.
         expected: u64,
@@ -27,9 +26,26 @@ pub enum RestoreError {
         found: u64,
     },
     /// It cannot have come about by running the program.
-    #[error("the state does not fit the program: {0}")]
     Invalid(String),
 }
+
+impl fmt::Display for RestoreError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RestoreError::Version(version) => write!(
+                f,
+                "expected a state of version {STATE_VERSION}, found version {version}"
+            ),
+            RestoreError::Program { expected, found } => write!(
+                f,
+                "expected a state of the program {expected:016x}, found one of {found:016x}"
+            ),
+            RestoreError::Invalid(reason) => write!(f, "the state does not fit the program: {reason}"),
+        }
+    }
+}
+
+impl core::error::Error for RestoreError {}
 
 /// Fails unless `holds`, saying what was expected.
 pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {

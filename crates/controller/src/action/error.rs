@@ -2,11 +2,10 @@
 
 use alloc::string::{String, ToString};
 use core::fmt::Display;
-use thiserror::Error;
+use ts3100_proto::error_text;
 
 /// Why an action had no effect.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{sentence}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ActionError {
     /// Whether the thing is missing or only in the wrong state.
     pub kind: ActionErrorKind,
@@ -14,6 +13,11 @@ pub struct ActionError {
     pub sentence: String,
     /// Where: the line, the variable, the file, the switch.
     pub place: String,
+}
+
+error_text! {
+    ActionError;
+    Self { sentence, .. } => "{sentence}";
 }
 
 /// What kind of refusal it is.

@@ -10,7 +10,7 @@ use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transfor
 use crate::port::Port;
 use crate::time::Time;
 use scol_mini::Conditions;
-use thiserror::Error;
+use ts3100_proto::error_text;
 
 /// The coordinate system of a jog (SF-14).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,17 +70,21 @@ pub struct Jog {
 }
 
 /// Why the arm cannot be jogged.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum JogError {
     /// The axis stands at its limit.
-    #[error("axis {axis} is at its limit in that direction")]
     AtLimit {
         /// The axis.
         axis: u8,
     },
     /// There is no way in that direction.
-    #[error(transparent)]
-    Motion(#[from] MotionError),
+    Motion(MotionError),
+}
+
+error_text! {
+    JogError: Motion from MotionError;
+    Self::AtLimit { axis } => "axis {axis} is at its limit in that direction";
+    Self::Motion(error) => "{error}";
 }
 
 /// Place of C among X Y Z A B C.

@@ -10,32 +10,36 @@ use alloc::vec::Vec;
 use scol_mini::{
     AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
 };
-use thiserror::Error;
+use ts3100_proto::error_text;
 use ts3100_proto::name::{FileName, NameError, VariableName};
 
 /// Why a file was not selected.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SelectError {
     /// Not a file name.
-    #[error("file name: {0}")]
     Name(NameError),
     /// Not on the RAM drive.
-    #[error("file {0} is not on the RAM drive")]
     Missing(String),
     /// A parameter file.
-    #[error("file {0} is a parameter file, not a program")]
     Parameter(String),
     /// A program runs.
-    #[error("a program is running; stop it first")]
     Running,
     /// It does not compile; the diagnostics rendered.
-    #[error("file {name} has errors\n{rendered}")]
     Errors {
         /// The file.
         name: String,
         /// Its diagnostics with carets.
         rendered: String,
     },
+}
+
+error_text! {
+    SelectError;
+    Self::Name(error) => "file name: {error}";
+    Self::Missing(name) => "file {name} is not on the RAM drive";
+    Self::Parameter(name) => "file {name} is a parameter file, not a program";
+    Self::Running => "a program is running; stop it first";
+    Self::Errors { name, rendered } => "file {name} has errors\n{rendered}";
 }
 
 impl From<NameError> for SelectError {

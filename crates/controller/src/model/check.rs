@@ -4,6 +4,7 @@
 
 use super::{ArmKind, ArmModel, Axis};
 use alloc::string::String;
+use ts3100_proto::error_text;
 
 /// Longest name of a model.
 const MAX_NAME: usize = 32;
@@ -23,13 +24,11 @@ const MIN_RATE: f64 = 0.001;
 const MAX_LOAD: f64 = 10_000.0;
 
 /// What is wrong with a model, and where.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ModelError {
     /// The name.
-    #[error("name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
     Name(String),
     /// As many axes as the geometry moves: 6; SCARA 4, or 5 with axis T.
-    #[error("axes: expected {}, found {found}", if *max == 6 { "6" } else { "4, or 5 with axis T" })]
     Axes {
         /// Most axes this kind of arm has.
         max: usize,
@@ -37,7 +36,6 @@ pub enum ModelError {
         found: usize,
     },
     /// A number out of its range, or no number.
-    #[error("{place}: expected {min} to {max}, found {found}")]
     Number {
         /// Table and key.
         place: String,
@@ -48,6 +46,14 @@ pub enum ModelError {
         /// Value given.
         found: f64,
     },
+}
+
+error_text! {
+    ModelError;
+    Self::Name(name) => "name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{name}`";
+    Self::Axes { max, found } =>
+        "axes: expected {}, found {found}", if *max == 6 { "6" } else { "4, or 5 with axis T" };
+    Self::Number { place, min, max, found } => "{place}: expected {min} to {max}, found {found}";
 }
 
 fn check_number(place: impl Into<String>, found: f64, min: f64, max: f64) -> Result<(), ModelError> {

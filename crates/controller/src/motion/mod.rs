@@ -28,6 +28,7 @@ pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
 
 use crate::model::{AXES, Joints};
+use ts3100_proto::error_text;
 
 /// Smallest part of full speed or acceleration a motion is run with: 1 % of 1 %.
 pub const MIN_FRACTION: f64 = 1e-4;
@@ -106,13 +107,11 @@ pub enum Target {
 }
 
 /// Why a motion cannot be done. The arm has not moved.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MotionError {
     /// No posture for the target.
-    #[error("target: {0}")]
     Unreachable(Unreachable),
     /// No posture for a point of the path.
-    #[error("at {percent:.0} % of the path: {reason}")]
     OnPath {
         /// Part of the path before the point, 0 to 100.
         percent: f64,
@@ -120,7 +119,6 @@ pub enum MotionError {
         reason: Unreachable,
     },
     /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
-    #[error("at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees")]
     Singular {
         /// Which one.
         posture: Singularity,
@@ -132,7 +130,6 @@ pub enum MotionError {
         jump: f64,
     },
     /// A line or an arc cannot end in this configuration; `place` of the digit counts from 1.
-    #[error("configuration digit {place}: expected {reached}, which the path leads to, found {wanted}")]
     Configuration {
         /// Place of the digit.
         place: usize,
@@ -142,10 +139,8 @@ pub enum MotionError {
         wanted: u8,
     },
     /// Start, via point and end do not span a circle.
-    #[error("arc: expected three points of a circle, found points on one line")]
     NoArc,
     /// A height of an arch that its way up or down does not have, in mm.
-    #[error("arch: {name}: expected 0 to {max:.3} mm, found {found:.3}")]
     Gate {
         /// rise, height or descent.
         name: &'static str,
@@ -155,19 +150,31 @@ pub enum MotionError {
         max: f64,
     },
     /// An axis that has to move is free: its servo gain or its torque is 0. `axis` counts from 1.
-    #[error("axis {axis}: expected servo gain and torque, found none, and it has to move")]
     Free {
         /// Number of the axis.
         axis: usize,
     },
     /// The arm has no such axis; both count from 1.
-    #[error("axis: expected 1 to {axes}, found {axis}")]
     NoSuchAxis {
         /// Number asked for.
         axis: usize,
         /// Axes the arm has.
         axes: usize,
     },
+}
+
+error_text! {
+    MotionError;
+    Self::Unreachable(reason) => "target: {reason}";
+    Self::OnPath { percent, reason } => "at {percent:.0} % of the path: {reason}";
+    Self::Singular { posture, percent, axis, jump } =>
+        "at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees";
+    Self::Configuration { place, reached, wanted } =>
+        "configuration digit {place}: expected {reached}, which the path leads to, found {wanted}";
+    Self::NoArc => "arc: expected three points of a circle, found points on one line";
+    Self::Gate { name, found, max } => "arch: {name}: expected 0 to {max:.3} mm, found {found:.3}";
+    Self::Free { axis } => "axis {axis}: expected servo gain and torque, found none, and it has to move";
+    Self::NoSuchAxis { axis, axes } => "axis: expected 1 to {axes}, found {axis}";
 }
 
 impl From<Unreachable> for MotionError {

@@ -7,26 +7,30 @@ use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::panel::{JogMode, KeySwitch};
 use crate::port::Port;
 use crate::robot::Robot;
-use thiserror::Error;
 use ts3100_proto::command::JogDirection;
+use ts3100_proto::error_text;
 
 /// Why the arm was not jogged.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum JogRefusal {
-    #[error("the key switch is not in TEACHING")]
     NotTeaching,
-    #[error("a program or a DO statement is under way")]
     Running,
-    #[error("servo power is off")]
     ServoOff,
-    #[error("feed hold is on")]
     FeedHold,
-    #[error("the guide mode is FREE")]
     Free,
-    #[error("the arm is being guided; JG ! ends that")]
     Guided,
-    #[error(transparent)]
-    Arm(#[from] JogError),
+    Arm(JogError),
+}
+
+error_text! {
+    JogRefusal: Arm from JogError;
+    Self::NotTeaching => "the key switch is not in TEACHING";
+    Self::Running => "a program or a DO statement is under way";
+    Self::ServoOff => "servo power is off";
+    Self::FeedHold => "feed hold is on";
+    Self::Free => "the guide mode is FREE";
+    Self::Guided => "the arm is being guided; JG ! ends that";
+    Self::Arm(error) => "{error}";
 }
 
 impl Robot {

@@ -14,47 +14,51 @@ use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::robot::Robot;
 use alloc::string::String;
-use thiserror::Error;
 use ts3100_proto::command::RunMode;
+use ts3100_proto::error_text;
 use ts3100_proto::name::FileName;
 
 /// Why something at the panel had no effect, or the command or signal that does the same.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum OperateError {
-    #[error("the {0} has no INTERNAL position (5.3.2)")]
     NoInternal(&'static str),
-    #[error("the emergency stop is pressed")]
     EmergencyStop,
-    #[error("the safety switch is open")]
     SafetyOpen,
-    #[error("an alarm of level 8 is active")]
     ServoAlarm,
-    #[error("an alarm of level 4 or 8 is active")]
     StartAlarm,
-    #[error("servo power is off")]
     ServoOff,
-    #[error("feed hold is on")]
     FeedHold,
-    #[error("a DO statement is under way")]
     Direct,
-    #[error("the arm is being jogged")]
     Jogging,
-    #[error("no file is selected")]
     NoFile,
-    #[error("the program has no label RCYCLE")]
     NoRcycle,
-    #[error("servo power is on already (SV_RDY)")]
     ServoOn,
-    #[error("a reset is accepted only in stop mode")]
     NotStopped,
-    #[error("the operation mode can be set only while the robot is stopped")]
     Running,
-    #[error("of several inputs at once only the first is processed")]
     NotFirst,
-    #[error(transparent)]
-    Select(#[from] SelectError),
-    #[error(transparent)]
-    Jog(#[from] JogRefusal),
+    Select(SelectError),
+    Jog(JogRefusal),
+}
+
+error_text! {
+    OperateError: Select from SelectError, Jog from JogRefusal;
+    Self::NoInternal(port) => "the {port} has no INTERNAL position (5.3.2)";
+    Self::EmergencyStop => "the emergency stop is pressed";
+    Self::SafetyOpen => "the safety switch is open";
+    Self::ServoAlarm => "an alarm of level 8 is active";
+    Self::StartAlarm => "an alarm of level 4 or 8 is active";
+    Self::ServoOff => "servo power is off";
+    Self::FeedHold => "feed hold is on";
+    Self::Direct => "a DO statement is under way";
+    Self::Jogging => "the arm is being jogged";
+    Self::NoFile => "no file is selected";
+    Self::NoRcycle => "the program has no label RCYCLE";
+    Self::ServoOn => "servo power is on already (SV_RDY)";
+    Self::NotStopped => "a reset is accepted only in stop mode";
+    Self::Running => "the operation mode can be set only while the robot is stopped";
+    Self::NotFirst => "of several inputs at once only the first is processed";
+    Self::Select(error) => "{error}";
+    Self::Jog(error) => "{error}";
 }
 
 impl Robot {

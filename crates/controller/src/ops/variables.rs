@@ -11,38 +11,48 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
-use thiserror::Error;
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
+use ts3100_proto::error_text;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::mr::encode_values;
 
 /// Why a variable was not read or written.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum VariableError {
-    #[error("no file is selected")]
     NoFile,
-    #[error("there is no variable {0}")]
     Unknown(String),
-    #[error("the type of {0} is unknown")]
     UnknownKind(String),
-    #[error("{name} is {}, not {}", found.description(), asked.description())]
     Kind {
         name: String,
         found: ValueKind,
         asked: ValueKind,
     },
-    #[error("type {code} does not match the subscripts of {name}")]
-    Subscripts { code: i32, name: String },
-    #[error("expected {expected}, found `{found}`")]
-    Value { expected: &'static str, found: String },
-    #[error("the file has been downloaded again; select it first")]
+    Subscripts {
+        code: i32,
+        name: String,
+    },
+    Value {
+        expected: &'static str,
+        found: String,
+    },
     Stale,
-    #[error("the file does not compile with that value")]
     Compile,
-    #[error(transparent)]
-    Access(#[from] AccessError),
-    #[error(transparent)]
-    Drive(#[from] DriveError),
+    Access(AccessError),
+    Drive(DriveError),
+}
+
+error_text! {
+    VariableError: Access from AccessError, Drive from DriveError;
+    Self::NoFile => "no file is selected";
+    Self::Unknown(name) => "there is no variable {name}";
+    Self::UnknownKind(name) => "the type of {name} is unknown";
+    Self::Kind { name, found, asked } => "{name} is {}, not {}", found.description(), asked.description();
+    Self::Subscripts { code, name } => "type {code} does not match the subscripts of {name}";
+    Self::Value { expected, found } => "expected {expected}, found `{found}`";
+    Self::Stale => "the file has been downloaded again; select it first";
+    Self::Compile => "the file does not compile with that value";
+    Self::Access(error) => "{error}";
+    Self::Drive(error) => "{error}";
 }
 
 impl Robot {

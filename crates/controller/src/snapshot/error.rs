@@ -2,13 +2,12 @@
 
 use alloc::string::{String, ToString};
 use scol_mini::RestoreError;
-use thiserror::Error;
+use ts3100_proto::error_text;
 
 /// Why a snapshot cannot be restored.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SnapshotError {
     /// A value that no run leads to.
-    #[error("snapshot, {place}: expected {expected}, found {found}")]
     Value {
         /// Where: the fields, joined by dots.
         place: String,
@@ -18,13 +17,18 @@ pub enum SnapshotError {
         found: String,
     },
     /// A machine or a memory that does not fit its program.
-    #[error("snapshot, {place}: {reason}")]
     Run {
         /// Where.
         place: String,
         /// What is wrong with it.
         reason: RestoreError,
     },
+}
+
+error_text! {
+    SnapshotError;
+    Self::Value { place, expected, found } => "snapshot, {place}: expected {expected}, found {found}";
+    Self::Run { place, reason } => "snapshot, {place}: {reason}";
 }
 
 impl SnapshotError {

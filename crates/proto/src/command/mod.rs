@@ -35,22 +35,20 @@ pub use watchdog::MAX_WATCHDOG_MS;
 
 pub(crate) use row::{count_permissions, permission_names};
 
+use crate::error_text;
 use crate::prelude::*;
 use crate::text::CR;
 use operand::Operands;
-use thiserror::Error;
 
 /// Why a message is no command.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
-    #[error("unknown command \"{letters}\"")]
     Unknown {
         /// The first two bytes of the message, printable.
         letters: String,
     },
     /// The command is known and what follows it is wrong (FRM-07, FRM-18).
-    #[error("{letters}: expected {expected}, found {found} at byte {at}")]
     Malformed {
         /// The letters of the command.
         letters: &'static str,
@@ -61,6 +59,13 @@ pub enum CommandError {
         /// The position in bytes from the start of the message.
         at: usize,
     },
+}
+
+error_text! {
+    CommandError;
+    Self::Unknown { letters } => "unknown command \"{letters}\"";
+    Self::Malformed { letters, expected, found, at } =>
+        "{letters}: expected {expected}, found {found} at byte {at}";
 }
 
 impl Command {

@@ -4,20 +4,17 @@
 //! file is read, see `ethernet.rs` and `user.rs`.
 
 use super::reader::{Assignment, ParameterFile};
+use crate::error_text;
 use crate::prelude::*;
-use thiserror::Error;
 
 /// Why a value was not replaced.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RewriteError {
     /// The file has bytes that are not ASCII.
-    #[error("expected a parameter file of ASCII text, found other bytes")]
     NotText,
     /// The file has no such section.
-    #[error("there is no section [{0}]")]
     NoSection(String),
     /// The section has no value of this key.
-    #[error("section [{section}] has no value {{{key}}}")]
     NoValue {
         /// Tag of the section, without brackets.
         section: String,
@@ -25,8 +22,15 @@ pub enum RewriteError {
         key: String,
     },
     /// The new value would end its line, or begin a comment, a section or another value.
-    #[error("expected one line of ASCII without `{{`, `[`, `=` and quotes, found `{0}`")]
     Value(String),
+}
+
+error_text! {
+    RewriteError;
+    Self::NotText => "expected a parameter file of ASCII text, found other bytes";
+    Self::NoSection(name) => "there is no section [{name}]";
+    Self::NoValue { section, key } => "section [{section}] has no value {{{key}}}";
+    Self::Value(value) => "expected one line of ASCII without `{{`, `[`, `=` and quotes, found `{value}`";
 }
 
 /// Replaces the value of `key` in `section`. An empty key means the section's first value, whatever its braces say:

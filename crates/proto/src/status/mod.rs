@@ -19,6 +19,7 @@ pub mod su;
 pub mod vr;
 
 use crate::codes::codes;
+use crate::error_text;
 use crate::prelude::*;
 use crate::words::Word;
 
@@ -123,8 +124,7 @@ codes! {
 }
 
 /// Why a status file could not be read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file} file, byte {at}: expected {expected}, found {found}")]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BodyError {
     /// The command that asks for such a file, for example `SU`.
     pub file: &'static str,
@@ -134,4 +134,9 @@ pub struct BodyError {
     pub found: String,
     /// Where, in bytes from the start of the content.
     pub at: usize,
+}
+
+error_text! {
+    BodyError;
+    Self { file, expected, found, at } => "{file} file, byte {at}: expected {expected}, found {found}";
 }
