@@ -83,6 +83,8 @@ pub enum Ask {
     Stops(&'static str),
     /// This program is selected: `accepted` or `refused`.
     Selects(&'static str),
+    /// More than one step; heard is one of a few words.
+    Word(fn(&mut Talk<'_>) -> Result<&'static str, Trouble>),
     /// More than one step.
     Steps(fn(&mut Talk<'_>) -> Result<Heard, Trouble>),
 }

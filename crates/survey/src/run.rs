@@ -282,6 +282,7 @@ fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             Ok("refused".to_owned())
         }
+        Ask::Word(steps) => steps(talk).map(str::to_owned),
         Ask::Steps(steps) => steps(talk),
     }
 }

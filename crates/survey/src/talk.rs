@@ -372,6 +372,14 @@ impl<'a> Talk<'a> {
         }
     }
 
+    /// The answer to a command: `OK` or `NG`.
+    ///
+    /// # Errors
+    /// Anything else came.
+    pub fn reply(&mut self, command: &str) -> Result<&'static str, Trouble> {
+        Ok(if self.asks(command)? { "OK" } else { "NG" })
+    }
+
     /// Acknowledges a text of a file.
     ///
     /// # Errors

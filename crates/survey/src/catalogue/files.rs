@@ -22,15 +22,14 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-round-trip",
         question: "Does a file come back byte for byte?",
         sends: "DL, FL, UL, ER of TSSURVEY",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             let content = talk.content(&format!("UL,{FILE}"))?;
             let content = content.ok_or_else(|| Trouble::Refused("UL got NG".to_owned()))?;
             Ok(match content == SOURCE.as_bytes() {
                 true => "the same bytes",
                 false => "other bytes",
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("the same bytes"), reading("other bytes")],
         ..FILES
@@ -39,18 +38,15 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-size",
         question: "Which size does CA show?",
         sends: "DL, FL, CA, ER of TSSURVEY",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
-            let size = size(talk)?;
-            Ok(
-                match size.map(|size| size.cast_signed() - SOURCE.len().cast_signed()) {
-                    Some(0) => "without EOF",
-                    Some(1) => "with EOF",
-                    Some(_) => "another size",
-                    None => "no such file",
-                }
-                .to_owned(),
-            )
+            let more = size(talk)?.map(|size| size.cast_signed() - SOURCE.len().cast_signed());
+            Ok(match more {
+                Some(0) => "without EOF",
+                Some(1) => "with EOF",
+                Some(_) => "another size",
+                None => "no such file",
+            })
         }),
         readings: &[reading("without EOF"), reading("with EOF")],
         is_public: false,
@@ -60,10 +56,10 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-name-case",
         question: "Is a file found whose name is sent in lower case?",
         sends: "DL of TSSURVEY, UL of tssurvey",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             let found = talk.content(&format!("UL,{}", FILE.to_ascii_lowercase()))?;
-            Ok(if found.is_some() { "found" } else { "NG" }.to_owned())
+            Ok(if found.is_some() { "found" } else { "NG" })
         }),
         readings: &[reading("found"), reading("NG")],
         ..FILES
@@ -92,7 +88,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-tab",
         question: "Is a file with a TAB refused?",
         sends: "DL of TSSURVEY with a TAB in it",
-        ask: Ask::Steps(|talk| stored(talk, b"PROGRAM SURVEY\r\n\tA = 1\r\nEND\r\n")),
+        ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n\tA = 1\r\nEND\r\n")),
         readings: &[reading("refused"), reading("stored")],
         ..FILES
     },
@@ -100,7 +96,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-high-byte",
         question: "Is a file with a byte from 80 hex on refused?",
         sends: "DL of TSSURVEY with a byte B0 hex in a comment",
-        ask: Ask::Steps(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
+        ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
         readings: &[reading("refused"), reading("stored")],
         ..FILES
     },
@@ -108,7 +104,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-long-line",
         question: "Is a file with a line of more than 252 characters refused?",
         sends: "DL of TSSURVEY with a comment of 300 characters",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let comment = "-".repeat(LONGEST_LINE + 48);
             stored(
                 talk,
@@ -122,15 +118,10 @@ pub(super) const PROBES: &[Probe] = &[
         id: "erase-absent",
         question: "What is answered to ER of a file that is not there?",
         sends: "ER of TSSURVEY when it is erased",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             talk.command(&format!("ER,{FILE}"))?;
-            Ok(if talk.asks(&format!("ER,{FILE}"))? {
-                "OK"
-            } else {
-                "NG"
-            }
-            .to_owned())
+            talk.reply(&format!("ER,{FILE}"))
         }),
         readings: &[reading("NG"), reading("OK")],
         ..FILES
@@ -147,12 +138,11 @@ pub(crate) fn size(talk: &mut Talk<'_>) -> Result<Option<usize>, Trouble> {
     Ok(mine.and_then(|entry| usize::try_from(entry.size).ok()))
 }
 
-fn stored(talk: &mut Talk<'_>, content: &[u8]) -> Result<Heard, Trouble> {
+fn stored(talk: &mut Talk<'_>, content: &[u8]) -> Result<&'static str, Trouble> {
     Ok(match talk.try_to_store(content)? {
         true => "stored",
         false => "refused",
-    }
-    .to_owned())
+    })
 }
 
 fn command_in_download(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {

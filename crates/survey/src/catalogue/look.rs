@@ -26,12 +26,11 @@ pub(super) const PROBES: &[Probe] = &[
         id: "checksum",
         question: "Does a text end with a checksum?",
         sends: "SU without and with a checksum",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             Ok(match talk.checksum() {
                 Checksum::None => "none",
                 Checksum::Sum => "sum",
-            }
-            .to_owned())
+            })
         }),
         readings: &[
             decides("none", "text.checksum", "none"),
@@ -144,7 +143,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "second-connection",
         question: "What happens to a second connection to the same port?",
         sends: "a connection, and SU on it or on the first",
-        ask: Ask::Steps(second_connection),
+        ask: Ask::Word(second_connection),
         readings: &[
             decides("the first stays", "channel.second", "refuse"),
             decides("the second replaces it", "channel.second", "replace"),
@@ -156,7 +155,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "status-form",
         question: "Which form has SU?",
         sends: "SU",
-        ask: Ask::Steps(|talk| form(talk, "SU", forms::status)),
+        ask: Ask::Word(|talk| form(talk, "SU", forms::status)),
         readings: &[
             decides("one record", "su.layout", "one-record"),
             decides("six records", "su.layout", "six-records"),
@@ -167,7 +166,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "versions-form",
         question: "Which form has VR?",
         sends: "VR",
-        ask: Ask::Steps(|talk| form(talk, "VR", forms::versions)),
+        ask: Ask::Word(|talk| form(talk, "VR", forms::versions)),
         readings: &[
             decides("blanks", "vr.layout", "blanks"),
             decides("packed", "vr.layout", "packed"),
@@ -178,7 +177,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "directory-form",
         question: "Which form has CA?",
         sends: "CA",
-        ask: Ask::Steps(|talk| form(talk, "CA", forms::directory)),
+        ask: Ask::Word(|talk| form(talk, "CA", forms::directory)),
         readings: &[
             reading("one blank, alphabetical"),
             reading("one blank, another order"),
@@ -193,7 +192,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "history-form",
         question: "Which form has EU?",
         sends: "EU",
-        ask: Ask::Steps(|talk| form(talk, "EU", forms::history)),
+        ask: Ask::Word(|talk| form(talk, "EU", forms::history)),
         readings: &[reading("a count, and its errors")],
         is_public: false,
         repeats: 2,
@@ -203,7 +202,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "total-status-texts",
         question: "In how many texts does SF travel?",
         sends: "SF",
-        ask: Ask::Steps(|talk| Ok(talk.total_status()?.0.to_owned())),
+        ask: Ask::Word(|talk| Ok(talk.total_status()?.0)),
         readings: &[
             decides("one text, six axes", "sf.split", "one"),
             decides("several texts, six axes", "sf.split", "several"),
@@ -216,7 +215,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "extensions",
         question: "Are commands served that the six-axis manual does not have?",
         sends: "SM,1 and HI,1 8",
-        ask: Ask::Steps(extensions),
+        ask: Ask::Word(extensions),
         readings: &[
             decides("served", "extensions", "true"),
             decides("NG", "extensions", "false"),
@@ -247,7 +246,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "input-word",
         question: "How does HI write the state of eight inputs?",
         sends: "HI,1 8",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let content = content(talk, "HI,1 8")?;
             let text = String::from_utf8_lossy(&content);
             let digits = text.trim_end_matches('\r');
@@ -256,8 +255,7 @@ pub(super) const PROBES: &[Probe] = &[
                 "a decimal number"
             } else {
                 forms::OTHER
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("a decimal number")],
         is_public: false,
@@ -268,7 +266,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "line-words",
         question: "How does IO end?",
         sends: "IO,1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let burst = talk.burst("IO,1")?;
             let sum = usize::from(talk.checksum() == Checksum::Sum);
             let text = burst.get(..burst.len() - sum).unwrap_or_default();
@@ -281,8 +279,7 @@ pub(super) const PROBES: &[Probe] = &[
                 80 => "80 bytes without EOF",
                 81 if content.last() == Some(&EOF) => "80 bytes and EOF",
                 _ => forms::OTHER,
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("80 bytes without EOF"), reading("80 bytes and EOF")],
         is_public: false,
@@ -293,15 +290,14 @@ pub(super) const PROBES: &[Probe] = &[
         id: "maintenance-form",
         question: "Which form has MN?",
         sends: "MN",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let content = content(talk, "MN")?;
             let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
             Ok(if is_known {
                 "records that end in CR"
             } else {
                 forms::OTHER
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("records that end in CR")],
         is_public: false,
@@ -312,7 +308,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "parameter-line-end",
         question: "How do the lines of USER.PAR end?",
         sends: "UL,USER.PAR",
-        ask: Ask::Steps(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
+        ask: Ask::Word(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
         readings: &[
             decides("LF", "parameter.line_end", "lf"),
             decides("CR", "parameter.line_end", "cr"),
@@ -340,7 +336,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "while-sending",
         question: "Are characters received on HOST while the controller sends?",
         sends: "SU, and SU again while the answer comes; serial lines only",
-        ask: Ask::Steps(while_sending),
+        ask: Ask::Word(while_sending),
         readings: &[
             decides("lost", "serial.while_sending", "lost"),
             decides("received", "serial.while_sending", "kept"),
@@ -351,7 +347,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "character-limit",
         question: "Is a text dropped after a pause of more than 10 s inside it?",
         sends: "SU with a pause of 6 s, and of 11 s, after STX",
-        ask: Ask::Steps(character_limit),
+        ask: Ask::Word(character_limit),
         readings: &[
             reading("served after 6 s, dropped after 11 s"),
             reading("served after 11 s"),
@@ -367,8 +363,12 @@ fn content(talk: &mut Talk<'_>, command: &str) -> Result<Vec<u8>, Trouble> {
     content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
 }
 
-fn form(talk: &mut Talk<'_>, command: &str, form: fn(&[u8]) -> &'static str) -> Result<Heard, Trouble> {
-    Ok(form(&content(talk, command)?).to_owned())
+fn form(
+    talk: &mut Talk<'_>,
+    command: &str,
+    form: fn(&[u8]) -> &'static str,
+) -> Result<&'static str, Trouble> {
+    Ok(form(&content(talk, command)?))
 }
 
 fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
@@ -414,7 +414,7 @@ fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     })
 }
 
-fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn second_connection(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.open(Line::Second)?;
     let second = talk.listen(Line::Second, SECOND);
     let heard = match second {
@@ -440,10 +440,10 @@ fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if heard != "the first stays" {
         talk.reopen()?;
     }
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
-fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn extensions(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     // Two of them: one alone may be refused for another reason.
     let quick_status = talk.content("SM,1")?.is_some();
     let inputs = talk.content("HI,1 8")?.is_some();
@@ -453,11 +453,10 @@ fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         (true, true, false) => "served",
         (false, false, _) => "NG",
         (true, false, _) | (false, true, _) => "some of them",
-    }
-    .to_owned())
+    })
 }
 
-fn while_sending(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn while_sending(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     if !talk.is_serial() {
         return Err(Trouble::Refused("only a serial line takes turns".to_owned()));
     }
@@ -474,10 +473,10 @@ fn while_sending(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let second = talk.hear(PATIENCE)?;
     let heard = if second.is_some() { "received" } else { "lost" };
     talk.acknowledge()?;
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
-fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn character_limit(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     let mut heard = Vec::new();
     for pause in [ALLOWED_PAUSE, FORBIDDEN_PAUSE] {
         let text = talk.text("SU\r");
@@ -496,6 +495,5 @@ fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         [true, true] => "served after 11 s",
         [true, false] => "served after 6 s, dropped after 11 s",
         _ => "dropped after 6 s",
-    }
-    .to_owned())
+    })
 }

@@ -43,7 +43,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "do-stop-notice",
         question: "Is SP sent at the end of a DO?",
         sends: "DO,R = 1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.reopen()?;
             talk.select(WAITS)?;
             talk.take_stops();
@@ -51,7 +51,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.until_stopped(LONGEST_DO)?;
             talk.wait(QUIET)?;
             let is_told = talk.take_stops() > 0;
-            Ok(if trust(talk, is_told)? { "SP" } else { "none" }.to_owned())
+            Ok(if trust(talk, is_told)? { "SP" } else { "none" })
         }),
         readings: &[reading("none"), reading("SP")],
         ..MOTION
@@ -60,9 +60,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "do-flow-control",
         question: "Is DO with flow control refused?",
         sends: "DO,GOTO L1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
-            Ok(if talk.asks("DO,GOTO L1")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("DO,GOTO L1")
         }),
         readings: &[reading("NG"), reading("OK")],
         ..MOTION
@@ -102,7 +102,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold",
         question: "Does the second FD end feed hold?",
         sends: "FD, SF, FD, SF",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let mut held = Vec::new();
             for _ in 0..2 {
                 talk.command("FD")?;
@@ -112,8 +112,7 @@ pub(super) const PROBES: &[Probe] = &[
                 [true, false] => "it ends it",
                 [true, true] => "it stays",
                 _ => "FD does not show",
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("it ends it"), reading("it stays")],
         is_public: false,
@@ -140,7 +139,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold-running",
         question: "Does SU show a program in feed hold as running?",
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
-        ask: Ask::Steps(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str().to_owned())),
+        ask: Ask::Word(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str())),
         readings: &[
             reading("running"),
             reading("stop (retry)"),
@@ -153,7 +152,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "reset-ends-feed-hold",
         question: "Does RS,PRG end feed hold?",
         sends: "FD, RS,PRG, SF",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
             talk.command("FD")?;
             talk.command("RS,PRG")?;
@@ -161,7 +160,7 @@ pub(super) const PROBES: &[Probe] = &[
             if is_held {
                 talk.command("FD")?;
             }
-            Ok(if is_held { "it stays" } else { "it ends it" }.to_owned())
+            Ok(if is_held { "it stays" } else { "it ends it" })
         }),
         readings: &[reading("it ends it"), reading("it stays")],
         is_public: false,
@@ -171,9 +170,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "mode-abbreviation",
         question: "Are the words of EC,MODE taken when they are cut?",
         sends: "EC,MODE CYCLE and EC,MODE CY, in cycle operation",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("EC,MODE CYCLE")?;
-            Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("EC,MODE CY")
         }),
         readings: &[reading("OK"), reading("NG")],
         ..MOTION
@@ -182,7 +181,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "quick-status-do",
         question: "Does a DO that moves nothing change DC of SM?",
         sends: "SM,1, DO,R = 1, SM,1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
             let mut counts = Vec::new();
             for _ in 0..2 {
@@ -203,8 +202,7 @@ pub(super) const PROBES: &[Probe] = &[
                 [Some(first), Some(second)] if first == second => "it stays",
                 [Some(_), Some(_)] => "it counts",
                 _ => "no DC",
-            }
-            .to_owned())
+            })
         }),
         readings: &[reading("it stays"), reading("it counts")],
         ..MOTION
@@ -213,9 +211,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "servo-twice",
         question: "What is answered to SO while servo power is on?",
         sends: "SO, SO",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("SO")?;
-            Ok(if talk.asks("SO")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("SO")
         }),
         readings: &[reading("OK"), reading("NG")],
         ..MOTION

@@ -222,7 +222,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "restore",
         question: "Does RESTORE write a value into the file?",
         sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
             let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
             let text = String::from_utf8_lossy(&content).replace(' ', "");
@@ -230,7 +230,7 @@ pub(super) const PROBES: &[Probe] = &[
                 .split("END")
                 .next()
                 .is_some_and(|globals| globals.contains("SURV=5"));
-            Ok(if is_written { "written" } else { "not written" }.to_owned())
+            Ok(if is_written { "written" } else { "not written" })
         }),
         readings: &[reading("written"), reading("not written")],
         ..PROGRAM
@@ -239,9 +239,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "start-without-file",
         question: "What is answered to RN without a selected file?",
         sends: "RS,SEL, RN",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("RS,SEL")?;
-            Ok(if talk.asks("RN")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("RN")
         }),
         readings: &[reading("NG"), reading("OK")],
         ..PROGRAM
@@ -250,14 +250,14 @@ pub(super) const PROBES: &[Probe] = &[
         id: "download-selected",
         question: "What becomes of a stopped program whose file is stored again?",
         sends: "a program with DELAY 1.2; RN, SP; DL of the same file",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let source = computes!("DELAY 1.2\r\nR = 1\r\nDELAY 1\r\n");
             talk.select(source)?;
             talk.begin()?;
             talk.command("SP")?;
             talk.finish()?;
             talk.store(source)?;
-            Ok(talk.status()?.execution.as_str().to_owned())
+            Ok(talk.status()?.execution.as_str())
         }),
         readings: &[reading("stop (reset)"), reading("stop (continue)")],
         ..PROGRAM
@@ -300,9 +300,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "label-rcycle",
         question: "What is answered to RS,CYC without the label RCYCLE?",
         sends: "a program without RCYCLE, selected; RS,CYC",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            Ok(if talk.asks("RS,CYC")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("RS,CYC")
         }),
         readings: &[reading("NG"), reading("OK")],
         ..PROGRAM
@@ -311,10 +311,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "erase-selected",
         question: "What is answered to ER of the selected file?",
         sends: "a program, selected; ER",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            let is_erased = talk.asks(&format!("ER,{}", FILE))?;
-            Ok(if is_erased { "OK" } else { "NG" }.to_owned())
+            talk.reply(&format!("ER,{FILE}"))
         }),
         readings: &[reading("NG"), reading("OK")],
         ..PROGRAM
@@ -323,13 +322,11 @@ pub(super) const PROBES: &[Probe] = &[
         id: "stop-in-delay",
         question: "Where does SP inside a DELAY stop a program?",
         sends: "a program: DELAY 1.2, R = 1; RN, SP",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(computes!("DELAY 1.2\r\nR = 1\r\n"))?;
             talk.begin()?;
             talk.command("SP")?;
-            let status = talk.finish()?;
-            let name = status.map_or("running", ExecutionStatus::as_str);
-            Ok(name.to_owned())
+            Ok(talk.finish()?.map_or("running", ExecutionStatus::as_str))
         }),
         readings: &[
             reading("stop (continue)"),
@@ -342,7 +339,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "wait-after-stop",
         question: "Where does a program continue that SP has stopped inside a WAIT?",
         sends: "a program: WAIT for what never comes, R = 1; RN, SP, RN",
-        ask: Ask::Steps(wait_after_stop),
+        ask: Ask::Word(wait_after_stop),
         readings: &[
             decides("after the WAIT", "wait.after_stop", "next"),
             decides("at the WAIT", "wait.after_stop", "again"),
@@ -354,7 +351,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "unsolicited-stop",
         question: "Is SP sent when a program has ended?",
         sends: "a program that ends, on connections with texts of each form",
-        ask: Ask::Steps(unsolicited_stop),
+        ask: Ask::Word(unsolicited_stop),
         readings: &[
             decides("not to a host without STX", "sp.unsolicited", "auto"),
             decides("to every host", "sp.unsolicited", "true"),
@@ -391,13 +388,13 @@ fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     Ok(plain(&format!("{digits}")))
 }
 
-fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn wait_after_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
     talk.begin()?;
     talk.command("SP")?;
     if talk.until_stopped(SETTLED)?.is_none() {
         talk.command("EC,BREAK")?;
-        return Ok("SP does not stop it".to_owned());
+        return Ok("SP does not stop it");
     }
     talk.start()?;
     let ended = talk.until_stopped(SETTLED)?;
@@ -411,7 +408,7 @@ fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         talk.command("SP")?;
         talk.until_stopped(SETTLED)?;
     }
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
 /// Runs a program that ends by itself. Returns whether SP has come.
@@ -433,12 +430,12 @@ pub(super) fn trust(talk: &Talk<'_>, is_told: bool) -> Result<bool, Trouble> {
     }
 }
 
-fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.reopen()?;
     talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
     let is_told = is_told_of_the_end(talk)?;
     if !trust(talk, is_told)? {
-        return Ok("never".to_owned());
+        return Ok("never");
     }
     talk.reopen()?;
     let text = talk.text("SU\r");
@@ -452,8 +449,7 @@ fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         (false, true) => "not to a host without STX",
         (true, false) => "to hosts with STX, and no other is served",
         (false, false) => "to hosts with STX only, and no other is served",
-    }
-    .to_owned())
+    })
 }
 
 pub(super) use computes;

@@ -37,7 +37,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "quick-status-motion",
         question: "What do DS and DC of SM show of a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1 for the last axis n (10 for a SCARA); SM,1 until it has ended",
-        ask: Ask::Steps(|talk| turned(talk, quick_status_motion)),
+        ask: Ask::Word(|talk| turned(talk, quick_status_motion)),
         readings: &[
             reading("DS is 1 meanwhile, DC counts at the end"),
             reading("DS is 1 meanwhile, DC counts at the beginning"),
@@ -50,7 +50,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "status-in-motion",
         question: "Does SU show a motion by DO as running until the arm rests?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
-        ask: Ask::Steps(|talk| turned(talk, status_in_motion)),
+        ask: Ask::Word(|talk| turned(talk, status_in_motion)),
         readings: &[
             reading("until it rests"),
             reading("not to its end"),
@@ -62,7 +62,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold-motion",
         question: "What does FD do to a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; FD, SF twice, FD, SF",
-        ask: Ask::Steps(|talk| turned(talk, feed_hold_motion)),
+        ask: Ask::Word(|talk| turned(talk, feed_hold_motion)),
         readings: &[
             reading("it is held, and goes on"),
             reading("it is held, and given up"),
@@ -115,7 +115,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "statement-after-motion",
         question: "When does the statement after a motion run?",
         sends: "two programs: TIMER = 0, MOVEI n, 5 WITH SPEED = 1, R = TIMER; one of them with ENABLE NOWAIT",
-        ask: Ask::Steps(|talk| turned(talk, statement_after_motion)),
+        ask: Ask::Word(|talk| turned(talk, statement_after_motion)),
         readings: &[
             reading("when the arm rests; with NOWAIT at once"),
             reading("when the arm rests, with NOWAIT too"),
@@ -139,7 +139,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "work-line",
         question: "For how many positions does a WORK line of the DATA block hold?",
         sends: "a program that puts HERE into a global, MR of it; a program that moves by 1 mm to a position after WORK, to the next one, and back, WITH SPEED = 5",
-        ask: Ask::Steps(work_line),
+        ask: Ask::Word(work_line),
         readings: &[
             decides("the next one", "scol.sticky_work", "false"),
             decides("all that follow", "scol.sticky_work", "true"),
@@ -185,10 +185,10 @@ fn same(one: f32, other: f32) -> bool {
 }
 
 /// Asks, and turns the axis back to where it was.
-fn turned(
+fn turned<H>(
     talk: &mut Talk<'_>,
-    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<Heard, Trouble>,
-) -> Result<Heard, Trouble> {
+    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<H, Trouble>,
+) -> Result<H, Trouble> {
     let (layout, status) = arm_status(talk)?;
     let (axis, size) = match layout {
         SfLayout::Six => (4, ANGLE_OF_SCARA),
@@ -267,7 +267,7 @@ fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
     }
 }
 
-fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     let (before, _) = quick_status(talk)?;
     start_by_do(talk, turn)?;
     let during = quick_status(talk)?;
@@ -279,15 +279,15 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble
     let is_seen = (during.1 || later.1) && !is_active;
     let is_early = during.0 != before;
     Ok(match (is_seen, is_early, after != before) {
-        (true, false, true) => "DS is 1 meanwhile, DC counts at the end".to_owned(),
-        (true, true, _) => "DS is 1 meanwhile, DC counts at the beginning".to_owned(),
-        (true, false, false) => "DS is 1 meanwhile, DC stays".to_owned(),
-        (false, ..) if !is_active => "DS stays 0".to_owned(),
-        (false, ..) => "DS stays 1".to_owned(),
+        (true, false, true) => "DS is 1 meanwhile, DC counts at the end",
+        (true, true, _) => "DS is 1 meanwhile, DC counts at the beginning",
+        (true, false, false) => "DS is 1 meanwhile, DC stays",
+        (false, ..) if !is_active => "DS stays 0",
+        (false, ..) => "DS stays 1",
     })
 }
 
-fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     start_by_do(talk, turn)?;
     talk.wait(SOON)?;
     let is_shown = talk.status()?.execution == ExecutionStatus::Running;
@@ -304,11 +304,10 @@ fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
         (true, true) => "until it rests",
         (true, false) => "not to its end",
         (false, _) => "it shows as stopped",
-    }
-    .to_owned())
+    })
 }
 
-fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     start_by_do(talk, turn)?;
     // Before anything is asked: a status of a serial line takes as long as the turn.
     talk.wait(QUIET)?;
@@ -328,8 +327,7 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
         (true, true) => "it is held, and goes on",
         (true, false) => "it is held, and given up",
         (false, _) => "it is not held",
-    }
-    .to_owned())
+    })
 }
 
 /// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
@@ -357,7 +355,7 @@ fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Hear
     ))
 }
 
-fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     let mut times = [0.0_f32; 2];
     let turns = [
         ("DISABLE NOWAIT", turn.statement()),
@@ -379,8 +377,7 @@ fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trou
         (true, false) => "when the arm rests; with NOWAIT at once",
         (true, true) if waiting > 0.2 => "when the arm rests, with NOWAIT too",
         _ => "at once, with NOWAIT too",
-    }
-    .to_owned())
+    })
 }
 
 fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
@@ -410,7 +407,7 @@ fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
 
 /// The first position is in the coordinate system for certain; the second one has the same numbers. They are those of the place
 /// where the arm is, as MR tells them, with its posture.
-fn work_line(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.run("GLOBAL\r\nPSURV = POINT(0,0,0)\r\nEND\r\nPROGRAM SURVEY\r\nPSURV = HERE\r\nEND\r\n")?;
     let here = talk.variable("PSURV", POSITION)?;
     let (place, posture) = here.rsplit_once(' ').unwrap_or((&here, ""));
@@ -443,6 +440,5 @@ fn work_line(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         [true, false] => "the next one",
         [true, true] => "all that follow",
         [false, _] => "none",
-    }
-    .to_owned())
+    })
 }
