@@ -18,7 +18,7 @@ mod talk;
 
 pub use delays::Delays;
 pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
-pub use probe::{Ask, Class, Probe, Reading, Verdict};
+pub use probe::{Ask, Class, Probe, Verdict};
 pub use report::{Answer, Difference, MAX_REPORT, Report, ReportError, differences};
 pub use run::{Plan, Step, survey};
 pub use talk::{Heard, Trouble};

@@ -37,18 +37,14 @@ pub struct Answer {
 impl Answer {
     /// The answer of a controller from which this was heard.
     pub fn heard(probe: &Probe, heard: Heard) -> Answer {
-        match probe.reading(&heard) {
-            Some((reading, verdict)) => Answer {
-                sets: reading
-                    .sets
-                    .map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
-                heard,
-                ..Answer::without(probe, verdict, String::new())
-            },
-            None => Answer {
-                heard,
-                ..Answer::without(probe, Verdict::Unknown, "no reading that is known".to_owned())
-            },
+        let (verdict, sets, note) = match probe.judge(&heard) {
+            Some((verdict, sets)) => (verdict, sets, ""),
+            None => (Verdict::Unknown, None, "no reading that is known"),
+        };
+        Answer {
+            sets: sets.map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
+            heard,
+            ..Answer::without(probe, verdict, note.to_owned())
         }
     }
 

@@ -239,7 +239,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
 /// What was heard, if it was the same each time.
 fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     let mut first: Option<Heard> = None;
-    for _ in 0..probe.repeats.max(1) {
+    for _ in 0..probe.repeats() {
         let heard = ask_once(talk, probe)?;
         // Once is enough to see what was done.
         talk.written().keep();

@@ -1,6 +1,6 @@
 //! Questions that need a file of the survey's own name.
 
-use super::{ROW, decides, reading};
+use super::ROW;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
 use ts3100_proto::escape::parse;
@@ -8,7 +8,6 @@ use ts3100_proto::status::ca::decode_directory;
 
 const FILES: Probe = Probe {
     class: Class::Files,
-    repeats: 2,
     ..ROW
 };
 
@@ -31,7 +30,7 @@ pub(super) const PROBES: &[Probe] = &[
                 false => "other bytes",
             })
         }),
-        readings: &[reading("the same bytes"), reading("other bytes")],
+        readings: &["the same bytes", "other bytes"],
         ..FILES
     },
     Probe {
@@ -48,7 +47,7 @@ pub(super) const PROBES: &[Probe] = &[
                 None => "no such file",
             })
         }),
-        readings: &[reading("without EOF"), reading("with EOF")],
+        readings: &["without EOF", "with EOF"],
         is_public: false,
         ..FILES
     },
@@ -61,7 +60,7 @@ pub(super) const PROBES: &[Probe] = &[
             let found = talk.content(&format!("UL,{}", FILE.to_ascii_lowercase()))?;
             Ok(if found.is_some() { "found" } else { "NG" })
         }),
-        readings: &[reading("found"), reading("NG")],
+        readings: &["found", "NG"],
         ..FILES
     },
     Probe {
@@ -69,10 +68,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does a command end a download when it comes instead of a text of the file?",
         sends: "DL of TSSURVEY, half of a program, then EU",
         ask: Ask::Steps(command_in_download),
-        readings: &[
-            decides("the command is served", "dl.command_ends", "true"),
-            decides("it is a part of the file", "dl.command_ends", "false"),
-        ],
+        readings: &["the command is served", "it is a part of the file"],
+        decides: Some(("dl.command_ends", &["true", "false"])),
         is_public: false,
         ..FILES
     },
@@ -81,7 +78,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a file without DL?",
         sends: "FL without DL",
         ask: Ask::Bytes("<STX>FL,X<EOF><ETX>"),
-        readings: &[reading("NG"), reading("silence"), reading("OK")],
+        readings: &["NG", "silence", "OK"],
         ..FILES
     },
     Probe {
@@ -89,7 +86,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a file with a TAB refused?",
         sends: "DL of TSSURVEY with a TAB in it",
         ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n\tA = 1\r\nEND\r\n")),
-        readings: &[reading("refused"), reading("stored")],
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
@@ -97,7 +94,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a file with a byte from 80 hex on refused?",
         sends: "DL of TSSURVEY with a byte B0 hex in a comment",
         ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
-        readings: &[reading("refused"), reading("stored")],
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
@@ -111,7 +108,7 @@ pub(super) const PROBES: &[Probe] = &[
                 format!("PROGRAM SURVEY\r\n'{comment}\r\nEND\r\n").as_bytes(),
             )
         }),
-        readings: &[reading("refused"), reading("stored")],
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
@@ -123,7 +120,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.command(&format!("ER,{FILE}"))?;
             talk.reply(&format!("ER,{FILE}"))
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..FILES
     },
 ];

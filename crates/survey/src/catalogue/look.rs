@@ -1,6 +1,6 @@
 //! Questions that change nothing.
 
-use super::{ROW, decides, default_of_an_arm, reading};
+use super::ROW;
 use crate::forms;
 use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
@@ -32,10 +32,8 @@ pub(super) const PROBES: &[Probe] = &[
                 Checksum::Sum => "sum",
             })
         }),
-        readings: &[
-            decides("none", "text.checksum", "none"),
-            decides("sum", "text.checksum", "sum"),
-        ],
+        readings: &["none", "sum"],
+        decides: Some(("text.checksum", &["none", "sum"])),
         ..ROW
     },
     Probe {
@@ -43,11 +41,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a text without STX answered?",
         sends: "SU<CR><ETX>",
         ask: Ask::Bytes("SU<CR><ETX>"),
-        readings: &[
-            decides("answer without STX", "text.stx", "detect"),
-            decides("silence", "text.stx", "required"),
-            reading("answer"),
-        ],
+        readings: &["answer without STX", "silence", "answer"],
+        decides: Some(("text.stx", &["detect", "required"])),
         ..ROW
     },
     Probe {
@@ -55,10 +50,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command without CR served?",
         sends: "<STX>SU<ETX>",
         ask: Ask::Bytes("<STX>SU<ETX>"),
-        readings: &[
-            decides(ANSWERED, "text.require_cr", "false"),
-            decides("NG", "text.require_cr", "true"),
-        ],
+        readings: &[ANSWERED, "NG"],
+        decides: Some(("text.require_cr", &["false", "true"])),
         ..ROW
     },
     Probe {
@@ -66,8 +59,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command in lower case served?",
         sends: "<STX>su<CR><ETX>",
         ask: Ask::Bytes("<STX>su<CR><ETX>"),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &[ANSWERED, "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -75,8 +67,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does STX inside an unfinished text begin a new one?",
         sends: "<STX>VR<STX>SU<CR><ETX>",
         ask: Ask::Bytes("<STX>VR<STX>SU<CR><ETX>"),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &[ANSWERED, "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -84,8 +75,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a text of more than 253 data bytes?",
         sends: "<STX>AAA... 300 bytes<CR><ETX>",
         ask: Ask::Steps(over_long),
-        readings: &[reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["NG", "silence"],
         ..ROW
     },
     Probe {
@@ -93,12 +83,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command of more than 253 data bytes taken from two texts?",
         sends: "SU and 300 blanks, in two texts",
         ask: Ask::Steps(long_message),
-        readings: &[
-            reading("silence, answer"),
-            reading("NG, NG"),
-            reading("NG, silence"),
-        ],
-        repeats: 2,
+        readings: &["silence, answer", "NG, NG", "NG, silence"],
         ..ROW
     },
     Probe {
@@ -106,8 +91,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a command that does not exist?",
         sends: "ZZ",
         ask: Ask::Bytes("<STX>ZZ<CR><ETX>"),
-        readings: &[reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["NG", "silence"],
         ..ROW
     },
     Probe {
@@ -115,8 +99,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to an OK that nobody awaits?",
         sends: "OK",
         ask: Ask::Bytes("<STX>OK<CR><ETX>"),
-        readings: &[reading("silence"), reading("NG")],
-        repeats: 2,
+        readings: &["silence", "NG"],
         ..ROW
     },
     Probe {
@@ -124,8 +107,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes instead of the OK to a status?",
         sends: "SU, then SU again instead of OK",
         ask: Ask::Steps(command_in_exchange),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &[ANSWERED, "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -133,10 +115,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes within 50 ms after a text of the controller?",
         sends: "ZZ, and at once SU",
         ask: Ask::Steps(within_the_pause),
-        readings: &[
-            decides(ANSWERED, "strict_50ms", "false"),
-            decides("silence", "strict_50ms", "true"),
-        ],
+        readings: &[ANSWERED, "silence"],
+        decides: Some(("strict_50ms", &["false", "true"])),
         ..ROW
     },
     Probe {
@@ -144,11 +124,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What happens to a second connection to the same port?",
         sends: "a connection, and SU on it or on the first",
         ask: Ask::Word(second_connection),
-        readings: &[
-            decides("the first stays", "channel.second", "refuse"),
-            decides("the second replaces it", "channel.second", "replace"),
-            reading("both are served"),
-        ],
+        readings: &["the first stays", "the second replaces it", "both are served"],
+        decides: Some(("channel.second", &["refuse", "replace"])),
         ..ROW
     },
     Probe {
@@ -156,10 +133,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which form has SU?",
         sends: "SU",
         ask: Ask::Word(|talk| form(talk, "SU", forms::status)),
-        readings: &[
-            decides("one record", "su.layout", "one-record"),
-            decides("six records", "su.layout", "six-records"),
-        ],
+        readings: &["one record", "six records"],
+        decides: Some(("su.layout", &["one-record", "six-records"])),
         ..ROW
     },
     Probe {
@@ -167,10 +142,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which form has VR?",
         sends: "VR",
         ask: Ask::Word(|talk| form(talk, "VR", forms::versions)),
-        readings: &[
-            decides("blanks", "vr.layout", "blanks"),
-            decides("packed", "vr.layout", "packed"),
-        ],
+        readings: &["blanks", "packed"],
+        decides: Some(("vr.layout", &["blanks", "packed"])),
         ..ROW
     },
     Probe {
@@ -179,13 +152,12 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "CA",
         ask: Ask::Word(|talk| form(talk, "CA", forms::directory)),
         readings: &[
-            reading("one blank, alphabetical"),
-            reading("one blank, another order"),
-            reading("other blanks, alphabetical"),
-            reading("other blanks, another order"),
+            "one blank, alphabetical",
+            "one blank, another order",
+            "other blanks, alphabetical",
+            "other blanks, another order",
         ],
         is_public: false,
-        repeats: 2,
         ..ROW
     },
     Probe {
@@ -193,9 +165,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which form has EU?",
         sends: "EU",
         ask: Ask::Word(|talk| form(talk, "EU", forms::history)),
-        readings: &[reading("a count, and its errors")],
+        readings: &["a count, and its errors"],
         is_public: false,
-        repeats: 2,
         ..ROW
     },
     Probe {
@@ -203,11 +174,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "In how many texts does SF travel?",
         sends: "SF",
         ask: Ask::Word(|talk| Ok(talk.total_status()?.0)),
-        readings: &[
-            decides("one text, six axes", "sf.split", "one"),
-            decides("several texts, six axes", "sf.split", "several"),
-            default_of_an_arm(reading("one text, SCARA")),
-        ],
+        readings: &["one text, six axes", "several texts, six axes", "one text, SCARA"],
+        decides: Some(("sf.split", &["one", "several"])),
+        with_other_arm: Some("one text, SCARA"),
         is_public: false,
         ..ROW
     },
@@ -216,11 +185,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Are commands served that the six-axis manual does not have?",
         sends: "SM,1 and HI,1 8",
         ask: Ask::Word(extensions),
-        readings: &[
-            decides("served", "extensions", "true"),
-            decides("NG", "extensions", "false"),
-            default_of_an_arm(reading("served on a SCARA arm")),
-        ],
+        readings: &["served", "NG", "served on a SCARA arm"],
+        decides: Some(("extensions", &["true", "false"])),
+        with_other_arm: Some("served on a SCARA arm"),
         is_public: false,
         ..ROW
     },
@@ -238,8 +205,7 @@ pub(super) const PROBES: &[Probe] = &[
                 forms::OTHER.to_owned()
             })
         }),
-        readings: &[reading("14 items")],
-        repeats: 2,
+        readings: &["14 items"],
         ..ROW
     },
     Probe {
@@ -257,9 +223,8 @@ pub(super) const PROBES: &[Probe] = &[
                 forms::OTHER
             })
         }),
-        readings: &[reading("a decimal number")],
+        readings: &["a decimal number"],
         is_public: false,
-        repeats: 2,
         ..ROW
     },
     Probe {
@@ -281,9 +246,8 @@ pub(super) const PROBES: &[Probe] = &[
                 _ => forms::OTHER,
             })
         }),
-        readings: &[reading("80 bytes without EOF"), reading("80 bytes and EOF")],
+        readings: &["80 bytes without EOF", "80 bytes and EOF"],
         is_public: false,
-        repeats: 2,
         ..ROW
     },
     Probe {
@@ -299,9 +263,8 @@ pub(super) const PROBES: &[Probe] = &[
                 forms::OTHER
             })
         }),
-        readings: &[reading("records that end in CR")],
+        readings: &["records that end in CR"],
         is_public: false,
-        repeats: 2,
         ..ROW
     },
     Probe {
@@ -309,11 +272,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How do the lines of USER.PAR end?",
         sends: "UL,USER.PAR",
         ask: Ask::Word(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
-        readings: &[
-            decides("LF", "parameter.line_end", "lf"),
-            decides("CR", "parameter.line_end", "cr"),
-            reading("CR LF"),
-        ],
+        readings: &["LF", "CR", "CR LF"],
+        decides: Some(("parameter.line_end", &["lf", "cr"])),
         is_public: false,
         ..ROW
     },
@@ -325,10 +285,8 @@ pub(super) const PROBES: &[Probe] = &[
             let content = content(talk, "UL,ETHERNET.PAR")?;
             Ok(forms::open_mode(&content).unwrap_or_else(|| forms::OTHER.to_owned()))
         }),
-        readings: &[
-            decides("1 1 1 1", "drive.open_mode", "1 1 1 1"),
-            decides("*", "drive.open_mode", "*"),
-        ],
+        readings: &["1 1 1 1", "*"],
+        decides: Some(("drive.open_mode", &["1 1 1 1", "*"])),
         is_public: false,
         ..ROW
     },
@@ -337,10 +295,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Are characters received on HOST while the controller sends?",
         sends: "SU, and SU again while the answer comes; serial lines only",
         ask: Ask::Word(while_sending),
-        readings: &[
-            decides("lost", "serial.while_sending", "lost"),
-            decides("received", "serial.while_sending", "kept"),
-        ],
+        readings: &["lost", "received"],
+        decides: Some(("serial.while_sending", &["lost", "kept"])),
         ..ROW
     },
     Probe {
@@ -348,11 +304,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a text dropped after a pause of more than 10 s inside it?",
         sends: "SU with a pause of 6 s, and of 11 s, after STX",
         ask: Ask::Word(character_limit),
-        readings: &[
-            reading("served after 6 s, dropped after 11 s"),
-            reading("served after 11 s"),
-        ],
-        repeats: 1,
+        readings: &["served after 6 s, dropped after 11 s", "served after 11 s"],
+        is_slow: true,
         ..ROW
     },
 ];

@@ -1,8 +1,8 @@
 //! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis; these do
 //! not, but somebody stands at the emergency stop all the same.
 
+use super::ROW;
 use super::program::trust;
-use super::{ROW, decides, reading};
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -11,7 +11,6 @@ use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
 pub(super) const MOTION: Probe = Probe {
     class: Class::Motion,
-    repeats: 1,
     ..ROW
 };
 
@@ -33,10 +32,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How long does a DO that moves nothing show as running?",
         sends: "DO,R = 1, and SU a moment later, several times",
         ask: Ask::Steps(do_shown_running),
-        readings: &[
-            decides("200", "do.min_run", "200ms"),
-            decides("*", "do.min_run", "*ms"),
-        ],
+        readings: &["200", "*"],
+        decides: Some(("do.min_run", &["200ms", "*ms"])),
         ..MOTION
     },
     Probe {
@@ -53,7 +50,7 @@ pub(super) const PROBES: &[Probe] = &[
             let is_told = talk.take_stops() > 0;
             Ok(if trust(talk, is_told)? { "SP" } else { "none" })
         }),
-        readings: &[reading("none"), reading("SP")],
+        readings: &["none", "SP"],
         ..MOTION
     },
     Probe {
@@ -64,7 +61,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select(WAITS)?;
             talk.reply("DO,GOTO L1")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..MOTION
     },
     Probe {
@@ -90,11 +87,11 @@ pub(super) const PROBES: &[Probe] = &[
             ))
         }),
         readings: &[
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-            reading("stop (retry), SP"),
-            reading("stop (continue), SP"),
-            reading("NG"),
+            "stop (retry)",
+            "stop (continue)",
+            "stop (retry), SP",
+            "stop (continue), SP",
+            "NG",
         ],
         ..MOTION
     },
@@ -114,7 +111,7 @@ pub(super) const PROBES: &[Probe] = &[
                 _ => "FD does not show",
             })
         }),
-        readings: &[reading("it ends it"), reading("it stays")],
+        readings: &["it ends it", "it stays"],
         is_public: false,
         ..MOTION
     },
@@ -127,11 +124,7 @@ pub(super) const PROBES: &[Probe] = &[
             let hold = if status.feed_hold { ", still held" } else { "" };
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
-        readings: &[
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-            reading("running, still held"),
-        ],
+        readings: &["stop (retry)", "stop (continue)", "running, still held"],
         is_public: false,
         ..MOTION
     },
@@ -140,11 +133,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does SU show a program in feed hold as running?",
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
         ask: Ask::Word(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str())),
-        readings: &[
-            reading("running"),
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-        ],
+        readings: &["running", "stop (retry)", "stop (continue)"],
         is_public: false,
         ..MOTION
     },
@@ -162,7 +151,7 @@ pub(super) const PROBES: &[Probe] = &[
             }
             Ok(if is_held { "it stays" } else { "it ends it" })
         }),
-        readings: &[reading("it ends it"), reading("it stays")],
+        readings: &["it ends it", "it stays"],
         is_public: false,
         ..MOTION
     },
@@ -174,7 +163,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.command("EC,MODE CYCLE")?;
             talk.reply("EC,MODE CY")
         }),
-        readings: &[reading("OK"), reading("NG")],
+        readings: &["OK", "NG"],
         ..MOTION
     },
     Probe {
@@ -204,7 +193,7 @@ pub(super) const PROBES: &[Probe] = &[
                 _ => "no DC",
             })
         }),
-        readings: &[reading("it stays"), reading("it counts")],
+        readings: &["it stays", "it counts"],
         ..MOTION
     },
     Probe {
@@ -215,7 +204,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.command("SO")?;
             talk.reply("SO")
         }),
-        readings: &[reading("OK"), reading("NG")],
+        readings: &["OK", "NG"],
         ..MOTION
     },
     Probe {
@@ -223,10 +212,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How much later does every third servo-on take effect, in seconds?",
         sends: "BR, SO, SF, three times",
         ask: Ask::Steps(servo_interval),
-        readings: &[
-            decides("0", "servo.interval", "0s"),
-            decides("*", "servo.interval", "*s"),
-        ],
+        readings: &["0", "*"],
+        decides: Some(("servo.interval", &["0s", "*s"])),
         is_public: false,
         ..MOTION
     },

@@ -1,6 +1,6 @@
 //! Questions to the language, and to starts and stops. No axis moves.
 
-use super::{ROW, decides, default_of_an_arm, reading};
+use super::ROW;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
 use std::time::Duration;
@@ -8,7 +8,6 @@ use ts3100_proto::status::ExecutionStatus;
 
 pub(super) const PROGRAM: Probe = Probe {
     class: Class::Program,
-    repeats: 1,
     ..ROW
 };
 
@@ -39,7 +38,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does MR give what a program has assigned?",
         sends: "a program: R = 1234.5",
         ask: Ask::Value(computes!("R = 1234.5\r\n")),
-        readings: &[reading("1234.5")],
+        readings: &["1234.5"],
         ..PROGRAM
     },
     Probe {
@@ -47,12 +46,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is 7/2?",
         sends: "a program: R = 7/2",
         ask: Ask::Value(computes!("N = 7\r\nM = 2\r\nR = N/M\r\n")),
-        readings: &[
-            decides("3", "scol.int_division", "truncate"),
-            decides("3.5", "scol.int_division", "real"),
-            reading("4"),
-        ],
-        repeats: 2,
+        readings: &["3", "3.5", "4"],
+        decides: Some(("scol.int_division", &["truncate", "real"])),
         ..PROGRAM
     },
     Probe {
@@ -60,7 +55,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is -7/2?",
         sends: "a program: R = -7/2",
         ask: Ask::Value(computes!("N = -7\r\nM = 2\r\nR = N/M\r\n")),
-        readings: &[reading("-3"), reading("-3.5"), reading("-4")],
+        readings: &["-3", "-3.5", "-4"],
         ..PROGRAM
     },
     Probe {
@@ -68,7 +63,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does a variable that began as an integer stay one?",
         sends: "a program: N = 1, N = 2.7, R = N",
         ask: Ask::Value(computes!("N = 1\r\nN = 2.7\r\nR = N\r\n")),
-        readings: &[reading("2"), reading("2.7"), reading("3")],
+        readings: &["2", "2.7", "3"],
         ..PROGRAM
     },
     Probe {
@@ -76,12 +71,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "By how much may two reals differ and be equal?",
         sends: "a program: a search for the largest X with X == 0.0",
         ask: Ask::Steps(equal_within),
-        readings: &[
-            decides("0", "scol.equal_within", "0"),
-            default_of_an_arm(decides("0.001", "scol.equal_within", "0.001")),
-            decides("*", "scol.equal_within", "*"),
-        ],
-        repeats: 2,
+        readings: &["0", "0.001", "*"],
+        decides: Some(("scol.equal_within", &["0", "0.001", "*"])),
+        with_other_arm: Some("0.001"),
         ..PROGRAM
     },
     Probe {
@@ -89,11 +81,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is DIN of a number that no input has?",
         sends: "a program: R = DIN(999)",
         ask: Ask::Stops(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
-        readings: &[
-            decides("stopped", "scol.din_unknown", "alarm"),
-            decides("0", "scol.din_unknown", "zero"),
-        ],
-        repeats: 2,
+        readings: &["stopped", "0"],
+        decides: Some(("scol.din_unknown", &["alarm", "zero"])),
         ..PROGRAM
     },
     Probe {
@@ -103,7 +92,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Stops(
             "GLOBAL\r\nR = 7.0\r\nU\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN U = 1\r\nR = U\r\nEND\r\n",
         ),
-        readings: &[reading("stopped"), reading("0")],
+        readings: &["stopped", "0"],
         ..PROGRAM
     },
     Probe {
@@ -111,7 +100,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is the variable of FOR I = 1 TO 3 after the loop?",
         sends: "a program: FOR I = 1 TO 3, NEXT I, R = I",
         ask: Ask::Value(computes!("FOR I = 1 TO 3\r\nN = I\r\nNEXT I\r\nR = I\r\n")),
-        readings: &[reading("4"), reading("3")],
+        readings: &["4", "3"],
         ..PROGRAM
     },
     Probe {
@@ -119,7 +108,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How often runs FOR I = 3 TO 1?",
         sends: "a program: FOR I = 3 TO 1, R = R + 1, NEXT I",
         ask: Ask::Value(computes!("R = 0\r\nFOR I = 3 TO 1\r\nR = R + 1\r\nNEXT I\r\n")),
-        readings: &[reading("0"), reading("1")],
+        readings: &["0", "1"],
         ..PROGRAM
     },
     Probe {
@@ -130,11 +119,8 @@ pub(super) const PROBES: &[Probe] = &[
             "PSURV.X = 5\r\nSURVEY2\r\n",
             "PROGRAM SURVEY2\r\nR = PSURV.X\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3\r\nEND\r\n"
         )),
-        readings: &[
-            decides("5", "scol.data_copy", "false"),
-            decides("1", "scol.data_copy", "true"),
-        ],
-        repeats: 2,
+        readings: &["5", "1"],
+        decides: Some(("scol.data_copy", &["false", "true"])),
         ..PROGRAM
     },
     Probe {
@@ -144,7 +130,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Selects(
             "PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n",
         ),
-        readings: &[reading("refused"), reading("accepted")],
+        readings: &["refused", "accepted"],
         ..PROGRAM
     },
     Probe {
@@ -152,7 +138,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Do braces after WORK make a coordinate?",
         sends: "a program with WORK = {0,0,0}, selected",
         ask: Ask::Selects("PROGRAM SURVEY\r\nWORK = {0,0,0}\r\nEND\r\n"),
-        readings: &[reading("accepted"), reading("refused")],
+        readings: &["accepted", "refused"],
         ..PROGRAM
     },
     Probe {
@@ -160,7 +146,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a jump into a FOR loop refused?",
         sends: "a program with a GOTO into a loop, selected",
         ask: Ask::Selects("PROGRAM SURVEY\r\nGOTO L1\r\nFOR I = 1 TO 2\r\nL1: R = 1\r\nNEXT I\r\nEND\r\n"),
-        readings: &[reading("accepted"), reading("refused")],
+        readings: &["accepted", "refused"],
         ..PROGRAM
     },
     Probe {
@@ -170,7 +156,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Value(computes!(
             "F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n"
         )),
-        readings: &[reading("5"), reading("7")],
+        readings: &["5", "7"],
         ..PROGRAM
     },
     Probe {
@@ -181,7 +167,7 @@ pub(super) const PROBES: &[Probe] = &[
             "N = 1\r\nI = TASK(\"SURVEY2\")\r\nDELAY 0.2\r\nR = N\r\n",
             "PROGRAM SURVEY2\r\nN = 2\r\nEND\r\n"
         )),
-        readings: &[reading("1"), reading("2")],
+        readings: &["1", "2"],
         ..PROGRAM
     },
     Probe {
@@ -199,7 +185,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.run(&source)?;
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &[reading("-10"), reading("0"), reading("10")],
+        readings: &["-10", "0", "10"],
         is_public: false,
         ..PROGRAM
     },
@@ -215,7 +201,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.finish()?;
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &[reading("5"), reading("0")],
+        readings: &["5", "0"],
         ..PROGRAM
     },
     Probe {
@@ -232,7 +218,7 @@ pub(super) const PROBES: &[Probe] = &[
                 .is_some_and(|globals| globals.contains("SURV=5"));
             Ok(if is_written { "written" } else { "not written" })
         }),
-        readings: &[reading("written"), reading("not written")],
+        readings: &["written", "not written"],
         ..PROGRAM
     },
     Probe {
@@ -243,7 +229,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.command("RS,SEL")?;
             talk.reply("RN")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
@@ -259,7 +245,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.store(source)?;
             Ok(talk.status()?.execution.as_str())
         }),
-        readings: &[reading("stop (reset)"), reading("stop (continue)")],
+        readings: &["stop (reset)", "stop (continue)"],
         ..PROGRAM
     },
     Probe {
@@ -267,7 +253,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is REMAIN while the arm rests?",
         sends: "a program: R = REMAIN",
         ask: Ask::Value(computes!("R = REMAIN\r\n")),
-        readings: &[reading("0"), reading("100")],
+        readings: &["0", "100"],
         ..PROGRAM
     },
     Probe {
@@ -275,7 +261,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which number has the first task?",
         sends: "a program: R = TID",
         ask: Ask::Value(computes!("R = TID\r\n")),
-        readings: &[reading("1"), reading("0")],
+        readings: &["1", "0"],
         ..PROGRAM
     },
     Probe {
@@ -283,7 +269,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What does TIMER count?",
         sends: "a program: TIMER = 0, DELAY 1, R = INT(TIMER + 0.5)",
         ask: Ask::Value(computes!("TIMER = 0\r\nDELAY 1\r\nR = INT(TIMER + 0.5)\r\n")),
-        readings: &[reading("1"), reading("10"), reading("100"), reading("1000")],
+        readings: &["1", "10", "100", "1000"],
         ..PROGRAM
     },
     Probe {
@@ -293,7 +279,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Value(computes!(
             "TIMER = 0\r\nFOR I = 1 TO 500\r\nNEXT I\r\nR = TIMER\r\n"
         )),
-        readings: &[reading("0.05"), reading("*")],
+        readings: &["0.05", "*"],
         ..PROGRAM
     },
     Probe {
@@ -304,7 +290,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             talk.reply("RS,CYC")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
@@ -315,7 +301,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             talk.reply(&format!("ER,{FILE}"))
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
@@ -328,11 +314,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.command("SP")?;
             Ok(talk.finish()?.map_or("running", ExecutionStatus::as_str))
         }),
-        readings: &[
-            reading("stop (continue)"),
-            reading("stop (retry)"),
-            reading("stop (reset)"),
-        ],
+        readings: &["stop (continue)", "stop (retry)", "stop (reset)"],
         ..PROGRAM
     },
     Probe {
@@ -340,11 +322,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Where does a program continue that SP has stopped inside a WAIT?",
         sends: "a program: WAIT for what never comes, R = 1; RN, SP, RN",
         ask: Ask::Word(wait_after_stop),
-        readings: &[
-            decides("after the WAIT", "wait.after_stop", "next"),
-            decides("at the WAIT", "wait.after_stop", "again"),
-        ],
-        repeats: 2,
+        readings: &["after the WAIT", "at the WAIT"],
+        decides: Some(("wait.after_stop", &["next", "again"])),
         ..PROGRAM
     },
     Probe {
@@ -353,12 +332,12 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program that ends, on connections with texts of each form",
         ask: Ask::Word(unsolicited_stop),
         readings: &[
-            decides("not to a host without STX", "sp.unsolicited", "auto"),
-            decides("to every host", "sp.unsolicited", "true"),
-            decides("never", "sp.unsolicited", "false"),
-            reading("to hosts with STX, and no other is served"),
+            "not to a host without STX",
+            "to every host",
+            "never",
+            "to hosts with STX, and no other is served",
         ],
-        repeats: 2,
+        decides: Some(("sp.unsolicited", &["auto", "true", "false"])),
         ..PROGRAM
     },
 ];

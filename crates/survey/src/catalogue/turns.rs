@@ -2,7 +2,6 @@
 //! a millimetre. Somebody stands at the emergency stop.
 
 use super::motion::{MOTION, arm_status};
-use super::{decides, reading};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -39,10 +38,10 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "DO,MOVEI n, 5 WITH SPEED = 1 for the last axis n (10 for a SCARA); SM,1 until it has ended",
         ask: Ask::Word(|talk| turned(talk, quick_status_motion)),
         readings: &[
-            reading("DS is 1 meanwhile, DC counts at the end"),
-            reading("DS is 1 meanwhile, DC counts at the beginning"),
-            reading("DS is 1 meanwhile, DC stays"),
-            reading("DS stays 0"),
+            "DS is 1 meanwhile, DC counts at the end",
+            "DS is 1 meanwhile, DC counts at the beginning",
+            "DS is 1 meanwhile, DC stays",
+            "DS stays 0",
         ],
         ..TURNS
     },
@@ -51,11 +50,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does SU show a motion by DO as running until the arm rests?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
         ask: Ask::Word(|talk| turned(talk, status_in_motion)),
-        readings: &[
-            reading("until it rests"),
-            reading("not to its end"),
-            reading("it shows as stopped"),
-        ],
+        readings: &["until it rests", "not to its end", "it shows as stopped"],
         ..TURNS
     },
     Probe {
@@ -64,9 +59,9 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; FD, SF twice, FD, SF",
         ask: Ask::Word(|talk| turned(talk, feed_hold_motion)),
         readings: &[
-            reading("it is held, and goes on"),
-            reading("it is held, and given up"),
-            reading("it is not held"),
+            "it is held, and goes on",
+            "it is held, and given up",
+            "it is not held",
         ],
         ..TURNS
     },
@@ -76,10 +71,10 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, SP, SF",
         ask: Ask::Steps(|talk| turned(talk, |talk, turn| stopped_motion(talk, turn, "SP"))),
         readings: &[
-            reading("it ends, stop (continue)"),
-            reading("it is cut, stop (continue)"),
-            reading("it is cut, stop (retry)"),
-            reading("it ends, stop (retry)"),
+            "it ends, stop (continue)",
+            "it is cut, stop (continue)",
+            "it is cut, stop (retry)",
+            "it ends, stop (retry)",
         ],
         ..TURNS
     },
@@ -104,10 +99,10 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &[
-            reading("it is cut, stop (retry); the next start goes on to the same end"),
-            reading("it is cut, stop (retry); the next start begins again"),
-            reading("it is cut, stop (continue); the next start gives it up"),
-            reading("it is cut, stop (continue); the next start goes on to the same end"),
+            "it is cut, stop (retry); the next start goes on to the same end",
+            "it is cut, stop (retry); the next start begins again",
+            "it is cut, stop (continue); the next start gives it up",
+            "it is cut, stop (continue); the next start goes on to the same end",
         ],
         ..TURNS
     },
@@ -117,9 +112,9 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "two programs: TIMER = 0, MOVEI n, 5 WITH SPEED = 1, R = TIMER; one of them with ENABLE NOWAIT",
         ask: Ask::Word(|talk| turned(talk, statement_after_motion)),
         readings: &[
-            reading("when the arm rests; with NOWAIT at once"),
-            reading("when the arm rests, with NOWAIT too"),
-            reading("at once, with NOWAIT too"),
+            "when the arm rests; with NOWAIT at once",
+            "when the arm rests, with NOWAIT too",
+            "at once, with NOWAIT too",
         ],
         ..TURNS
     },
@@ -129,9 +124,9 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, MOVEI n, -5 WITH SPEED = 5; RN, SF",
         ask: Ask::Steps(|talk| turned(talk, lines_in_motion)),
         readings: &[
-            reading("execution: the first; analysis: the second"),
-            reading("execution: the first; analysis: the first"),
-            reading("execution: the second; analysis: the second"),
+            "execution: the first; analysis: the second",
+            "execution: the first; analysis: the first",
+            "execution: the second; analysis: the second",
         ],
         ..TURNS
     },
@@ -140,10 +135,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "For how many positions does a WORK line of the DATA block hold?",
         sends: "a program that puts HERE into a global, MR of it; a program that moves by 1 mm to a position after WORK, to the next one, and back, WITH SPEED = 5",
         ask: Ask::Word(work_line),
-        readings: &[
-            decides("the next one", "scol.sticky_work", "false"),
-            decides("all that follow", "scol.sticky_work", "true"),
-        ],
+        readings: &["the next one", "all that follow"],
+        decides: Some(("scol.sticky_work", &["false", "true"])),
         ..TURNS
     },
 ];
