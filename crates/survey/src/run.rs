@@ -1,7 +1,7 @@
 //! Asks a controller, question by question.
 
 use crate::catalogue;
-use crate::peer::{Peer, PeerError};
+use crate::peer::{Line, Peer, PeerError};
 use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
 use crate::talk::{FILE, Heard, PATIENCE, QUIET, Talk, Trouble};
@@ -364,7 +364,7 @@ fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<Str
     }
     // Something that came late must not keep the rest from being put back.
     let quiet = Duration::from_secs(1);
-    let _late = talk.rest_of_burst().and_then(|_| talk.wait(quiet));
+    let _late = talk.listen(Line::Commands, PATIENCE).map(|_| talk.wait(quiet));
     let class = if before.has_changed_selection {
         Class::Program
     } else {

@@ -197,21 +197,12 @@ impl<'a> Talk<'a> {
         self.peer.close(line);
     }
 
-    /// What comes on another connection until it is quiet; an error when it has ended.
+    /// What comes on a connection until it is quiet, not cut into texts.
     ///
     /// # Errors
     /// The controller has closed it.
     pub fn listen(&mut self, line: Line, wait: Duration) -> Result<Vec<u8>, PeerError> {
-        let (mut heard, mut until) = (Vec::new(), self.now() + wait);
-        while self.now() < until {
-            let bytes = self.receive(line, until)?;
-            if !bytes.is_empty() {
-                until = self.now() + QUIET;
-                heard.extend(bytes);
-            }
-        }
-        self.note('<', &heard);
-        Ok(heard)
+        self.bytes(line, wait, usize::MAX)
     }
 
     /// Sends on another connection.
@@ -322,14 +313,19 @@ impl<'a> Talk<'a> {
         encode_text(data.as_bytes(), Framing::Stx, self.checksum)
     }
 
+    /// Sends a command after the usual pause.
+    fn send(&mut self, command: &str) -> Result<(), Trouble> {
+        self.pause()?;
+        let text = self.text(&format!("{command}\r"));
+        self.send_at_once(&text)
+    }
+
     /// The data section of the answer to a command.
     ///
     /// # Errors
     /// None came.
     pub fn ask(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
-        let sent = self.text(&format!("{command}\r"));
-        self.pause()?;
-        self.send_at_once(&sent)?;
+        self.send(command)?;
         let begun = self.now();
         let heard = self.hear(PATIENCE)?;
         let answer = heard.ok_or_else(|| Trouble::Surprise(format!("no answer to {command}")))?;
@@ -385,9 +381,7 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// Something came before.
     pub fn acknowledge(&mut self) -> Result<(), Trouble> {
-        self.pause()?;
-        let text = self.text("OK\r");
-        self.send_at_once(&text)
+        self.send("OK")
     }
 
     /// The content of a file or status; `None` for NG.
@@ -400,6 +394,15 @@ impl<'a> Talk<'a> {
             return Ok(None);
         }
         self.rest_of_content(command, first).map(Some)
+    }
+
+    /// The content of a file or status.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn file(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+        let content = self.content(command)?;
+        content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
     }
 
     /// The content of a file whose first text has come.
@@ -437,6 +440,15 @@ impl<'a> Talk<'a> {
     pub fn kind_of_answer(&mut self, bytes: &[u8]) -> Result<Heard, Trouble> {
         let heard = self.exchange(bytes)?;
         self.kind(heard)
+    }
+
+    /// The same for a text with this data section.
+    ///
+    /// # Errors
+    /// Those of [`Talk::kind_of_answer`].
+    pub fn kind_of_answer_to(&mut self, data: &str) -> Result<Heard, Trouble> {
+        let text = self.text(data);
+        self.kind_of_answer(&text)
     }
 
     /// The kind of a text. What has to be acknowledged is acknowledged.
@@ -480,7 +492,8 @@ impl<'a> Talk<'a> {
         self.acknowledge()?;
         if form.starts_with("several") {
             burst.pop();
-            burst.extend(self.rest_of_burst()?.into_iter().skip(begin));
+            let rest = self.listen(Line::Commands, PATIENCE)?;
+            burst.extend(rest.into_iter().skip(begin));
             self.acknowledge()?;
         }
         Ok((form, burst.split_off(burst.len().min(begin + b"FL,".len()))))
@@ -520,11 +533,9 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// Nothing came.
     pub fn burst(&mut self, command: &'static str) -> Result<Vec<u8>, Trouble> {
-        let sent = self.text(&format!("{command}\r"));
-        self.pause()?;
-        self.send_at_once(&sent)?;
+        self.send(command)?;
         let enough = self.lengths.get(command).copied();
-        let heard = self.bytes(enough.unwrap_or(usize::MAX))?;
+        let heard = self.bytes(Line::Commands, PATIENCE, enough.unwrap_or(usize::MAX))?;
         if heard.is_empty() {
             return Err(Trouble::Surprise(format!("no answer to {command}")));
         }
@@ -532,23 +543,17 @@ impl<'a> Talk<'a> {
         Ok(heard)
     }
 
-    /// Bytes that come until the line is quiet.
-    ///
-    /// # Errors
-    /// The connection has ended.
-    pub fn rest_of_burst(&mut self) -> Result<Vec<u8>, Trouble> {
-        self.bytes(usize::MAX)
-    }
-
-    /// Bytes that come until there are enough, or the line is quiet.
-    fn bytes(&mut self, enough: usize) -> Result<Vec<u8>, Trouble> {
-        let (mut heard, mut until) = (Vec::new(), self.now() + PATIENCE);
+    /// Bytes that come until there are enough, or the line is quiet; for the first of them it waits longer.
+    fn bytes(&mut self, line: Line, wait: Duration, enough: usize) -> Result<Vec<u8>, PeerError> {
+        let (mut heard, mut until) = (Vec::new(), self.now() + wait);
         while self.now() < until && heard.len() < enough {
-            let bytes = self.receive(Line::Commands, until)?;
+            let bytes = self.receive(line, until)?;
             if !bytes.is_empty() {
-                self.last = self.now();
-                until = self.last + QUIET;
+                until = self.now() + QUIET;
                 heard.extend(bytes);
+                if line == Line::Commands {
+                    self.last = self.now();
+                }
             }
         }
         self.note('<', &heard);
@@ -571,8 +576,7 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// It does not answer SU, or in no form that is known.
     pub fn status(&mut self) -> Result<StatusBody, Trouble> {
-        let content = self.content("SU")?;
-        let content = content.ok_or_else(|| Trouble::Refused("SU got NG".to_owned()))?;
+        let content = self.file("SU")?;
         let status = StatusBody::decode(&content)
             .map_err(|error| Trouble::Surprise(format!("the answer to SU: {error}")))?;
         let modes = (status.master_mode, status.run_mode);

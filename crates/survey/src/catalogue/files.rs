@@ -3,7 +3,6 @@
 use super::ROW;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
-use ts3100_proto::escape::parse;
 use ts3100_proto::status::ca::decode_directory;
 
 const FILES: Probe = Probe {
@@ -127,9 +126,7 @@ pub(super) const PROBES: &[Probe] = &[
 
 /// The size of the survey's file in the directory.
 pub(crate) fn size(talk: &mut Talk<'_>) -> Result<Option<usize>, Trouble> {
-    let content = talk.content("CA")?;
-    let content = content.ok_or_else(|| Trouble::Refused("CA got NG".to_owned()))?;
-    let entries = decode_directory(&content)
+    let entries = decode_directory(&talk.file("CA")?)
         .map_err(|_| Trouble::Surprise("the answer to CA has no form that is known".to_owned()))?;
     let mine = entries.iter().find(|entry| entry.name == FILE);
     Ok(mine.and_then(|entry| usize::try_from(entry.size).ok()))
@@ -144,19 +141,14 @@ fn stored(talk: &mut Talk<'_>, content: &[u8]) -> Result<&'static str, Trouble> 
 
 fn command_in_download(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.command(&format!("DL,{FILE}"))?;
-    let text = talk.text("FL,PROGRAM SURVEY\r");
-    if talk.kind_of_answer(&text)? != "OK" {
+    if talk.kind_of_answer_to("FL,PROGRAM SURVEY\r")? != "OK" {
         return Err(Trouble::Refused("the file was refused".to_owned()));
     }
-    let text = talk.text("EU\r");
-    match talk.kind_of_answer(&text)?.as_str() {
+    match talk.kind_of_answer_to("EU\r")?.as_str() {
         "answer" => Ok("the command is served".to_owned()),
         "OK" => {
             // The download goes on: its end makes a file of it.
-            let end = talk.text(&String::from_utf8_lossy(
-                &parse("END<CR><EOF>").unwrap_or_default(),
-            ));
-            let heard = talk.kind_of_answer(&end)?;
+            let heard = talk.kind_of_answer_to("END\r\x1a")?;
             Ok(match heard.as_str() {
                 "OK" => "it is a part of the file".to_owned(),
                 other => format!("OK, and then {other}"),

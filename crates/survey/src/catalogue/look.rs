@@ -196,7 +196,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which form has SM?",
         sends: "SM,1",
         ask: Ask::Steps(|talk| {
-            let content = content(talk, "SM,1")?;
+            let content = talk.file("SM,1")?;
             let items = content.split(|byte| *byte == b' ').count();
             let is_known = ts3100_proto::status::sm::QuickStatus::decode(&content).is_ok();
             Ok(if is_known {
@@ -213,7 +213,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How does HI write the state of eight inputs?",
         sends: "HI,1 8",
         ask: Ask::Word(|talk| {
-            let content = content(talk, "HI,1 8")?;
+            let content = talk.file("HI,1 8")?;
             let text = String::from_utf8_lossy(&content);
             let digits = text.trim_end_matches('\r');
             let is_number = digits.parse::<u8>().is_ok() && !digits.starts_with('+');
@@ -255,7 +255,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which form has MN?",
         sends: "MN",
         ask: Ask::Word(|talk| {
-            let content = content(talk, "MN")?;
+            let content = talk.file("MN")?;
             let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
             Ok(if is_known {
                 "records that end in CR"
@@ -282,7 +282,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How are the channels opened?",
         sends: "UL,ETHERNET.PAR",
         ask: Ask::Steps(|talk| {
-            let content = content(talk, "UL,ETHERNET.PAR")?;
+            let content = talk.file("UL,ETHERNET.PAR")?;
             Ok(forms::open_mode(&content).unwrap_or_else(|| forms::OTHER.to_owned()))
         }),
         readings: &["1 1 1 1", "*"],
@@ -310,33 +310,24 @@ pub(super) const PROBES: &[Probe] = &[
     },
 ];
 
-/// The content of a status.
-fn content(talk: &mut Talk<'_>, command: &str) -> Result<Vec<u8>, Trouble> {
-    let content = talk.content(command)?;
-    content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
-}
-
 fn form(
     talk: &mut Talk<'_>,
     command: &str,
     form: fn(&[u8]) -> &'static str,
 ) -> Result<&'static str, Trouble> {
-    Ok(form(&content(talk, command)?))
+    Ok(form(&talk.file(command)?))
 }
 
 fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    let text = talk.text(&format!("{}\r", "A".repeat(TOO_LONG)));
-    talk.kind_of_answer(&text)
+    talk.kind_of_answer_to(&format!("{}\r", "A".repeat(TOO_LONG)))
 }
 
 /// The first text is full, the second one has the end.
 fn long_message(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let message = format!("SU{}\r", " ".repeat(TOO_LONG));
     let (first, second) = message.split_at(MAX_DATA);
-    let first = talk.text(first);
-    let first = talk.kind_of_answer(&first)?;
-    let second = talk.text(second);
-    let second = talk.kind_of_answer(&second)?;
+    let first = talk.kind_of_answer_to(first)?;
+    let second = talk.kind_of_answer_to(second)?;
     Ok(format!("{first}, {second}"))
 }
 
@@ -345,8 +336,7 @@ fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if !first.starts_with(b"FL,") {
         return Err(Trouble::Refused("SU got NG".to_owned()));
     }
-    let text = talk.text("SU\r");
-    talk.kind_of_answer(&text)
+    talk.kind_of_answer_to("SU\r")
 }
 
 fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {

@@ -174,8 +174,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select(WAITS)?;
             let mut counts = Vec::new();
             for _ in 0..2 {
-                let content = talk.content("SM,1")?;
-                let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+                let content = talk.file("SM,1")?;
                 let text = String::from_utf8_lossy(&content).into_owned();
                 counts.push(
                     text.split(' ')

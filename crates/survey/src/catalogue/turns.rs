@@ -250,8 +250,7 @@ fn too_fast() -> Trouble {
 
 /// DC and DS.
 fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
-    let content = talk.content("SM,1")?;
-    let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+    let content = talk.file("SM,1")?;
     let text = String::from_utf8_lossy(&content).into_owned();
     let item = |name| text.split_whitespace().find_map(|item| item.strip_prefix(name));
     match (item("DC"), item("DS")) {
