@@ -35,17 +35,27 @@ pub fn versions(content: &[u8]) -> &'static str {
     }
 }
 
+/// The records of VR.
+pub fn version_records(content: &[u8]) -> Vec<String> {
+    let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
+    records(content).map(text).collect()
+}
+
+fn records(content: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let records = content.split(|byte| *byte == CR);
+    records.filter(|record| !record.is_empty())
+}
+
 /// The form of CA: `one blank, alphabetical`, or what differs.
 pub fn directory(content: &[u8]) -> &'static str {
     let Ok(entries) = decode_directory(content) else {
         return OTHER;
     };
-    let records = content
-        .split(|byte| *byte == CR)
-        .filter(|record| !record.is_empty());
     let blanks = |record: &[u8]| record.iter().filter(|byte| **byte == b' ').count() == 1;
-    let is_single = records.clone().all(blanks);
-    match (is_single, entries.is_sorted_by(|a, b| a.name <= b.name)) {
+    match (
+        records(content).all(blanks),
+        entries.is_sorted_by(|a, b| a.name <= b.name),
+    ) {
         (true, true) => "one blank, alphabetical",
         (true, false) => "one blank, another order",
         (false, true) => "other blanks, alphabetical",

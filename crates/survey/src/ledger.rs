@@ -223,15 +223,17 @@ pub fn remaining(report: &Report) -> impl Iterator<Item = Row> {
 }
 
 fn weakest(text: &str) -> Evidence {
-    let words = [
-        ("assumed", Evidence::Assumed),
-        ("inferred", Evidence::Inferred),
-        ("observed", Evidence::Observed),
-        ("stated", Evidence::Stated),
-        ("ours", Evidence::Ours),
+    let weakest_first = [
+        Evidence::Assumed,
+        Evidence::Inferred,
+        Evidence::Observed,
+        Evidence::Stated,
+        Evidence::Ours,
     ];
-    let found = words.into_iter().find(|(word, _)| text.contains(word));
-    found.map_or(Evidence::Stated, |(_, evidence)| evidence)
+    let mut found = weakest_first
+        .into_iter()
+        .filter(|evidence| text.contains(evidence.word()));
+    found.next().unwrap_or(Evidence::Stated)
 }
 
 #[cfg(test)]

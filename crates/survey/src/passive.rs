@@ -275,11 +275,7 @@ impl<'a> Passive<'a> {
             }
             "VR" => {
                 self.evidence.hear("versions-form", forms::versions(content));
-                let records = content
-                    .split(|byte| *byte == CR)
-                    .filter(|record| !record.is_empty());
-                let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
-                self.evidence.versions = records.map(text).collect();
+                self.evidence.versions = forms::version_records(content);
             }
             "EU" => self.evidence.hear("history-form", forms::history(content)),
             "CA" => self.evidence.hear("directory-form", forms::directory(content)),

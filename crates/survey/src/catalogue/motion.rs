@@ -172,23 +172,13 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "SM,1, DO,R = 1, SM,1",
         ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
-            let mut counts = Vec::new();
-            for _ in 0..2 {
-                let content = talk.file("SM,1")?;
-                let text = String::from_utf8_lossy(&content).into_owned();
-                counts.push(
-                    text.split(' ')
-                        .find(|item| item.starts_with("DC"))
-                        .map(str::to_owned),
-                );
-                if counts.len() == 1 {
-                    talk.command("DO,R = 1")?;
-                    talk.until_stopped(LONGEST_DO)?;
-                }
-            }
-            Ok(match counts.as_slice() {
-                [Some(first), Some(second)] if first == second => "it stays",
-                [Some(_), Some(_)] => "it counts",
+            let before = executed(talk)?;
+            talk.command("DO,R = 1")?;
+            talk.until_stopped(LONGEST_DO)?;
+            let after = executed(talk)?;
+            Ok(match (&before, &after) {
+                (Some(_), Some(_)) if before == after => "it stays",
+                (Some(_), Some(_)) => "it counts",
                 _ => "no DC",
             })
         }),
@@ -233,6 +223,14 @@ pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus)
 
 fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
     Ok(arm_status(talk)?.1)
+}
+
+/// DC of SM.
+fn executed(talk: &mut Talk<'_>) -> Result<Option<String>, Trouble> {
+    let content = talk.file("SM,1")?;
+    let text = String::from_utf8_lossy(&content);
+    let mut items = text.split(' ').filter(|item| item.starts_with("DC"));
+    Ok(items.next().map(str::to_owned))
 }
 
 /// Holds a program and stops it: the status while it is held, and after SP.
