@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_proto::command::RunMode;
-use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::STOP;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
@@ -31,8 +30,6 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) const QUIET: Duration = Duration::from_millis(300);
 /// How soon an interruption is noticed.
 const PROMPT: Duration = Duration::from_millis(100);
-/// Largest content that is taken from a controller.
-const MAX_CONTENT: usize = 1024 * 1024;
 /// The file of the survey on the RAM drive.
 pub(crate) const FILE: &str = "TSSURVEY";
 
@@ -382,55 +379,6 @@ impl<'a> Talk<'a> {
     /// Something came before.
     pub fn acknowledge(&mut self) -> Result<(), Trouble> {
         self.send("OK")
-    }
-
-    /// The content of a file or status; `None` for NG.
-    ///
-    /// # Errors
-    /// The answer is neither.
-    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, Trouble> {
-        let first = self.ask(command)?;
-        if first == b"NG\r" {
-            return Ok(None);
-        }
-        self.rest_of_content(command, first).map(Some)
-    }
-
-    /// The content of a file or status.
-    ///
-    /// # Errors
-    /// NG is a refusal.
-    pub fn file(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
-        let content = self.content(command)?;
-        content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
-    }
-
-    /// The content of a file whose first text has come.
-    ///
-    /// # Errors
-    /// The texts are not those of a file.
-    pub fn rest_of_content(&mut self, command: &str, first: Vec<u8>) -> Result<Vec<u8>, Trouble> {
-        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
-        let mut data = first;
-        loop {
-            match receiver.push(&data) {
-                Received::Refused(reason) => {
-                    return Err(Trouble::Surprise(format!("the answer to {command}: {reason}")));
-                }
-                Received::Complete(content) => {
-                    self.acknowledge()?;
-                    return Ok(content);
-                }
-                Received::More => {
-                    self.acknowledge()?;
-                    let next = self.hear(PATIENCE)?;
-                    let next = next.ok_or_else(|| {
-                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
-                    })?;
-                    data = next.data.to_vec();
-                }
-            }
-        }
     }
 
     /// Sends these bytes and tells what kind of text comes back: `answer`, `OK`, `NG` or `silence`.
