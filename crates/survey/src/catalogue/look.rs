@@ -21,6 +21,12 @@ const TOO_LONG: usize = 300;
 /// Alphabet of what is heard when any text comes back.
 const ANSWERED: &str = "answer";
 
+/// One whose answers show what is the user's.
+const PRIVATE: Probe = Probe {
+    is_public: false,
+    ..ROW
+};
+
 pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "checksum",
@@ -157,8 +163,7 @@ pub(super) const PROBES: &[Probe] = &[
             "other blanks, alphabetical",
             "other blanks, another order",
         ],
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "history-form",
@@ -166,8 +171,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "EU",
         ask: Ask::Word(|talk| form(talk, "EU", forms::history)),
         readings: &["a count, and its errors"],
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "total-status-texts",
@@ -177,8 +181,7 @@ pub(super) const PROBES: &[Probe] = &[
         readings: &["one text, six axes", "several texts, six axes", "one text, SCARA"],
         decides: Some(("sf.split", &["one", "several"])),
         with_other_arm: Some("one text, SCARA"),
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "extensions",
@@ -188,8 +191,7 @@ pub(super) const PROBES: &[Probe] = &[
         readings: &["served", "NG", "served on a SCARA arm"],
         decides: Some(("extensions", &["true", "false"])),
         with_other_arm: Some("served on a SCARA arm"),
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "quick-status-form",
@@ -224,8 +226,7 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &["a decimal number"],
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "line-words",
@@ -247,8 +248,7 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &["80 bytes without EOF", "80 bytes and EOF"],
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "maintenance-form",
@@ -264,8 +264,7 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &["records that end in CR"],
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "parameter-line-end",
@@ -274,8 +273,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Word(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
         readings: &["LF", "CR", "CR LF"],
         decides: Some(("parameter.line_end", &["lf", "cr"])),
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "open-mode",
@@ -287,8 +285,7 @@ pub(super) const PROBES: &[Probe] = &[
         }),
         readings: &["1 1 1 1", "*"],
         decides: Some(("drive.open_mode", &["1 1 1 1", "*"])),
-        is_public: false,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "while-sending",

@@ -9,9 +9,15 @@ use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
-pub(super) const MOTION: Probe = Probe {
+const MOTION: Probe = Probe {
     class: Class::Motion,
     ..ROW
+};
+
+/// One whose answers show positions.
+pub(super) const PRIVATE: Probe = Probe {
+    is_public: false,
+    ..MOTION
 };
 
 /// Longest time that a DO without a motion may show as running.
@@ -112,8 +118,7 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &["it ends it", "it stays"],
-        is_public: false,
-        ..MOTION
+        ..PRIVATE
     },
     Probe {
         id: "stop-in-feed-hold",
@@ -125,8 +130,7 @@ pub(super) const PROBES: &[Probe] = &[
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
         readings: &["stop (retry)", "stop (continue)", "running, still held"],
-        is_public: false,
-        ..MOTION
+        ..PRIVATE
     },
     Probe {
         id: "feed-hold-running",
@@ -134,8 +138,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
         ask: Ask::Word(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str())),
         readings: &["running", "stop (retry)", "stop (continue)"],
-        is_public: false,
-        ..MOTION
+        ..PRIVATE
     },
     Probe {
         id: "reset-ends-feed-hold",
@@ -152,8 +155,7 @@ pub(super) const PROBES: &[Probe] = &[
             Ok(if is_held { "it stays" } else { "it ends it" })
         }),
         readings: &["it ends it", "it stays"],
-        is_public: false,
-        ..MOTION
+        ..PRIVATE
     },
     Probe {
         id: "mode-abbreviation",
@@ -203,8 +205,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(servo_interval),
         readings: &["0", "*"],
         decides: Some(("servo.interval", &["0s", "*s"])),
-        is_public: false,
-        ..MOTION
+        ..PRIVATE
     },
 ];
 

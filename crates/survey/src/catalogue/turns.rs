@@ -1,7 +1,7 @@
 //! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %; one moves the arm by
 //! a millimetre. Somebody stands at the emergency stop.
 
-use super::motion::{MOTION, arm_status};
+use super::motion::{PRIVATE, arm_status};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -26,11 +26,6 @@ const POSITION: u8 = 4;
 /// The first statement of [`program`] is on this line.
 const FIRST_LINE: u16 = 7;
 
-const TURNS: Probe = Probe {
-    is_public: false,
-    ..MOTION
-};
-
 pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "quick-status-motion",
@@ -43,7 +38,7 @@ pub(super) const PROBES: &[Probe] = &[
             "DS is 1 meanwhile, DC stays",
             "DS stays 0",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "status-in-motion",
@@ -51,7 +46,7 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
         ask: Ask::Word(|talk| turned(talk, status_in_motion)),
         readings: &["until it rests", "not to its end", "it shows as stopped"],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "feed-hold-motion",
@@ -63,7 +58,7 @@ pub(super) const PROBES: &[Probe] = &[
             "it is held, and given up",
             "it is not held",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "stop-in-motion",
@@ -76,7 +71,7 @@ pub(super) const PROBES: &[Probe] = &[
             "it is cut, stop (retry)",
             "it ends, stop (retry)",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "break-in-motion",
@@ -104,7 +99,7 @@ pub(super) const PROBES: &[Probe] = &[
             "it is cut, stop (continue); the next start gives it up",
             "it is cut, stop (continue); the next start goes on to the same end",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "statement-after-motion",
@@ -116,7 +111,7 @@ pub(super) const PROBES: &[Probe] = &[
             "when the arm rests, with NOWAIT too",
             "at once, with NOWAIT too",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "lines-in-motion",
@@ -128,7 +123,7 @@ pub(super) const PROBES: &[Probe] = &[
             "execution: the first; analysis: the first",
             "execution: the second; analysis: the second",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "work-line",
@@ -137,7 +132,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Word(work_line),
         readings: &["the next one", "all that follow"],
         decides: Some(("scol.sticky_work", &["false", "true"])),
-        ..TURNS
+        ..PRIVATE
     },
 ];
 
@@ -348,22 +343,15 @@ fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Hear
 }
 
 fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
-    let mut times = [0.0_f32; 2];
-    let turns = [
-        ("DISABLE NOWAIT", turn.statement()),
-        ("ENABLE NOWAIT", turn.back(1)),
-    ];
-    for (time, (wait, motion)) in times.iter_mut().zip(turns) {
-        talk.select(&program(&[wait, &motion, "R = TIMER"]))?;
+    let mut time = |wait: &str, motion: &str| {
+        talk.select(&program(&[wait, motion, "R = TIMER"]))?;
         talk.start()?;
         talk.until_stopped(LONGEST_TURN)?;
-        let value = talk.variable("R", 1)?;
-        *time = value
-            .parse()
-            .map_err(|_| Trouble::Refused(format!("R is {value}")))?;
-    }
+        number(talk, "R")
+    };
     // The turn takes about a second, whatever the unit of TIMER is.
-    let [waiting, at_once] = times;
+    let waiting = time("DISABLE NOWAIT", &turn.statement())?;
+    let at_once = time("ENABLE NOWAIT", &turn.back(1))?;
     let is_late = |time: f32| time > waiting.max(at_once) / 2.0;
     Ok(match (is_late(waiting), is_late(at_once)) {
         (true, false) => "when the arm rests; with NOWAIT at once",
@@ -397,6 +385,12 @@ fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     ))
 }
 
+fn number(talk: &mut Talk<'_>, name: &str) -> Result<f32, Trouble> {
+    let value = talk.variable(name, 1)?;
+    let number = value.parse();
+    number.map_err(|_| Trouble::Refused(format!("{name} is {value}")))
+}
+
 /// The first position is in the coordinate system for certain; the second one has the same numbers. They are those of the place
 /// where the arm is, as MR tells them, with its posture.
 fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
@@ -420,17 +414,11 @@ fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
             "the arm cannot be moved by {SHIFT} mm here"
         )));
     }
-    let mut is_shifted = [false; 2];
-    for (is_shifted, name) in is_shifted.iter_mut().zip(["R", "S"]) {
-        let value = talk.variable(name, 1)?;
-        let moved: f32 = value
-            .parse()
-            .map_err(|_| Trouble::Refused(format!("{name} is {value}")))?;
-        *is_shifted = (moved - shift).abs() < SHIFT / 2.0;
-    }
-    Ok(match is_shifted {
-        [true, false] => "the next one",
-        [true, true] => "all that follow",
-        [false, _] => "none",
+    let is_shifted = |moved: f32| (moved - shift).abs() < SHIFT / 2.0;
+    let (first, second) = (number(talk, "R")?, number(talk, "S")?);
+    Ok(match (is_shifted(first), is_shifted(second)) {
+        (true, false) => "the next one",
+        (true, true) => "all that follow",
+        (false, _) => "none",
     })
 }
