@@ -61,13 +61,10 @@ pub enum StoreError {
 impl StoreError {
     /// What is wrong, whatever the file.
     fn cause(&self) -> String {
-        match self {
-            StoreError::Io(error) => error.reason.to_string(),
-            StoreError::DirectoryReplaced { .. }
-            | StoreError::Unfinished(_)
-            | StoreError::InUse { .. }
-            | StoreError::NotADriveFile { .. } => self.to_string(),
+        if let StoreError::Io(error) = self {
+            return error.reason.to_string();
         }
+        self.to_string()
     }
 }
 
@@ -158,7 +155,7 @@ impl Store {
             return Ok(None);
         }
         let name = match FileName::parse(text) {
-            Ok(name) => name,
+            Ok(name) => name.as_str().to_owned(),
             Err(error) => {
                 self.skip(&path, error);
                 return Ok(None);
@@ -179,7 +176,6 @@ impl Store {
         if self.files.len() >= limits::MAX_FILES {
             return Err(foreign(format!("more than {} files", limits::MAX_FILES)));
         }
-        let name = name.as_str().to_owned();
         if let Some(other) = self.files.insert(name.clone(), file_name.clone()) {
             return Err(foreign(format!(
                 "the drive does not tell it from {}",
@@ -199,10 +195,8 @@ impl Store {
         let unfinished = self.write_temporary(name, content)?;
         // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
         // file system sees two of them or none.
-        if let Some(previous) = self
-            .files
-            .get(name)
-            .filter(|previous| previous.as_os_str() != name)
+        if let Some(previous) = self.files.get(name)
+            && previous != name
         {
             let path = self.directory.join(previous);
             fs::rename(&path, &place).map_err(cannot("rename", &path))?;
