@@ -19,6 +19,7 @@ pub use listen::{bind, open};
 pub use options::{LinkOptions, Ports, SecondConnection};
 pub use shared::SharedPorts;
 
+use channel::Source;
 use listen::ReservedPort;
 use shared::Claim;
 use std::collections::BTreeMap;
@@ -89,7 +90,7 @@ impl Channels {
                 continue;
             }
             if let Some((claim, number)) = self.claim(channel.own_port) {
-                opened.push((port, Channel::claiming(port, second, claim)));
+                opened.push((port, Channel::new(port, second, Source::Claimed(claim))));
                 ports.insert(port, number);
                 continue;
             }
@@ -104,8 +105,8 @@ impl Channels {
             info!(port = port.name(), "{port} dials {peer}");
             let (sender, dialled) = mpsc::channel(1);
             let task = tokio::spawn(dial::dial(port, peer, self.options.redial, sender));
-            self.channels
-                .insert(port, Channel::dialling(port, second, task, dialled));
+            let channel = Channel::new(port, second, Source::Dialled(task, dialled));
+            self.channels.insert(port, channel);
         }
         Ok(ports)
     }
