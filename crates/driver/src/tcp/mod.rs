@@ -111,33 +111,33 @@ impl Channels {
         Ok(ports)
     }
 
-    /// Closes every channel and connection; returns the channels that were connected.
-    pub fn close(&mut self) -> Vec<Port> {
+    /// Closes every channel and connection; returns the resulting inputs.
+    pub fn close(&mut self) -> Vec<Input> {
         for (_, reserved) in self.reserved.values_mut() {
             reserved.keep();
         }
         let channels = std::mem::take(&mut self.channels).into_iter();
         channels
-            .filter_map(|(port, channel)| channel.close().then_some(port))
+            .filter_map(|(port, channel)| channel.close().then_some(Input::Disconnected { port }))
             .collect()
     }
 
     /// Closes every connection, and every channel but those that listen and will do so again under `plan`: to open
-    /// their sockets anew costs more than all else of a reset. Returns the channels that were connected.
-    pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Port> {
+    /// their sockets anew costs more than all else of a reset. Returns the resulting inputs.
+    pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Input> {
         if self.plan != Some(*plan) {
             return self.close();
         }
-        let mut connected = Vec::new();
+        let mut inputs = Vec::new();
         self.channels = std::mem::take(&mut self.channels)
             .into_iter()
             .filter_map(|(port, channel)| {
                 let (was_connected, listening) = channel.clear();
-                connected.extend(was_connected.then_some(port));
+                inputs.extend(was_connected.then_some(Input::Disconnected { port }));
                 Some((port, listening?))
             })
             .collect();
-        connected
+        inputs
     }
 
     /// The TCP port at which an open channel listens.

@@ -320,7 +320,7 @@ async fn opened_again_after_a_power_cycle_the_ports_are_the_same() {
     let (mut links, port) = server(SecondConnection::Refuse);
     let mut host = dial(port).await;
     next(&mut links).await;
-    assert_eq!(links.close(), [Port::Ip0]);
+    assert_eq!(links.close(), [Input::Disconnected { port: Port::Ip0 }]);
     assert!(is_ended(&mut host).await);
     let ports = links.open(&plan(OpenMode::Server, OpenMode::Server, 0)).unwrap();
     assert_eq!(ports[&Port::Ip0], port);
@@ -343,7 +343,7 @@ async fn a_reset_ends_every_connection_and_keeps_the_sockets_that_listen() {
     next(&mut links).await;
     let mut waiting = dial(port).await;
     let plan = plan(OpenMode::Server, OpenMode::NotUsed, 0);
-    assert_eq!(links.close_for(&plan), [Port::Ip0]);
+    assert_eq!(links.close_for(&plan), [Input::Disconnected { port: Port::Ip0 }]);
     assert!(is_ended(&mut host).await);
     assert!(is_ended(&mut waiting).await, "had arrived and was not accepted");
     let early = dial(port).await;
