@@ -101,7 +101,7 @@ impl Driver {
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
-                if self.edge.serial_lines.has(port) {
+                if self.edge.serial_lines.endpoint(port).is_some() {
                     return Err(ActionError::conflict(
                         port,
                         format!(

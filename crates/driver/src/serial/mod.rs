@@ -268,11 +268,6 @@ impl SerialLines {
         }
     }
 
-    /// Whether the port has an open serial line.
-    pub fn has(&self, port: Port) -> bool {
-        self.open.contains_key(&port)
-    }
-
     /// Sends bytes that came off the line to the host.
     pub fn send(&mut self, port: Port, bytes: &[u8]) {
         if let Some(open) = self.open.get_mut(&port) {
