@@ -2,6 +2,7 @@
 
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 use ts3100_proto::status::ca::decode_directory;
+use ts3100_proto::status::sf::SfLayout;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::CR;
 
@@ -78,13 +79,18 @@ pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
         SIX_AXES => "one text, six axes",
         FIRST_OF_SEVERAL => {
             let content = burst.get(3 + usize::from(has_stx)..burst.len() - 1);
-            match ts3100_proto::status::sf::SfLayout::from_first_text(content.unwrap_or_default()) {
-                ts3100_proto::status::sf::SfLayout::Six => "one text, SCARA",
-                ts3100_proto::status::sf::SfLayout::Eight => "several texts, six axes",
+            match SfLayout::from_first_text(content.unwrap_or_default()) {
+                SfLayout::Six => "one text, SCARA",
+                SfLayout::Eight => "several texts, six axes",
             }
         }
         _ => OTHER,
     }
+}
+
+/// The arm that a form of SF tells of: `six axes` or `SCARA`.
+pub fn arm(form: &str) -> String {
+    form.split(", ").last().unwrap_or_default().to_owned()
 }
 
 /// The line end of a parameter file: `LF`, `CR` or `CR LF`.

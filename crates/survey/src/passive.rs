@@ -14,7 +14,7 @@ use ts3100_proto::reply::STOP;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, StxRule, Text, TextDecoder, TextOptions};
+use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, STX, StxRule, Text, TextDecoder, TextOptions};
 
 /// Sooner than this after a text of the controller no host may send (TRN-05).
 const PAUSE: Duration = Duration::from_millis(50);
@@ -162,9 +162,10 @@ impl<'a> Passive<'a> {
             return;
         };
         let letters = open.as_ref().map(|open| letters(&open.text)).unwrap_or_default();
-        if matches!(letters.as_str(), "SF" | "IO") {
-            self.binary(&letters, &answer);
-            return;
+        match letters.as_str() {
+            "SF" => return self.total_status(&answer),
+            "IO" => return,
+            _ => {}
         }
         let mut decoder = decoder();
         decoder.push(&answer);
@@ -186,16 +187,11 @@ impl<'a> Passive<'a> {
         }
     }
 
-    fn binary(&mut self, letters: &str, answer: &[u8]) {
-        if letters == "SF" {
-            let form = forms::total_status(answer, answer.first() == Some(&ts3100_proto::text::STX));
-            if form != forms::OTHER {
-                self.evidence.hear("total-status-texts", form);
-                form.split(", ")
-                    .last()
-                    .unwrap_or_default()
-                    .clone_into(&mut self.evidence.arm);
-            }
+    fn total_status(&mut self, answer: &[u8]) {
+        let form = forms::total_status(answer, answer.first() == Some(&STX));
+        if form != forms::OTHER {
+            self.evidence.hear("total-status-texts", form);
+            self.evidence.arm = forms::arm(form);
         }
     }
 

@@ -72,6 +72,8 @@ pub enum Ask {
     Stops(&'static str),
     /// This program is selected: `accepted` or `refused`.
     Selects(&'static str),
+    /// The content of this file or status is asked for; heard is its form.
+    Form(&'static str, fn(&[u8]) -> &'static str),
     /// More than one step; heard is one of a few words.
     Word(fn(&mut Talk<'_>) -> Result<&'static str, Trouble>),
     /// More than one step.

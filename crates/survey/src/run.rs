@@ -161,10 +161,7 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
         }
     }
     let (form, _) = talk.total_status()?;
-    form.split(", ")
-        .last()
-        .unwrap_or_default()
-        .clone_into(&mut report.arm);
+    report.arm = forms::arm(form);
     Ok(())
 }
 
@@ -262,6 +259,7 @@ fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             Ok("refused".to_owned())
         }
+        Ask::Form(command, form) => Ok(form(&talk.file(command)?).to_owned()),
         Ask::Word(steps) => steps(talk).map(str::to_owned),
         Ask::Steps(steps) => steps(talk),
     }
@@ -312,8 +310,7 @@ fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
 
 /// Erases the file of the survey.
 fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
-    talk.asks(&format!("ER,{FILE}"))?;
-    Ok(())
+    talk.asks(&format!("ER,{FILE}")).map(drop)
 }
 
 /// Puts servo power back. Returns what is left: power is not turned on and no axis is turned after a surprise, and feed hold

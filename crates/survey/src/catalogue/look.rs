@@ -6,6 +6,8 @@ use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, Talk, Trouble};
 use std::time::Duration;
+use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 
 /// How soon a controller that closes a second connection does so.
@@ -17,9 +19,6 @@ const ALLOWED_PAUSE: Duration = Duration::from_secs(6);
 const FORBIDDEN_PAUSE: Duration = Duration::from_secs(11);
 /// Data bytes of a text that is too long; the manual allows 253.
 const TOO_LONG: usize = 300;
-
-/// Alphabet of what is heard when any text comes back.
-const ANSWERED: &str = "answer";
 
 /// One whose answers show what is the user's.
 const PRIVATE: Probe = Probe {
@@ -56,7 +55,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command without CR served?",
         sends: "<STX>SU<ETX>",
         ask: Ask::Bytes("<STX>SU<ETX>"),
-        readings: &[ANSWERED, "NG"],
+        readings: &["answer", "NG"],
         decides: Some(("text.require_cr", &["false", "true"])),
         ..ROW
     },
@@ -65,7 +64,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command in lower case served?",
         sends: "<STX>su<CR><ETX>",
         ask: Ask::Bytes("<STX>su<CR><ETX>"),
-        readings: &[ANSWERED, "NG", "silence"],
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -73,7 +72,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does STX inside an unfinished text begin a new one?",
         sends: "<STX>VR<STX>SU<CR><ETX>",
         ask: Ask::Bytes("<STX>VR<STX>SU<CR><ETX>"),
-        readings: &[ANSWERED, "NG", "silence"],
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -113,7 +112,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes instead of the OK to a status?",
         sends: "SU, then SU again instead of OK",
         ask: Ask::Steps(command_in_exchange),
-        readings: &[ANSWERED, "NG", "silence"],
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -121,7 +120,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes within 50 ms after a text of the controller?",
         sends: "ZZ, and at once SU",
         ask: Ask::Steps(within_the_pause),
-        readings: &[ANSWERED, "silence"],
+        readings: &["answer", "silence"],
         decides: Some(("strict_50ms", &["false", "true"])),
         ..ROW
     },
@@ -138,7 +137,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "status-form",
         question: "Which form has SU?",
         sends: "SU",
-        ask: Ask::Word(|talk| form(talk, "SU", forms::status)),
+        ask: Ask::Form("SU", forms::status),
         readings: &["one record", "six records"],
         decides: Some(("su.layout", &["one-record", "six-records"])),
         ..ROW
@@ -147,7 +146,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "versions-form",
         question: "Which form has VR?",
         sends: "VR",
-        ask: Ask::Word(|talk| form(talk, "VR", forms::versions)),
+        ask: Ask::Form("VR", forms::versions),
         readings: &["blanks", "packed"],
         decides: Some(("vr.layout", &["blanks", "packed"])),
         ..ROW
@@ -156,7 +155,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "directory-form",
         question: "Which form has CA?",
         sends: "CA",
-        ask: Ask::Word(|talk| form(talk, "CA", forms::directory)),
+        ask: Ask::Form("CA", forms::directory),
         readings: &[
             "one blank, alphabetical",
             "one blank, another order",
@@ -169,7 +168,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "history-form",
         question: "Which form has EU?",
         sends: "EU",
-        ask: Ask::Word(|talk| form(talk, "EU", forms::history)),
+        ask: Ask::Form("EU", forms::history),
         readings: &["a count, and its errors"],
         ..PRIVATE
     },
@@ -200,11 +199,9 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Steps(|talk| {
             let content = talk.file("SM,1")?;
             let items = content.split(|byte| *byte == b' ').count();
-            let is_known = ts3100_proto::status::sm::QuickStatus::decode(&content).is_ok();
-            Ok(if is_known {
-                format!("{items} items")
-            } else {
-                forms::OTHER.to_owned()
+            Ok(match QuickStatus::decode(&content) {
+                Ok(_) => format!("{items} items"),
+                Err(_) => forms::OTHER.to_owned(),
             })
         }),
         readings: &["14 items"],
@@ -214,16 +211,13 @@ pub(super) const PROBES: &[Probe] = &[
         id: "input-word",
         question: "How does HI write the state of eight inputs?",
         sends: "HI,1 8",
-        ask: Ask::Word(|talk| {
-            let content = talk.file("HI,1 8")?;
-            let text = String::from_utf8_lossy(&content);
+        ask: Ask::Form("HI,1 8", |content| {
+            let text = String::from_utf8_lossy(content);
             let digits = text.trim_end_matches('\r');
-            let is_number = digits.parse::<u8>().is_ok() && !digits.starts_with('+');
-            Ok(if is_number {
-                "a decimal number"
-            } else {
-                forms::OTHER
-            })
+            match digits.parse::<u8>() {
+                Ok(_) if !digits.starts_with('+') => "a decimal number",
+                Ok(_) | Err(_) => forms::OTHER,
+            }
         }),
         readings: &["a decimal number"],
         ..PRIVATE
@@ -254,14 +248,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "maintenance-form",
         question: "Which form has MN?",
         sends: "MN",
-        ask: Ask::Word(|talk| {
-            let content = talk.file("MN")?;
-            let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
-            Ok(if is_known {
-                "records that end in CR"
-            } else {
-                forms::OTHER
-            })
+        ask: Ask::Form("MN", |content| match Maintenance::decode(content) {
+            Ok(_) => "records that end in CR",
+            Err(_) => forms::OTHER,
         }),
         readings: &["records that end in CR"],
         ..PRIVATE
@@ -270,7 +259,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "parameter-line-end",
         question: "How do the lines of USER.PAR end?",
         sends: "UL,USER.PAR",
-        ask: Ask::Word(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
+        ask: Ask::Form("UL,USER.PAR", forms::line_end),
         readings: &["LF", "CR", "CR LF"],
         decides: Some(("parameter.line_end", &["lf", "cr"])),
         ..PRIVATE
@@ -306,14 +295,6 @@ pub(super) const PROBES: &[Probe] = &[
         ..ROW
     },
 ];
-
-fn form(
-    talk: &mut Talk<'_>,
-    command: &str,
-    form: fn(&[u8]) -> &'static str,
-) -> Result<&'static str, Trouble> {
-    Ok(form(&talk.file(command)?))
-}
 
 fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.kind_of_answer_to(&format!("{}\r", "A".repeat(TOO_LONG)))
