@@ -113,7 +113,7 @@ impl Driver {
             initial_controller: setup.controller.clone(),
             cell: Cell::new(setup.controller),
             edge: Edge {
-                channels: Channels::new(setup.listen, setup.ports, setup.links).sharing(setup.shared),
+                channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
                 serial_lines: SerialLines::new(setup.serial, setup.links),
                 clock,
                 backing: setup.backing,

@@ -56,23 +56,17 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// No channel is open yet.
-    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Channels {
+    /// No channel is open yet. Connections come from the shared sockets, where they have the port of a channel.
+    pub fn new(listen: IpAddr, ports: Ports, shared: Option<SharedPorts>, options: LinkOptions) -> Channels {
         Channels {
             listen,
             ports,
-            shared: None,
+            shared,
             options,
             channels: BTreeMap::new(),
             plan: None,
             reserved: BTreeMap::new(),
         }
-    }
-
-    /// Takes connections from these sockets, where they have the port of a channel.
-    #[must_use]
-    pub fn sharing(self, shared: Option<SharedPorts>) -> Channels {
-        Channels { shared, ..self }
     }
 
     /// Opens every channel as planned that is not open: all listening sockets are bound before the first one accepts.

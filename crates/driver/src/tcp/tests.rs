@@ -26,7 +26,7 @@ fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkConfig {
 }
 
 fn links(options: LinkOptions) -> Channels {
-    Channels::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, options)
+    Channels::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, None, options)
 }
 
 /// A server on IP0 and its port.
@@ -370,6 +370,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(0),
+        None,
         LinkOptions::default(),
     );
     let error = links.open(&plan).unwrap_err();
@@ -400,6 +401,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(1),
+        None,
         LinkOptions::default(),
     );
     plan.channels[0].own_port = 65_535;
