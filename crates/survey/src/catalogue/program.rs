@@ -16,18 +16,10 @@ const STOP_NOTICE: Duration = Duration::from_millis(700);
 /// How long a program that ought to wait is given to show it.
 pub(super) const SETTLED: Duration = Duration::from_secs(1);
 
-/// A program that puts a value into R; `R` begins as 7.
+/// A program that puts a value into R; `R` begins as 7. More follows it in the file, where given.
 macro_rules! computes {
-    ($body:literal) => {
-        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n")
-    };
-    ($body:literal, $more:literal) => {
-        concat!(
-            "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n",
-            $body,
-            "END\r\n",
-            $more
-        )
+    ($body:literal $(, $more:literal)?) => {
+        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n" $(, $more)?)
     };
 }
 
