@@ -131,11 +131,13 @@ impl Store {
         &self.warnings
     }
 
-    fn skip(&mut self, path: &Path, reason: impl std::fmt::Display) {
+    /// Warns of an entry of which nothing is loaded.
+    fn skip<T>(&mut self, path: &Path, reason: impl std::fmt::Display) -> Option<T> {
         let path = path.display();
         self.warnings.push(format!(
             "skipping {path}, which cannot be a file of the RAM drive: {reason}"
         ));
+        None
     }
 
     fn load_entry(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
@@ -145,8 +147,7 @@ impl Store {
             reason,
         };
         let Some(text) = file_name.to_str() else {
-            self.skip(&path, "its name is no text");
-            return Ok(None);
+            return Ok(self.skip(&path, "its name is no text"));
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
@@ -156,15 +157,11 @@ impl Store {
         }
         let name = match FileName::parse(text) {
             Ok(name) => name.as_str().to_owned(),
-            Err(error) => {
-                self.skip(&path, error);
-                return Ok(None);
-            }
+            Err(error) => return Ok(self.skip(&path, error)),
         };
         let metadata = fs::metadata(&path).map_err(cannot("look at", &path))?;
         if !metadata.is_file() {
-            self.skip(&path, "it is no file");
-            return Ok(None);
+            return Ok(self.skip(&path, "it is no file"));
         }
         if metadata.len() > limits::MAX_FILE as u64 {
             return Err(foreign(format!(
