@@ -79,17 +79,16 @@ impl Channels {
         let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            if let Some(number) = self.listens_at(port) {
-                ports.insert(port, number);
-                continue;
-            }
-            if let Some((claim, number)) = self.claim(channel.own_port) {
+            let number = if let Some(number) = self.listens_at(port) {
+                number
+            } else if let Some((claim, number)) = self.claim(channel.own_port) {
                 opened.push((port, Channel::new(port, second, Source::Claimed(claim))));
-                ports.insert(port, number);
-                continue;
-            }
-            let (listener, number) = self.bind(port, channel.own_port)?;
-            opened.push((port, Channel::accepting(port, second, listener)));
+                number
+            } else {
+                let (listener, number) = self.bind(port, channel.own_port)?;
+                opened.push((port, Channel::accepting(port, second, listener)));
+                number
+            };
             ports.insert(port, number);
         }
         self.channels.extend(opened);
