@@ -55,21 +55,19 @@ impl Evidence {
             self.hear("extensions", "NG");
         }
         let answers = catalogue::probes().filter_map(|probe| {
-            let heard: Vec<&String> = self.heard.get(probe.id)?.iter().collect();
-            let answer = match heard.as_slice() {
-                [one] => Answer::heard(probe, (*one).clone()),
+            let heard = Vec::from_iter(self.heard.remove(probe.id)?);
+            Some(match heard.as_slice() {
+                [one] => Answer::heard(probe, one.clone()),
                 several => {
-                    let words: Vec<&str> = several.iter().map(|word| word.as_str()).collect();
-                    let note = format!("heard in several ways: {}", words.join("; "));
+                    let note = format!("heard in several ways: {}", several.join("; "));
                     Answer::without(probe, Verdict::Unknown, note)
                 }
-            };
-            Some(answer)
+            })
         });
         Report {
             answers: answers.collect(),
-            versions: self.versions.clone(),
-            arm: self.arm.clone(),
+            versions: self.versions,
+            arm: self.arm,
             ..Report::default()
         }
     }
@@ -248,14 +246,10 @@ impl<'a> Passive<'a> {
             self.evidence.hear("pause", "answer");
         }
         if letters == "SM" {
-            let is_scara = self.evidence.arm == "SCARA";
-            if !self.evidence.arm.is_empty() {
-                let heard = if is_scara {
-                    "served on a SCARA arm"
-                } else {
-                    "served"
-                };
-                self.evidence.hear("extensions", heard);
+            match self.evidence.arm.as_str() {
+                "" => {}
+                "SCARA" => self.evidence.hear("extensions", "served on a SCARA arm"),
+                _ => self.evidence.hear("extensions", "served"),
             }
         }
     }
