@@ -46,8 +46,8 @@ struct Before {
     arm: Option<SystemStatus>,
 }
 
-/// Asks a controller; `watch` sees each answer. What the survey changes it puts back, also when it has to stop; what it could not put back is in the
-/// report.
+/// Asks a controller; `watch` sees each answer. What the survey changes it puts back, also when it has to stop; what it could
+/// not put back is in the report.
 ///
 /// # Errors
 /// Nobody answers.
