@@ -16,7 +16,6 @@ pub mod kinematics;
 pub mod notation;
 pub mod reference;
 pub mod round_trip;
-#[path = "../../crates/driver/src/testing.rs"]
 pub mod testing;
 pub mod transcript;
 pub mod virtual_peer;

@@ -223,11 +223,11 @@ const CLOCKS: [&str; 2] = ["sleep(", "Instant::now("];
 /// Where tests may have them all the same: file, word, reason.
 const MAY_WATCH_THE_CLOCK: [(&str, &str, &str); 7] = [
     (
-        "crates/driver/src/testing.rs",
+        "tests/src/testing.rs",
         "sleep(",
         "the one place that looks again and again, with a bound",
     ),
-    ("crates/driver/src/testing.rs", "Instant::now(", "its bound"),
+    ("tests/src/testing.rs", "Instant::now(", "its bound"),
     (
         "crates/driver/src/driver/tests.rs",
         "sleep(",

@@ -225,11 +225,8 @@ impl Cell {
 
     /// When the controller or a planned input has something due.
     pub fn deadline(&self) -> Option<Time> {
-        let planned = self
-            .audience
-            .actions
-            .as_ref()
-            .and_then(|actions| actions.deadline());
+        let actions = self.audience.actions.as_ref();
+        let planned = actions.and_then(|actions| actions.deadline());
         self.controller.poll_deadline().into_iter().chain(planned).min()
     }
 
@@ -284,13 +281,11 @@ impl Cell {
                     subscriber.input(at, &input, by);
                 }
                 effects.input(&input);
-                let result = self.controller.handle(at, input);
-                let file = None;
                 Step {
                     at,
                     source,
-                    result,
-                    file,
+                    result: self.controller.handle(at, input),
+                    file: None,
                 }
             } else {
                 break;

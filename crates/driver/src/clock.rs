@@ -121,8 +121,9 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock that shows [`Time::ZERO`] now.
-    pub fn start(mode: TimeMode) -> Clock {
+    /// A clock that shows [`Time::ZERO`] now. `gap` says what becomes of time in which the process was stopped, `silence`
+    /// how long connections must be quiet before [`TimeMode::Auto`] jumps.
+    pub fn start(mode: TimeMode, gap: TimeGap, silence: Duration) -> Clock {
         let wall = Instant::now();
         Clock {
             mode,
@@ -131,8 +132,8 @@ impl Clock {
             last_activity: wall,
             idle: true,
             lag: Duration::ZERO,
-            gap: TimeGap::default(),
-            silence: AUTO_GRACE,
+            gap,
+            silence,
             last_check: wall,
             skipped: Duration::ZERO,
             held: None,
@@ -155,18 +156,6 @@ impl Clock {
             self.set_mode(other.mode);
         }
         self.last_activity = self.last_activity.max(other.last_activity);
-    }
-
-    /// Sets how gaps are treated, in which the process was stopped.
-    #[must_use]
-    pub fn with_gap(self, gap: TimeGap) -> Clock {
-        Clock { gap, ..self }
-    }
-
-    /// Sets how long connections must be quiet before [`TimeMode::Auto`] jumps.
-    #[must_use]
-    pub fn with_silence(self, silence: Duration) -> Clock {
-        Clock { silence, ..self }
     }
 
     /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.
@@ -256,9 +245,7 @@ impl Clock {
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
         let (idle, held) = (self.idle, self.held);
-        *self = Clock::start(self.mode)
-            .with_gap(self.gap)
-            .with_silence(self.silence);
+        *self = Clock::start(self.mode, self.gap, self.silence);
         (self.idle, self.held) = (idle, held);
     }
 
@@ -371,6 +358,10 @@ mod tests {
 
     const SECOND: Duration = Duration::from_secs(1);
 
+    fn started(mode: TimeMode) -> Clock {
+        Clock::start(mode, TimeGap::CatchUp, AUTO_GRACE)
+    }
+
     #[test]
     fn modes_are_read_and_shown() {
         for word in ["real", "x10", "x0.5", "stepped", "auto"] {
@@ -383,7 +374,7 @@ mod tests {
 
     #[test]
     fn scaled_time_runs_by_its_factor_and_wakes_by_its_inverse() {
-        let clock = Clock::start(TimeMode::Scaled(10.0));
+        let clock = started(TimeMode::Scaled(10.0));
         let later = clock.origin + SECOND;
         assert_eq!(clock.at(later), Time::from_millis(10_000));
         assert_eq!(
@@ -399,14 +390,14 @@ mod tests {
 
     #[test]
     fn a_clock_that_falls_behind_goes_on_from_where_it_got_to() {
-        let mut clock = Clock::start(TimeMode::Scaled(1_000.0));
+        let mut clock = started(TimeMode::Scaled(1_000.0));
         clock.origin = clock.origin.checked_sub(SECOND).unwrap();
         assert!(clock.now() >= Time::from_millis(1_000_000));
         assert!(clock.note_lag(Time::from_millis(7)));
         assert!(clock.now() >= Time::from_millis(7) && clock.now() < Time::from_millis(900_000));
         assert!(clock.lag() >= Duration::from_secs(999));
         assert!(!clock.note_lag(Time::from_millis(8)), "said once");
-        let mut clock = Clock::start(TimeMode::Real);
+        let mut clock = started(TimeMode::Real);
         clock.origin = clock.origin.checked_sub(SECOND / 2).unwrap();
         assert!(!clock.note_lag(Time::ZERO), "not worth a word");
     }
@@ -421,7 +412,7 @@ mod tests {
             (TimeMode::Scaled(10.0), TimeGap::CatchUp, hour * 10 + SECOND * 2),
             (TimeMode::Stepped, TimeGap::Skip, Duration::ZERO),
         ] {
-            let mut clock = Clock::start(mode).with_gap(gap);
+            let mut clock = Clock::start(mode, gap, AUTO_GRACE);
             let stopped = clock.origin + moment;
             assert_eq!(clock.skip_gap_at(stopped), None, "a look is no gap");
             let runs_again = stopped + hour;
@@ -441,7 +432,7 @@ mod tests {
 
     #[test]
     fn stepped_time_stands_still_but_serves_what_is_due() {
-        let clock = Clock::start(TimeMode::Stepped);
+        let clock = started(TimeMode::Stepped);
         let later = clock.origin + SECOND;
         assert_eq!(clock.at(later), Time::ZERO);
         assert_eq!(
@@ -456,7 +447,7 @@ mod tests {
 
     #[test]
     fn auto_jumps_only_while_the_hosts_are_silent() {
-        let mut clock = Clock::start(TimeMode::Auto);
+        let mut clock = started(TimeMode::Auto);
         clock.idle = false;
         let start = clock.origin;
         let hour = Time::from_millis(3_600_000);
@@ -486,7 +477,7 @@ mod tests {
 
     #[test]
     fn auto_stands_between_jumps_while_nobody_is_there() {
-        let mut clock = Clock::start(TimeMode::Auto);
+        let mut clock = started(TimeMode::Auto);
         let later = clock.origin + SECOND;
         assert_eq!(clock.at(later), Time::ZERO);
         let hour = Time::from_millis(3_600_000);

@@ -50,13 +50,8 @@ pub enum OpenError {
     #[error(transparent)]
     Serial(#[from] SerialError),
     /// The self-check failed.
-    #[error("the operating system refuses a {what}: {reason}")]
-    System {
-        /// The resource that was requested.
-        what: &'static str,
-        /// Error of the operating system.
-        reason: std::io::Error,
-    },
+    #[error("the operating system refuses a conversation with the emulator (SU on IP0): {0}")]
+    SelfCheck(std::io::Error),
 }
 
 /// What a driver starts with.
@@ -111,16 +106,14 @@ impl Driver {
     /// See [`OpenError`]; no port stays open.
     pub fn open(setup: Setup) -> Result<(Box<Driver>, mpsc::Sender<Request>), OpenError> {
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
-        let mut clock = Clock::start(setup.time)
-            .with_gap(setup.time_gap)
-            .with_silence(setup.links.silence);
+        let mut clock = Clock::start(setup.time, setup.time_gap, setup.links.silence);
         clock.set(setup.controller.now());
         // On the heap: a future has a place for each value that is moved through it.
         let mut driver = Box::new(Driver {
             initial_controller: setup.controller.clone(),
             cell: Cell::new(setup.controller),
             edge: Edge {
-                channels: Channels::new(setup.listen, setup.ports, setup.links).sharing(setup.shared),
+                channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
                 serial_lines: SerialLines::new(setup.serial, setup.links),
                 clock,
                 backing: setup.backing,

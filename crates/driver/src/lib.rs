@@ -21,4 +21,6 @@ pub mod socket;
 pub mod store;
 pub mod tcp;
 #[cfg(test)]
-pub mod testing;
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../../tests/src/testing.rs"]
+mod testing;

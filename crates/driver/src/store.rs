@@ -61,13 +61,10 @@ pub enum StoreError {
 impl StoreError {
     /// What is wrong, whatever the file.
     fn cause(&self) -> String {
-        match self {
-            StoreError::Io(error) => error.reason.to_string(),
-            StoreError::DirectoryReplaced { .. }
-            | StoreError::Unfinished(_)
-            | StoreError::InUse { .. }
-            | StoreError::NotADriveFile { .. } => self.to_string(),
+        if let StoreError::Io(error) = self {
+            return error.reason.to_string();
         }
+        self.to_string()
     }
 }
 
@@ -134,11 +131,13 @@ impl Store {
         &self.warnings
     }
 
-    fn skip(&mut self, path: &Path, reason: impl std::fmt::Display) {
+    /// Warns of an entry of which nothing is loaded.
+    fn skip<T>(&mut self, path: &Path, reason: impl std::fmt::Display) -> Option<T> {
         let path = path.display();
         self.warnings.push(format!(
             "skipping {path}, which cannot be a file of the RAM drive: {reason}"
         ));
+        None
     }
 
     fn load_entry(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
@@ -148,8 +147,7 @@ impl Store {
             reason,
         };
         let Some(text) = file_name.to_str() else {
-            self.skip(&path, "its name is no text");
-            return Ok(None);
+            return Ok(self.skip(&path, "its name is no text"));
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
@@ -158,16 +156,12 @@ impl Store {
             return Ok(None);
         }
         let name = match FileName::parse(text) {
-            Ok(name) => name,
-            Err(error) => {
-                self.skip(&path, error);
-                return Ok(None);
-            }
+            Ok(name) => name.as_str().to_owned(),
+            Err(error) => return Ok(self.skip(&path, error)),
         };
         let metadata = fs::metadata(&path).map_err(cannot("look at", &path))?;
         if !metadata.is_file() {
-            self.skip(&path, "it is no file");
-            return Ok(None);
+            return Ok(self.skip(&path, "it is no file"));
         }
         if metadata.len() > limits::MAX_FILE as u64 {
             return Err(foreign(format!(
@@ -179,7 +173,6 @@ impl Store {
         if self.files.len() >= limits::MAX_FILES {
             return Err(foreign(format!("more than {} files", limits::MAX_FILES)));
         }
-        let name = name.as_str().to_owned();
         if let Some(other) = self.files.insert(name.clone(), file_name.clone()) {
             return Err(foreign(format!(
                 "the drive does not tell it from {}",
@@ -199,10 +192,8 @@ impl Store {
         let unfinished = self.write_temporary(name, content)?;
         // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
         // file system sees two of them or none.
-        if let Some(previous) = self
-            .files
-            .get(name)
-            .filter(|previous| previous.as_os_str() != name)
+        if let Some(previous) = self.files.get(name)
+            && previous != name
         {
             let path = self.directory.join(previous);
             fs::rename(&path, &place).map_err(cannot("rename", &path))?;

@@ -19,7 +19,7 @@ pub mod log;
 pub mod ready;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]
-#[path = "../../driver/src/testing.rs"]
+#[path = "../../../tests/src/testing.rs"]
 mod testing;
 pub mod watch;
 

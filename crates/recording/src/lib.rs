@@ -18,6 +18,6 @@ pub mod scenario;
 pub mod tap;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]
-#[path = "../../driver/src/testing.rs"]
+#[path = "../../../tests/src/testing.rs"]
 mod testing;
 pub mod transcript;

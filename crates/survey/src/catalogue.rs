@@ -8,7 +8,7 @@ mod motion;
 mod program;
 mod turns;
 
-use crate::probe::{Ask, Class, Probe, Reading};
+use crate::probe::{Ask, Class, Probe};
 
 /// What a row has unless it says otherwise.
 const ROW: Probe = Probe {
@@ -18,35 +18,11 @@ const ROW: Probe = Probe {
     sends: "",
     ask: Ask::Bytes(""),
     readings: &[],
-    repeats: 3,
+    decides: None,
+    with_other_arm: None,
+    is_slow: false,
     is_public: true,
 };
-
-/// A reading that decides no option.
-const fn reading(heard: &'static str) -> Reading {
-    Reading {
-        heard,
-        sets: None,
-        is_default: false,
-    }
-}
-
-/// A reading, and the option it decides.
-const fn decides(heard: &'static str, option: &'static str, value: &'static str) -> Reading {
-    Reading {
-        heard,
-        sets: Some((option, value)),
-        is_default: false,
-    }
-}
-
-/// A reading that the emulator has by default with some arm.
-const fn default_of_an_arm(reading: Reading) -> Reading {
-    Reading {
-        is_default: true,
-        ..reading
-    }
-}
 
 /// All questions, in the order in which they are asked.
 pub fn probes() -> impl Iterator<Item = &'static Probe> {
@@ -88,8 +64,12 @@ mod tests {
                 "{}",
                 probe.id
             );
-            let heard: BTreeSet<&str> = probe.readings.iter().map(|reading| reading.heard).collect();
+            let heard: BTreeSet<_> = probe.readings.iter().collect();
             assert_eq!(heard.len(), probe.readings.len(), "{}", probe.id);
+            let values = probe.decides.map_or(&[][..], |(_, values)| values);
+            assert!(values.len() <= probe.readings.len(), "{}", probe.id);
+            let other = probe.with_other_arm;
+            assert!(other.is_none_or(|other| heard.contains(&other)), "{}", probe.id);
         }
     }
 }

@@ -6,8 +6,8 @@ use std::time::Duration;
 const MAX_DELAYS: usize = 10_000;
 
 /// How long answers took.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Delays(Vec<Duration>);
+#[derive(Debug, Default)]
+pub(crate) struct Delays(Vec<Duration>);
 
 impl Delays {
     /// Another one.
@@ -18,7 +18,7 @@ impl Delays {
     }
 
     /// The least, the quartiles and the greatest, in milliseconds; empty without any.
-    pub fn quartiles(&self) -> Vec<f64> {
+    pub(crate) fn quartiles(&self) -> Vec<f64> {
         let mut sorted = self.0.clone();
         sorted.sort_unstable();
         let Some(last) = sorted.len().checked_sub(1) else {

@@ -2,6 +2,7 @@
 
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 use ts3100_proto::status::ca::decode_directory;
+use ts3100_proto::status::sf::SfLayout;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::CR;
 
@@ -35,17 +36,27 @@ pub fn versions(content: &[u8]) -> &'static str {
     }
 }
 
+/// The records of VR.
+pub fn version_records(content: &[u8]) -> Vec<String> {
+    let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
+    records(content).map(text).collect()
+}
+
+fn records(content: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let records = content.split(|byte| *byte == CR);
+    records.filter(|record| !record.is_empty())
+}
+
 /// The form of CA: `one blank, alphabetical`, or what differs.
 pub fn directory(content: &[u8]) -> &'static str {
     let Ok(entries) = decode_directory(content) else {
         return OTHER;
     };
-    let records = content
-        .split(|byte| *byte == CR)
-        .filter(|record| !record.is_empty());
     let blanks = |record: &[u8]| record.iter().filter(|byte| **byte == b' ').count() == 1;
-    let is_single = records.clone().all(blanks);
-    match (is_single, entries.is_sorted_by(|a, b| a.name <= b.name)) {
+    match (
+        records(content).all(blanks),
+        entries.is_sorted_by(|a, b| a.name <= b.name),
+    ) {
         (true, true) => "one blank, alphabetical",
         (true, false) => "one blank, another order",
         (false, true) => "other blanks, alphabetical",
@@ -68,13 +79,18 @@ pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
         SIX_AXES => "one text, six axes",
         FIRST_OF_SEVERAL => {
             let content = burst.get(3 + usize::from(has_stx)..burst.len() - 1);
-            match ts3100_proto::status::sf::SfLayout::from_first_text(content.unwrap_or_default()) {
-                ts3100_proto::status::sf::SfLayout::Six => "one text, SCARA",
-                ts3100_proto::status::sf::SfLayout::Eight => "several texts, six axes",
+            match SfLayout::from_first_text(content.unwrap_or_default()) {
+                SfLayout::Six => "one text, SCARA",
+                SfLayout::Eight => "several texts, six axes",
             }
         }
         _ => OTHER,
     }
+}
+
+/// The arm that a form of SF tells of: `six axes` or `SCARA`.
+pub fn arm(form: &str) -> String {
+    form.split(", ").last().unwrap_or_default().to_owned()
 }
 
 /// The line end of a parameter file: `LF`, `CR` or `CR LF`.

@@ -6,8 +6,8 @@ use crate::report::Report;
 use std::collections::BTreeSet;
 use ts3100_proto::words::Word;
 
-/// The rows, one a line: id, evidence, questions, behaviour.
-const ROWS: &str = include_str!(concat!(env!("OUT_DIR"), "/ledger.tsv"));
+/// The page.
+const PAGE: &str = include_str!("../../../docs/explanation/fidelity.md");
 
 /// How a behaviour is known. What is only partly known counts as the weaker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -190,15 +190,22 @@ pub struct Row {
 
 /// All rows, in the order of the page.
 pub fn rows() -> impl Iterator<Item = Row> {
-    ROWS.lines().filter_map(|line| {
-        let mut cells = line.split('\t');
-        let (id, evidence, survey, behaviour) = (cells.next()?, cells.next()?, cells.next()?, cells.next()?);
-        Some(Row {
-            id,
-            evidence: weakest(evidence),
-            survey,
-            behaviour,
-        })
+    PAGE.lines().filter_map(row)
+}
+
+/// `| id | behaviour | evidence | clauses | option | survey |`
+fn row(line: &'static str) -> Option<Row> {
+    let (id, rest) = line.strip_prefix("| ")?.strip_suffix(" |")?.split_once(" | ")?;
+    id.rsplit_once('-')?.1.parse::<u16>().ok()?;
+    // From the end: a cell may hold the sign of a choice, as in `one \| several`.
+    let mut cells = rest.rsplitn(5, " | ");
+    let (survey, _option, _clauses) = (cells.next()?, cells.next()?, cells.next()?);
+    let (evidence, behaviour) = (weakest(cells.next()?), cells.next()?);
+    Some(Row {
+        id,
+        evidence,
+        survey,
+        behaviour,
     })
 }
 
@@ -223,15 +230,17 @@ pub fn remaining(report: &Report) -> impl Iterator<Item = Row> {
 }
 
 fn weakest(text: &str) -> Evidence {
-    let words = [
-        ("assumed", Evidence::Assumed),
-        ("inferred", Evidence::Inferred),
-        ("observed", Evidence::Observed),
-        ("stated", Evidence::Stated),
-        ("ours", Evidence::Ours),
+    let weakest_first = [
+        Evidence::Assumed,
+        Evidence::Inferred,
+        Evidence::Observed,
+        Evidence::Stated,
+        Evidence::Ours,
     ];
-    let found = words.into_iter().find(|(word, _)| text.contains(word));
-    found.map_or(Evidence::Stated, |(_, evidence)| evidence)
+    let mut found = weakest_first
+        .into_iter()
+        .filter(|evidence| text.contains(evidence.word()));
+    found.next().unwrap_or(Evidence::Stated)
 }
 
 #[cfg(test)]

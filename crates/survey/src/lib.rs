@@ -16,9 +16,8 @@ mod report;
 mod run;
 mod talk;
 
-pub use delays::Delays;
 pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
-pub use probe::{Ask, Class, Probe, Reading, Verdict};
+pub use probe::{Ask, Class, Probe, Verdict};
 pub use report::{Answer, Difference, MAX_REPORT, Report, ReportError, differences};
-pub use run::{Plan, Step, survey};
+pub use run::{Plan, survey};
 pub use talk::{Heard, Trouble};

@@ -14,7 +14,7 @@ use ts3100_proto::reply::STOP;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, StxRule, Text, TextDecoder, TextOptions};
+use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, STX, StxRule, Text, TextDecoder, TextOptions};
 
 /// Sooner than this after a text of the controller no host may send (TRN-05).
 const PAUSE: Duration = Duration::from_millis(50);
@@ -55,21 +55,19 @@ impl Evidence {
             self.hear("extensions", "NG");
         }
         let answers = catalogue::probes().filter_map(|probe| {
-            let heard: Vec<&String> = self.heard.get(probe.id)?.iter().collect();
-            let answer = match heard.as_slice() {
-                [one] => Answer::heard(probe, (*one).clone()),
+            let heard = Vec::from_iter(self.heard.remove(probe.id)?);
+            Some(match heard.as_slice() {
+                [one] => Answer::heard(probe, one.clone()),
                 several => {
-                    let words: Vec<&str> = several.iter().map(|word| word.as_str()).collect();
-                    let note = format!("heard in several ways: {}", words.join("; "));
+                    let note = format!("heard in several ways: {}", several.join("; "));
                     Answer::without(probe, Verdict::Unknown, note)
                 }
-            };
-            Some(answer)
+            })
         });
         Report {
             answers: answers.collect(),
-            versions: self.versions.clone(),
-            arm: self.arm.clone(),
+            versions: self.versions,
+            arm: self.arm,
             ..Report::default()
         }
     }
@@ -162,9 +160,10 @@ impl<'a> Passive<'a> {
             return;
         };
         let letters = open.as_ref().map(|open| letters(&open.text)).unwrap_or_default();
-        if matches!(letters.as_str(), "SF" | "IO") {
-            self.binary(&letters, &answer);
-            return;
+        match letters.as_str() {
+            "SF" => return self.total_status(&answer),
+            "IO" => return,
+            _ => {}
         }
         let mut decoder = decoder();
         decoder.push(&answer);
@@ -186,16 +185,11 @@ impl<'a> Passive<'a> {
         }
     }
 
-    fn binary(&mut self, letters: &str, answer: &[u8]) {
-        if letters == "SF" {
-            let form = forms::total_status(answer, answer.first() == Some(&ts3100_proto::text::STX));
-            if form != forms::OTHER {
-                self.evidence.hear("total-status-texts", form);
-                form.split(", ")
-                    .last()
-                    .unwrap_or_default()
-                    .clone_into(&mut self.evidence.arm);
-            }
+    fn total_status(&mut self, answer: &[u8]) {
+        let form = forms::total_status(answer, answer.first() == Some(&STX));
+        if form != forms::OTHER {
+            self.evidence.hear("total-status-texts", form);
+            self.evidence.arm = forms::arm(form);
         }
     }
 
@@ -252,14 +246,10 @@ impl<'a> Passive<'a> {
             self.evidence.hear("pause", "answer");
         }
         if letters == "SM" {
-            let is_scara = self.evidence.arm == "SCARA";
-            if !self.evidence.arm.is_empty() {
-                let heard = if is_scara {
-                    "served on a SCARA arm"
-                } else {
-                    "served"
-                };
-                self.evidence.hear("extensions", heard);
+            match self.evidence.arm.as_str() {
+                "" => {}
+                "SCARA" => self.evidence.hear("extensions", "served on a SCARA arm"),
+                _ => self.evidence.hear("extensions", "served"),
             }
         }
     }
@@ -275,11 +265,7 @@ impl<'a> Passive<'a> {
             }
             "VR" => {
                 self.evidence.hear("versions-form", forms::versions(content));
-                let records = content
-                    .split(|byte| *byte == CR)
-                    .filter(|record| !record.is_empty());
-                let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
-                self.evidence.versions = records.map(text).collect();
+                self.evidence.versions = forms::version_records(content);
             }
             "EU" => self.evidence.hear("history-form", forms::history(content)),
             "CA" => self.evidence.hear("directory-form", forms::directory(content)),

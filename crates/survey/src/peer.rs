@@ -9,7 +9,7 @@ pub use tcp::TcpPeer;
 use std::time::Duration;
 
 /// A connection of a survey.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Line {
     /// The one that commands are sent on: IP0 or HOST.
     Commands,

@@ -61,17 +61,6 @@ impl Word for Verdict {
     }
 }
 
-/// One reading of the manual.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reading {
-    /// What a controller with this reading answers, as a [`Heard`]; `*` stands for any number, or several with blanks between them.
-    pub heard: &'static str,
-    /// The value of the option that makes the emulator do the same; `*` is the number heard.
-    pub sets: Option<(&'static str, &'static str)>,
-    /// The emulator has it by default with some arm.
-    pub is_default: bool,
-}
-
 /// How a question is asked.
 #[derive(Debug, Clone, Copy)]
 pub enum Ask {
@@ -83,6 +72,10 @@ pub enum Ask {
     Stops(&'static str),
     /// This program is selected: `accepted` or `refused`.
     Selects(&'static str),
+    /// The content of this file or status is asked for; heard is its form.
+    Form(&'static str, fn(&[u8]) -> &'static str),
+    /// More than one step; heard is one of a few words.
+    Word(fn(&mut Talk<'_>) -> Result<&'static str, Trouble>),
     /// More than one step.
     Steps(fn(&mut Talk<'_>) -> Result<Heard, Trouble>),
 }
@@ -100,28 +93,47 @@ pub struct Probe {
     pub sends: &'static str,
     /// How it is asked.
     pub ask: Ask,
-    /// The known readings; the first is that of the emulator by default.
-    pub readings: &'static [Reading],
-    /// How often it is asked: only what is answered alike each time counts.
-    pub repeats: u8,
+    /// The known readings of the manual, each as the [`Heard`] of a controller that has it; `*` stands for any number, or
+    /// several with blanks between them. The first is that of the emulator by default.
+    pub readings: &'static [&'static str],
+    /// The option that the first readings decide, and the value for each that makes the emulator do the same; `*` is the
+    /// number heard.
+    pub decides: Option<(&'static str, &'static [&'static str])>,
+    /// The reading that the emulator has by default with another arm.
+    pub with_other_arm: Option<&'static str>,
+    /// To ask once takes so long that it is not asked again.
+    pub is_slow: bool,
     /// Whether what went over the line may be written down: it holds nothing of the user's.
     pub is_public: bool,
 }
 
 impl Probe {
-    /// The reading that was heard, and its verdict.
-    pub fn reading(&self, heard: &str) -> Option<(&'static Reading, Verdict)> {
-        let fits = |reading: &Reading| match reading.heard {
+    /// How often it is asked: only what is answered alike each time counts, the more if an option follows from it.
+    pub(crate) fn repeats(&self) -> u8 {
+        match self.class {
+            _ if self.is_slow => 1,
+            Class::Look => 2 + u8::from(self.decides.is_some()),
+            Class::Files => 2,
+            Class::Program => 1 + u8::from(self.decides.is_some()),
+            Class::Motion => 1,
+        }
+    }
+
+    /// What it means that this was heard, and the option that it decides with its value; `None` if no reading is known.
+    pub(crate) fn judge(&self, heard: &str) -> Option<(Verdict, Option<(&'static str, &'static str)>)> {
+        let fits = |reading: &&str| match *reading {
             "*" => heard.starts_with(|char: char| char.is_ascii_digit()) && heard.bytes().all(is_numeral),
             text => text == heard,
         };
         let index = self.readings.iter().position(fits)?;
-        let reading = self.readings.get(index)?;
-        let verdict = match index == 0 || reading.is_default {
+        let verdict = match index == 0 || self.with_other_arm == Some(heard) {
             true => Verdict::Manual,
             false => Verdict::Variation,
         };
-        Some((reading, verdict))
+        let sets = self
+            .decides
+            .and_then(|(option, values)| Some((option, *values.get(index)?)));
+        Some((verdict, sets))
     }
 }
 

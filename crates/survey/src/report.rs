@@ -4,7 +4,6 @@
 //! of parameter files are not.
 
 use crate::catalogue;
-use crate::delays::Delays;
 use crate::probe::{Probe, Verdict};
 use crate::talk::Heard;
 use serde::Deserialize;
@@ -37,18 +36,14 @@ pub struct Answer {
 impl Answer {
     /// The answer of a controller from which this was heard.
     pub fn heard(probe: &Probe, heard: Heard) -> Answer {
-        match probe.reading(&heard) {
-            Some((reading, verdict)) => Answer {
-                sets: reading
-                    .sets
-                    .map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
-                heard,
-                ..Answer::without(probe, verdict, String::new())
-            },
-            None => Answer {
-                heard,
-                ..Answer::without(probe, Verdict::Unknown, "no reading that is known".to_owned())
-            },
+        let (verdict, sets, note) = match probe.judge(&heard) {
+            Some((verdict, sets)) => (verdict, sets, ""),
+            None => (Verdict::Unknown, None, "no reading that is known"),
+        };
+        Answer {
+            sets: sets.map(|(option, value)| (option.to_owned(), value.replace('*', &heard))),
+            heard,
+            ..Answer::without(probe, verdict, note.to_owned())
         }
     }
 
@@ -82,10 +77,8 @@ pub struct Report {
     pub stopped: Option<String>,
     /// What could not be put back.
     pub left: Vec<String>,
-    /// How long answers took.
-    pub delays: Delays,
-    /// The same of a file that was read.
-    pub quartiles: Vec<f64>,
+    /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
+    pub answer_times: Vec<f64>,
 }
 
 /// Why a file cannot be read.
@@ -188,14 +181,6 @@ impl Report {
             .count()
     }
 
-    /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
-    pub fn answer_times(&self) -> Vec<f64> {
-        match self.quartiles.is_empty() {
-            true => self.delays.quartiles(),
-            false => self.quartiles.clone(),
-        }
-    }
-
     /// The file.
     pub fn write(&self) -> String {
         let body = self.body();
@@ -222,7 +207,7 @@ impl Report {
             list(&self.versions),
             quoted(&self.arm)
         );
-        let times = self.answer_times();
+        let times = &self.answer_times;
         if !times.is_empty() {
             let _ = writeln!(
                 out,
@@ -298,8 +283,7 @@ impl Report {
             answers: answers.collect::<Result<_, _>>()?,
             stopped: file.stopped,
             left: file.left,
-            delays: Delays::default(),
-            quartiles: file.delays.ms,
+            answer_times: file.delays.ms,
         })
     }
 }

@@ -1,7 +1,8 @@
 //! Asks a controller, question by question.
 
 use crate::catalogue;
-use crate::peer::{Peer, PeerError};
+use crate::forms;
+use crate::peer::{Line, Peer, PeerError};
 use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
 use crate::talk::{FILE, Heard, PATIENCE, QUIET, Talk, Trouble};
@@ -13,7 +14,7 @@ use ts3100_proto::escape::parse;
 use ts3100_proto::status::ca::decode_directory;
 use ts3100_proto::status::sf::SystemStatus;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
-use ts3100_proto::text::{CR, Checksum, ETX, STX};
+use ts3100_proto::text::{Checksum, ETX, STX};
 
 /// What is asked.
 #[derive(Debug, Clone, Default)]
@@ -36,34 +37,21 @@ impl Plan {
     }
 }
 
-/// What a survey is about to do or has done, for those who watch.
-#[derive(Debug)]
-pub enum Step<'a> {
-    /// This is asked now.
-    Asking(&'a Probe),
-    /// This was answered.
-    Answered(&'a Answer),
-}
-
 /// What was there before, and is put back.
 #[derive(Debug, Default)]
 struct Before {
-    selected: String,
-    has_changed_selection: bool,
+    /// The selected file, where the survey may select another one; empty for none.
+    selected: Option<String>,
     /// Servo power and the angles of the arm, where the survey may change them.
     arm: Option<SystemStatus>,
 }
 
-/// Asks a controller. What the survey changes it puts back, also when it has to stop; what it could not put back is in the
-/// report.
+/// Asks a controller; `watch` sees each answer. What the survey changes it puts back, also when it has to stop; what it could
+/// not put back is in the report.
 ///
 /// # Errors
 /// Nobody answers.
-pub fn survey(
-    peer: &mut dyn Peer,
-    plan: &Plan,
-    watch: &mut dyn FnMut(Step<'_>),
-) -> Result<Report, PeerError> {
+pub fn survey(peer: &mut dyn Peer, plan: &Plan, watch: &mut dyn FnMut(&Answer)) -> Result<Report, PeerError> {
     let is_serial = peer.is_serial();
     let mut talk = Talk::new(peer, Arc::clone(&plan.stop));
     let mut report = Report::default();
@@ -74,7 +62,6 @@ pub fn survey(
     let mut class = None;
     let mut is_surprised = false;
     for probe in plan.probes() {
-        watch(Step::Asking(probe));
         let allowed = match &report.stopped {
             Some(_) => Err(Trouble::Refused("the survey had stopped".to_owned())),
             None if class == Some(probe.class) => Ok(()),
@@ -100,7 +87,7 @@ pub fn survey(
         if !probe.is_public {
             answer.traffic.clear();
         }
-        watch(Step::Answered(&answer));
+        watch(&answer);
         report.answers.push(answer);
         // What was not prepared was not asked: the file of that name may be the user's.
         if report.stopped.is_none()
@@ -121,7 +108,7 @@ pub fn survey(
     }
     if !is_serial {
         // There the line takes most of the time.
-        report.delays = talk.delays().clone();
+        report.answer_times = talk.delays().quartiles();
     }
     redact(&mut report, &mut talk);
     Ok(report)
@@ -166,11 +153,7 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     let status = talk.status()?;
     talk.written().hide(&status.file);
     if let Some(content) = talk.content("VR")? {
-        let records = content
-            .split(|byte| *byte == CR)
-            .filter(|record| !record.is_empty());
-        let text = |record: &[u8]| String::from_utf8_lossy(record).trim().to_owned();
-        report.versions = records.map(text).collect();
+        report.versions = forms::version_records(&content);
     }
     if let Some(content) = talk.content("CA")? {
         for entry in decode_directory(&content).unwrap_or_default() {
@@ -178,10 +161,7 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
         }
     }
     let (form, _) = talk.total_status()?;
-    form.split(", ")
-        .last()
-        .unwrap_or_default()
-        .clone_into(&mut report.arm);
+    report.arm = forms::arm(form);
     Ok(())
 }
 
@@ -195,7 +175,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if !matches!(status.execution, ExecutionStatus::Reset) {
         return refused("a program runs or has stopped midway; let it end, or reset it");
     }
-    if !before.has_changed_selection && catalogue::files_size(talk)?.is_some() {
+    if before.selected.is_none() && catalogue::files_size(talk)?.is_some() {
         return refused("a file TSSURVEY is on the RAM drive; rename or erase it");
     }
     if class == Class::Files {
@@ -216,10 +196,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if status.run_mode != RunMode::Cycle {
         return refused("the operation mode is not cycle");
     }
-    if !before.has_changed_selection {
-        before.selected = status.file;
-        before.has_changed_selection = true;
-    }
+    before.selected.get_or_insert(status.file);
     if class < Class::Motion {
         return Ok(());
     }
@@ -239,7 +216,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
 /// What was heard, if it was the same each time.
 fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     let mut first: Option<Heard> = None;
-    for _ in 0..probe.repeats.max(1) {
+    for _ in 0..probe.repeats() {
         let heard = ask_once(talk, probe)?;
         // Once is enough to see what was done.
         talk.written().keep();
@@ -282,6 +259,8 @@ fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             Ok("refused".to_owned())
         }
+        Ask::Form(command, form) => Ok(form(&talk.file(command)?).to_owned()),
+        Ask::Word(steps) => steps(talk).map(str::to_owned),
         Ask::Steps(steps) => steps(talk),
     }
 }
@@ -331,8 +310,7 @@ fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
 
 /// Erases the file of the survey.
 fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
-    talk.asks(&format!("ER,{FILE}"))?;
-    Ok(())
+    talk.asks(&format!("ER,{FILE}")).map(drop)
 }
 
 /// Puts servo power back. Returns what is left: power is not turned on and no axis is turned after a surprise, and feed hold
@@ -363,18 +341,16 @@ fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<Str
     }
     // Something that came late must not keep the rest from being put back.
     let quiet = Duration::from_secs(1);
-    let _late = talk.rest_of_burst().and_then(|_| talk.wait(quiet));
-    let class = if before.has_changed_selection {
-        Class::Program
-    } else {
-        Class::Files
+    let _late = talk.listen(Line::Commands, PATIENCE).map(|_| talk.wait(quiet));
+    let class = match before.selected {
+        Some(_) => Class::Program,
+        None => Class::Files,
     };
     if tidy(talk, class).and_then(|()| erase(talk)).is_err() {
         left.push(format!("the file {FILE} may still be on the RAM drive"));
     }
-    if before.has_changed_selection
-        && !before.selected.is_empty()
-        && talk.command(&format!("SL,{}", before.selected)).is_err()
+    if let Some(selected) = before.selected.as_ref().filter(|name| !name.is_empty())
+        && talk.command(&format!("SL,{selected}")).is_err()
     {
         left.push("the program that was selected before is not selected".to_owned());
     }

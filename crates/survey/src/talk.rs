@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_proto::command::RunMode;
-use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::STOP;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
@@ -31,8 +30,6 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(2);
 pub(crate) const QUIET: Duration = Duration::from_millis(300);
 /// How soon an interruption is noticed.
 const PROMPT: Duration = Duration::from_millis(100);
-/// Largest content that is taken from a controller.
-const MAX_CONTENT: usize = 1024 * 1024;
 /// The file of the survey on the RAM drive.
 pub(crate) const FILE: &str = "TSSURVEY";
 
@@ -197,21 +194,12 @@ impl<'a> Talk<'a> {
         self.peer.close(line);
     }
 
-    /// What comes on another connection until it is quiet; an error when it has ended.
+    /// What comes on a connection until it is quiet, not cut into texts.
     ///
     /// # Errors
     /// The controller has closed it.
     pub fn listen(&mut self, line: Line, wait: Duration) -> Result<Vec<u8>, PeerError> {
-        let (mut heard, mut until) = (Vec::new(), self.now() + wait);
-        while self.now() < until {
-            let bytes = self.receive(line, until)?;
-            if !bytes.is_empty() {
-                until = self.now() + QUIET;
-                heard.extend(bytes);
-            }
-        }
-        self.note('<', &heard);
-        Ok(heard)
+        self.bytes(line, wait, usize::MAX)
     }
 
     /// Sends on another connection.
@@ -322,14 +310,19 @@ impl<'a> Talk<'a> {
         encode_text(data.as_bytes(), Framing::Stx, self.checksum)
     }
 
+    /// Sends a command after the usual pause.
+    fn send(&mut self, command: &str) -> Result<(), Trouble> {
+        self.pause()?;
+        let text = self.text(&format!("{command}\r"));
+        self.send_at_once(&text)
+    }
+
     /// The data section of the answer to a command.
     ///
     /// # Errors
     /// None came.
     pub fn ask(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
-        let sent = self.text(&format!("{command}\r"));
-        self.pause()?;
-        self.send_at_once(&sent)?;
+        self.send(command)?;
         let begun = self.now();
         let heard = self.hear(PATIENCE)?;
         let answer = heard.ok_or_else(|| Trouble::Surprise(format!("no answer to {command}")))?;
@@ -372,54 +365,20 @@ impl<'a> Talk<'a> {
         }
     }
 
+    /// The answer to a command: `OK` or `NG`.
+    ///
+    /// # Errors
+    /// Anything else came.
+    pub fn reply(&mut self, command: &str) -> Result<&'static str, Trouble> {
+        Ok(if self.asks(command)? { "OK" } else { "NG" })
+    }
+
     /// Acknowledges a text of a file.
     ///
     /// # Errors
     /// Something came before.
     pub fn acknowledge(&mut self) -> Result<(), Trouble> {
-        self.pause()?;
-        let text = self.text("OK\r");
-        self.send_at_once(&text)
-    }
-
-    /// The content of a file or status; `None` for NG.
-    ///
-    /// # Errors
-    /// The answer is neither.
-    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, Trouble> {
-        let first = self.ask(command)?;
-        if first == b"NG\r" {
-            return Ok(None);
-        }
-        self.rest_of_content(command, first).map(Some)
-    }
-
-    /// The content of a file whose first text has come.
-    ///
-    /// # Errors
-    /// The texts are not those of a file.
-    pub fn rest_of_content(&mut self, command: &str, first: Vec<u8>) -> Result<Vec<u8>, Trouble> {
-        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
-        let mut data = first;
-        loop {
-            match receiver.push(&data) {
-                Received::Refused(reason) => {
-                    return Err(Trouble::Surprise(format!("the answer to {command}: {reason}")));
-                }
-                Received::Complete(content) => {
-                    self.acknowledge()?;
-                    return Ok(content);
-                }
-                Received::More => {
-                    self.acknowledge()?;
-                    let next = self.hear(PATIENCE)?;
-                    let next = next.ok_or_else(|| {
-                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
-                    })?;
-                    data = next.data.to_vec();
-                }
-            }
-        }
+        self.send("OK")
     }
 
     /// Sends these bytes and tells what kind of text comes back: `answer`, `OK`, `NG` or `silence`.
@@ -429,6 +388,15 @@ impl<'a> Talk<'a> {
     pub fn kind_of_answer(&mut self, bytes: &[u8]) -> Result<Heard, Trouble> {
         let heard = self.exchange(bytes)?;
         self.kind(heard)
+    }
+
+    /// The same for a text with this data section.
+    ///
+    /// # Errors
+    /// Those of [`Talk::kind_of_answer`].
+    pub fn kind_of_answer_to(&mut self, data: &str) -> Result<Heard, Trouble> {
+        let text = self.text(data);
+        self.kind_of_answer(&text)
     }
 
     /// The kind of a text. What has to be acknowledged is acknowledged.
@@ -472,7 +440,8 @@ impl<'a> Talk<'a> {
         self.acknowledge()?;
         if form.starts_with("several") {
             burst.pop();
-            burst.extend(self.rest_of_burst()?.into_iter().skip(begin));
+            let rest = self.listen(Line::Commands, PATIENCE)?;
+            burst.extend(rest.into_iter().skip(begin));
             self.acknowledge()?;
         }
         Ok((form, burst.split_off(burst.len().min(begin + b"FL,".len()))))
@@ -512,11 +481,9 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// Nothing came.
     pub fn burst(&mut self, command: &'static str) -> Result<Vec<u8>, Trouble> {
-        let sent = self.text(&format!("{command}\r"));
-        self.pause()?;
-        self.send_at_once(&sent)?;
+        self.send(command)?;
         let enough = self.lengths.get(command).copied();
-        let heard = self.bytes(enough.unwrap_or(usize::MAX))?;
+        let heard = self.bytes(Line::Commands, PATIENCE, enough.unwrap_or(usize::MAX))?;
         if heard.is_empty() {
             return Err(Trouble::Surprise(format!("no answer to {command}")));
         }
@@ -524,23 +491,17 @@ impl<'a> Talk<'a> {
         Ok(heard)
     }
 
-    /// Bytes that come until the line is quiet.
-    ///
-    /// # Errors
-    /// The connection has ended.
-    pub fn rest_of_burst(&mut self) -> Result<Vec<u8>, Trouble> {
-        self.bytes(usize::MAX)
-    }
-
-    /// Bytes that come until there are enough, or the line is quiet.
-    fn bytes(&mut self, enough: usize) -> Result<Vec<u8>, Trouble> {
-        let (mut heard, mut until) = (Vec::new(), self.now() + PATIENCE);
+    /// Bytes that come until there are enough, or the line is quiet; for the first of them it waits longer.
+    fn bytes(&mut self, line: Line, wait: Duration, enough: usize) -> Result<Vec<u8>, PeerError> {
+        let (mut heard, mut until) = (Vec::new(), self.now() + wait);
         while self.now() < until && heard.len() < enough {
-            let bytes = self.receive(Line::Commands, until)?;
+            let bytes = self.receive(line, until)?;
             if !bytes.is_empty() {
-                self.last = self.now();
-                until = self.last + QUIET;
+                until = self.now() + QUIET;
                 heard.extend(bytes);
+                if line == Line::Commands {
+                    self.last = self.now();
+                }
             }
         }
         self.note('<', &heard);
@@ -563,8 +524,7 @@ impl<'a> Talk<'a> {
     /// # Errors
     /// It does not answer SU, or in no form that is known.
     pub fn status(&mut self) -> Result<StatusBody, Trouble> {
-        let content = self.content("SU")?;
-        let content = content.ok_or_else(|| Trouble::Refused("SU got NG".to_owned()))?;
+        let content = self.file("SU")?;
         let status = StatusBody::decode(&content)
             .map_err(|error| Trouble::Surprise(format!("the answer to SU: {error}")))?;
         let modes = (status.master_mode, status.run_mode);

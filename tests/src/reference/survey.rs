@@ -10,11 +10,9 @@ pub(super) fn questions() -> String {
     let sections = Class::ALL.iter().map(|class| {
         let probes = catalogue::probes().filter(|probe| probe.class == *class);
         let rows = probes.map(|probe| {
-            let options = probe.readings.iter().filter_map(|reading| reading.sets);
-            let option = options.map(|(option, _)| option).next().unwrap_or("-");
-            let option = match option {
-                "-" => option.to_owned(),
-                option => format!("[{}](options.md#{option})", code(option)),
+            let option = match probe.decides {
+                None => "-".to_owned(),
+                Some((option, _)) => format!("[{}](options.md#{option})", code(option)),
             };
             let known = ledger::rows().filter(|row| row.survey.split(", ").any(|id| id == probe.id));
             let known: Vec<&str> = known.map(|row| row.id).collect();

@@ -101,7 +101,7 @@ impl Driver {
             }
             LinkAction::Drop { port } => {
                 self.require_peer(port, true)?;
-                if self.edge.serial_lines.has(port) {
+                if self.edge.serial_lines.endpoint(port).is_some() {
                     return Err(ActionError::conflict(
                         port,
                         format!(
@@ -140,19 +140,17 @@ impl Driver {
 
     /// Fails if the power is off, or if `expected` is set and no peer is connected.
     fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
-        if !self.cell.controller.state().powered {
-            return Err(ActionError::conflict(
-                port,
-                format!("cannot use {port}: the power is off"),
-            ));
-        }
-        if expected && self.cell.controller.peer(port).is_none() {
-            return Err(ActionError::conflict(
-                port,
-                format!("cannot use {port}: nobody is connected"),
-            ));
-        }
-        Ok(())
+        let reason = if !self.cell.controller.state().powered {
+            "the power is off"
+        } else if expected && self.cell.controller.peer(port).is_none() {
+            "nobody is connected"
+        } else {
+            return Ok(());
+        };
+        Err(ActionError::conflict(
+            port,
+            format!("cannot use {port}: {reason}"),
+        ))
     }
 
     /// Restores the state at the start: connections closed, time at its initial value.

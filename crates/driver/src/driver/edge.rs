@@ -66,14 +66,14 @@ impl Edge {
     /// Closes every channel; returns the resulting inputs.
     pub fn close_channels(&mut self) -> Vec<Input> {
         self.ports.clear();
-        disconnected(self.channels.close())
+        self.channels.close()
     }
 
     /// Closes every connection, and every channel that is not the same under the network parameters of `next`; returns
     /// the resulting inputs.
     pub fn close_channels_for(&mut self, next: &Controller) -> Vec<Input> {
         self.ports.clear();
-        disconnected(self.channels.close_for(next.network()))
+        self.channels.close_for(next.network())
     }
 
     /// Replaces the files of the backing directory by those of `next`.
@@ -135,12 +135,6 @@ impl Edge {
         let idle = self.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer);
         self.clock.set_idle(idle);
     }
-}
-
-fn disconnected(gone: Vec<Port>) -> Vec<Input> {
-    gone.into_iter()
-        .map(|port| Input::Disconnected { port })
-        .collect()
 }
 
 impl Effects for Edge {

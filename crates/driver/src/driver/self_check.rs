@@ -56,10 +56,7 @@ impl Driver {
         self.edge.clock.set(self.cell.controller.now());
         self.edge.update_idle(&self.cell.controller);
         self.edge.open_channels(&self.cell.controller)?;
-        result.map_err(|reason| OpenError::System {
-            what: "conversation with the emulator (SU on IP0)",
-            reason,
-        })
+        result.map_err(OpenError::SelfCheck)
     }
 }
 

@@ -10,7 +10,7 @@
 use super::Driver;
 use super::run_loop::{Held, WakeTimer, Work, clock_check};
 use crate::cell::Side;
-use crate::clock::{CATCH_UP_SLICE, Wake};
+use crate::clock::{CATCH_UP_SLICE, Clock, Wake};
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
@@ -113,10 +113,8 @@ enum Step {
 
 /// Robots and the wires between them.
 pub struct Wired {
-    #[expect(clippy::vec_box, reason = "as they come, and as `finish()` takes them")]
-    drivers: Vec<Box<Driver>>,
-    /// Whose lines are logged, by the numbers of the drivers.
-    spans: Vec<Span>,
+    /// Each with the span of its lines in the log.
+    robots: Vec<(Box<Driver>, Span)>,
     wires: Arc<[Wire]>,
     levels: Arc<Mutex<Vec<bool>>>,
     outside: BTreeMap<String, bool>,
@@ -141,10 +139,8 @@ impl Wired {
             levels: Arc::clone(&levels),
             changes: sender,
         };
-        let (drivers, spans) = robots.into_iter().unzip();
         let wired = Wired {
-            drivers,
-            spans,
+            robots,
             wires,
             levels,
             outside: BTreeMap::new(),
@@ -167,7 +163,7 @@ impl Wired {
         self.catch_up();
         self.release();
         let mut controllers = Vec::new();
-        for driver in self.drivers {
+        for (driver, _) in self.robots {
             controllers.push(driver.finish().await);
         }
         controllers
@@ -177,14 +173,9 @@ impl Wired {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
             let (wake, distance) = self.next_wake();
-            let beats = self
-                .drivers
-                .first()
-                .and_then(|driver| driver.edge.clock.gap_check_interval());
-            let fine = self
-                .drivers
-                .first()
-                .is_some_and(|driver| driver.edge.clock.needs_fine_timer());
+            let clock = self.robots.first().map(|(driver, _)| &driver.edge.clock);
+            let beats = clock.and_then(Clock::gap_check_interval);
+            let fine = clock.is_some_and(Clock::needs_fine_timer);
             let step = tokio::select! {
                 biased;
                 () = &mut stop => return,
@@ -193,11 +184,11 @@ impl Wired {
                 () = clock_check(beats) => Step::ClockCheck,
             };
             self.hold();
-            self.drivers.iter_mut().for_each(|driver| driver.skip_gap());
+            self.drivers().for_each(Driver::skip_gap);
             if let (Step::Tick, Wake::JumpAfter(_), Some(distance)) = (&step, wake, distance) {
                 // What has arrived anywhere is handled before.
                 self.jump = Some(distance);
-                for driver in &mut self.drivers {
+                for driver in self.drivers() {
                     let at = driver.edge.clock.now() + distance;
                     driver.rotation.hold(Held::new(Work::Jump(at)));
                 }
@@ -214,23 +205,27 @@ impl Wired {
         }
     }
 
+    fn drivers(&mut self) -> impl Iterator<Item = &mut Driver> {
+        self.robots.iter_mut().map(|(driver, _)| &mut **driver)
+    }
+
     /// Wall-clock time stands still while a step is taken.
     fn hold(&mut self) {
         let moment = Instant::now();
-        for driver in &mut self.drivers {
+        for driver in self.drivers() {
             driver.edge.clock.hold(Some(moment));
             driver.edge.begin();
         }
     }
 
     fn release(&mut self) {
-        for driver in &mut self.drivers {
+        for driver in self.drivers() {
             driver.edge.clock.hold(None);
         }
     }
 
     fn is_storing(&self) -> bool {
-        self.drivers.iter().any(|driver| driver.edge.write.is_some())
+        self.robots.iter().any(|(driver, _)| driver.edge.write.is_some())
     }
 
     /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
@@ -239,11 +234,11 @@ impl Wired {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
-        let (storing, count) = (self.is_storing(), self.drivers.len());
+        let (storing, count) = (self.is_storing(), self.robots.len());
         let mut drained = 0;
         for turn in 0..count {
             let index = (self.first + turn) % count;
-            let Some(driver) = self.drivers.get_mut(index) else {
+            let Some((driver, _)) = self.robots.get_mut(index) else {
                 continue;
             };
             if storing && driver.edge.write.is_none() {
@@ -268,10 +263,10 @@ impl Wired {
     async fn perform(&mut self, step: Step) {
         match step {
             Step::Of(index, work) => {
-                for driver in &mut self.drivers {
+                for driver in self.drivers() {
                     driver.rotation.forget_jump();
                 }
-                if let (Some(driver), Some(span)) = (self.drivers.get_mut(index), self.spans.get(index)) {
+                if let Some((driver, span)) = self.robots.get_mut(index) {
                     driver.perform(work).instrument(span.clone()).await;
                 }
                 self.align(index);
@@ -284,7 +279,7 @@ impl Wired {
             }
             Step::Jump => {
                 let distance = self.jump.take().unwrap_or_default();
-                for driver in &mut self.drivers {
+                for driver in self.drivers() {
                     let at = driver.edge.clock.now() + distance;
                     driver.edge.clock.jump(at);
                 }
@@ -298,7 +293,7 @@ impl Wired {
 
     /// Every robot does what is due now.
     fn tick(&mut self) {
-        for index in 0..self.drivers.len() {
+        for index in 0..self.robots.len() {
             self.step(index, Duration::ZERO, Input::Tick);
             self.carry(Duration::ZERO);
         }
@@ -306,10 +301,14 @@ impl Wired {
 
     /// Time passes for all as it does for one of them, and no faster than the host of any allows.
     fn align(&mut self, index: usize) {
-        let Some(clock) = self.drivers.get(index).map(|driver| driver.edge.clock.clone()) else {
+        let Some(clock) = self
+            .robots
+            .get(index)
+            .map(|(driver, _)| driver.edge.clock.clone())
+        else {
             return;
         };
-        for driver in &mut self.drivers {
+        for driver in self.drivers() {
             driver.edge.clock.follow(&clock);
             driver.judge_pace();
         }
@@ -319,7 +318,7 @@ impl Wired {
     fn catch_up(&mut self) {
         let begun = Instant::now();
         while !self.is_storing() {
-            let overdue = self.drivers.iter().enumerate().filter_map(|(index, driver)| {
+            let overdue = self.robots.iter().enumerate().filter_map(|(index, (driver, _))| {
                 let late = driver.edge.clock.now().since(driver.cell.deadline()?);
                 (!late.is_zero()).then_some((late, index))
             });
@@ -341,7 +340,7 @@ impl Wired {
     /// The machine is too slow: time goes on from the moment that was reached.
     fn note_lag(&mut self, late: Duration) {
         let mut is_noticeable = false;
-        for driver in &mut self.drivers {
+        for driver in self.drivers() {
             let reached = before(driver.edge.clock.now(), late);
             is_noticeable |= driver.edge.clock.note_lag(reached);
         }
@@ -354,7 +353,7 @@ impl Wired {
 
     /// Hands an input to a robot, so long before now.
     fn step(&mut self, index: usize, late: Duration, input: Input) {
-        if let (Some(driver), Some(span)) = (self.drivers.get_mut(index), self.spans.get(index)) {
+        if let Some((driver, span)) = self.robots.get_mut(index) {
             let at = before(driver.edge.clock.now(), late);
             // A refusal is an event.
             let _ = span.in_scope(|| driver.cell.feed(at, input, Side::Robot, &mut driver.edge));
@@ -397,7 +396,7 @@ impl Wired {
         let wire = self.wires.get(index)?;
         let on = match &wire.from {
             WireEnd::Line { robot, line } => {
-                let controller = &self.drivers.get(*robot)?.cell.controller;
+                let controller = &self.robots.get(*robot)?.0.cell.controller;
                 controller.state().powered && controller.signals().output(*line)
             }
             WireEnd::Outside(name) => self.outside.get(name).copied().unwrap_or(false),
@@ -406,7 +405,7 @@ impl Wired {
         let was = std::mem::replace(levels.get_mut(index)?, on);
         match &wire.to {
             WireEnd::Line { robot, line } => {
-                let signals = self.drivers.get(*robot)?.cell.controller.signals();
+                let signals = self.robots.get(*robot)?.0.cell.controller.signals();
                 // A forced input shows what it is forced to, until it is released.
                 let follows = signals.forced(IoKind::Input, *line).is_some() || signals.input(*line) == on;
                 (!follows).then_some((Some((*robot, *line)), on))
@@ -420,11 +419,11 @@ impl Wired {
 
     /// Automatic time stands still between two jumps while nobody is at any robot.
     fn update_idle(&mut self) {
-        for driver in &mut self.drivers {
+        for driver in self.drivers() {
             driver.edge.update_idle(&driver.cell.controller);
         }
-        let idle = self.drivers.iter().all(|driver| driver.edge.clock.is_idle());
-        for driver in &mut self.drivers {
+        let idle = self.drivers().all(|driver| driver.edge.clock.is_idle());
+        for driver in self.drivers() {
             driver.edge.clock.set_idle(idle);
         }
     }
@@ -434,14 +433,12 @@ impl Wired {
         if self.is_storing() {
             return (Wake::Never, None);
         }
-        let silent = self
-            .drivers
-            .iter()
-            .all(|driver| driver.cell.controller.host_is_silent());
+        let mut robots = self.robots.iter();
+        let silent = robots.all(|(driver, _)| driver.cell.controller.host_is_silent());
         let mut distance: Option<Duration> = None;
         let mut wake = Wake::Never;
         let mut advancing = false;
-        for driver in &self.drivers {
+        for (driver, _) in &self.robots {
             let (of_driver, until) = driver.next_wake_if(silent);
             let left = until.map(|until| until.since(driver.edge.clock.now()));
             distance = left.into_iter().chain(distance).min();

@@ -104,19 +104,13 @@ fn open_port(
     timeout: Duration,
 ) -> serialport::Result<Box<dyn SerialPort>> {
     let port = serialport::new(path.to_string_lossy(), settings.speed)
-        .data_bits(match settings.length {
-            7 => DataBits::Seven,
-            _ => DataBits::Eight,
-        })
+        .data_bits(DataBits::try_from(settings.length).unwrap_or(DataBits::Eight))
         .parity(match settings.parity {
             Parity::None => serialport::Parity::None,
             Parity::Odd => serialport::Parity::Odd,
             Parity::Even => serialport::Parity::Even,
         })
-        .stop_bits(match settings.stop {
-            2 => StopBits::Two,
-            _ => StopBits::One,
-        })
+        .stop_bits(StopBits::try_from(settings.stop).unwrap_or(StopBits::One))
         .flow_control(FlowControl::None)
         .timeout(timeout)
         .open()?;
@@ -266,11 +260,6 @@ impl SerialLines {
         for (port, line) in &mut self.open {
             line.room = robot.line_room(*port).unwrap_or(0);
         }
-    }
-
-    /// Whether the port has an open serial line.
-    pub fn has(&self, port: Port) -> bool {
-        self.open.contains_key(&port)
     }
 
     /// Sends bytes that came off the line to the host.

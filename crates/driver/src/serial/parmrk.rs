@@ -10,18 +10,16 @@ pub(super) enum CharacterRun {
     Bad(Vec<u8>),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum MarkState {
+/// Takes the marks out of a stream, however it is cut: what the last byte was.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) enum MarkDecoder {
+    /// A whole character, or none yet.
     #[default]
     Plain,
+    /// The beginning of a mark, or of a good `FF`.
     Mark,
+    /// A mark: a bad character follows.
     Bad,
-}
-
-/// Takes the marks out of a stream, however it is cut.
-#[derive(Debug, Default)]
-pub(super) struct MarkDecoder {
-    state: MarkState,
 }
 
 impl MarkDecoder {
@@ -32,16 +30,16 @@ impl MarkDecoder {
         }
         let mut found = Vec::new();
         for &byte in bytes {
-            self.state = match (self.state, byte) {
-                (MarkState::Plain, 0xFF) => MarkState::Mark,
-                (MarkState::Mark, 0) => MarkState::Bad,
-                (MarkState::Plain | MarkState::Mark, byte) => {
+            *self = match (*self, byte) {
+                (MarkDecoder::Plain, 0xFF) => MarkDecoder::Mark,
+                (MarkDecoder::Mark, 0) => MarkDecoder::Bad,
+                (MarkDecoder::Plain | MarkDecoder::Mark, byte) => {
                     put(&mut found, byte, true);
-                    MarkState::Plain
+                    MarkDecoder::Plain
                 }
-                (MarkState::Bad, byte) => {
+                (MarkDecoder::Bad, byte) => {
                     put(&mut found, byte, false);
-                    MarkState::Plain
+                    MarkDecoder::Plain
                 }
             };
         }

@@ -1,6 +1,6 @@
 //! The state of several robots in one file: an object with the snapshot of each by its name.
 
-use super::{FileError, ParseError, read_text, unreadable, write_text};
+use super::{FileError, ParseError, pretty, read_text, unreadable, write_text};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,10 +18,7 @@ pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
     let robots = states
         .map(|(name, controller)| (name.clone(), controller.snapshot()))
         .collect();
-    // Serialization fails only for maps whose keys are not strings.
-    let mut text = serde_json::to_string_pretty(&CellFile { robots }).unwrap_or_default();
-    text.push('\n');
-    text
+    pretty(&CellFile { robots })
 }
 
 /// The controllers of these robots, in this order.

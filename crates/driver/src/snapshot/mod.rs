@@ -6,6 +6,7 @@
 pub mod cell;
 
 use crate::files::{self, PathError, cannot};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
@@ -58,10 +59,12 @@ pub enum FileError {
 
 /// The snapshot of a controller as indented JSON.
 pub fn to_pretty_json(controller: &Controller) -> String {
+    pretty(&controller.snapshot())
+}
+
+fn pretty(snapshot: &impl Serialize) -> String {
     // Serialization fails only for maps whose keys are not strings; a snapshot has none.
-    let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
-    text.push('\n');
-    text
+    serde_json::to_string_pretty(snapshot).unwrap_or_default() + "\n"
 }
 
 /// The snapshot of a controller as JSON on one line.

@@ -177,7 +177,11 @@ impl Backing {
         // A host that tries again and again, with one file or another, is one line of the log.
         let cause = error.cause();
         if self.last_logged.as_ref() != Some(&cause) {
-            let (t, what) = (now.to_string(), self.consequence());
+            let t = now.to_string();
+            let what = match self.when_full {
+                WhenFull::Refuse => "changes are refused",
+                WhenFull::Memory => "changes are in memory alone",
+            };
             error!(
                 event = "store-failed",
                 t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
@@ -185,13 +189,6 @@ impl Backing {
             self.last_logged = Some(cause);
         }
         self.status.error = Some(reason);
-    }
-
-    fn consequence(&self) -> &'static str {
-        match self.when_full {
-            WhenFull::Refuse => "changes are refused",
-            WhenFull::Memory => "changes are in memory alone",
-        }
     }
 }
 

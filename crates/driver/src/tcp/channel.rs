@@ -9,6 +9,7 @@ use super::{CLOSE_GRACE, NewConnection, SecondConnection};
 use crate::portion::log_bytes;
 use std::collections::VecDeque;
 use std::future::Future;
+use std::net::Shutdown;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
 use tokio::net::TcpListener;
@@ -30,9 +31,12 @@ struct Waiting {
 }
 
 /// Where the connections of a channel come from.
-enum Source {
+pub(super) enum Source {
+    /// Peers connect.
     Accepted(Acceptor),
+    /// Peers connect to a shared port.
     Claimed(Claim),
+    /// A task dials them.
     Dialled(JoinHandle<()>, mpsc::Receiver<NewConnection>),
 }
 
@@ -49,7 +53,7 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    fn new(port: Port, second: SecondConnection, source: Source) -> Channel {
+    pub(super) fn new(port: Port, second: SecondConnection, source: Source) -> Channel {
         Channel {
             port,
             second,
@@ -63,21 +67,6 @@ impl Channel {
     /// A channel to which peers connect.
     pub(crate) fn accepting(port: Port, second: SecondConnection, listener: TcpListener) -> Channel {
         Channel::new(port, second, Source::Accepted(Acceptor::new(listener)))
-    }
-
-    /// A channel at a shared port.
-    pub(super) fn claiming(port: Port, second: SecondConnection, claim: Claim) -> Channel {
-        Channel::new(port, second, Source::Claimed(claim))
-    }
-
-    /// A channel whose connections this task dials.
-    pub(super) fn dialling(
-        port: Port,
-        second: SecondConnection,
-        task: JoinHandle<()>,
-        dialled: mpsc::Receiver<NewConnection>,
-    ) -> Channel {
-        Channel::new(port, second, Source::Dialled(task, dialled))
     }
 
     /// The inputs of the controller that result from the next event; at most `most` bytes are read. Without a context
@@ -148,18 +137,17 @@ impl Channel {
     /// Accepts what has arrived if the channel has no peer. Without a context the system itself is asked, whatever the
     /// runtime knows of it.
     pub(super) fn accept_arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
+        if self.connection.is_some() {
+            return Vec::new();
+        }
         let arrived = match (&mut self.source, context) {
-            (Source::Accepted(acceptor), None) if self.connection.is_none() => acceptor.accept_now(self.port),
-            (Source::Accepted(acceptor), Some(context)) if self.connection.is_none() => {
-                match acceptor.poll(self.port, context) {
-                    Poll::Ready(incoming) => Some(incoming),
-                    Poll::Pending => None,
-                }
-            }
-            (Source::Claimed(claim), context) if self.connection.is_none() => {
-                claim.arrived(context.is_none())
-            }
-            (Source::Accepted(_) | Source::Claimed(_) | Source::Dialled(..), _) => None,
+            (Source::Accepted(acceptor), None) => acceptor.accept_now(self.port),
+            (Source::Accepted(acceptor), Some(context)) => match acceptor.poll(self.port, context) {
+                Poll::Ready(incoming) => Some(incoming),
+                Poll::Pending => None,
+            },
+            (Source::Claimed(claim), context) => claim.arrived(context.is_none()),
+            (Source::Dialled(..), _) => None,
         };
         arrived.map_or_else(Vec::new, |incoming| self.on_connected(incoming))
     }
@@ -217,7 +205,7 @@ impl Channel {
         let Some(connection) = self.connection.take() else {
             return Vec::new();
         };
-        info!(port = port.name(), "{port}: {} {what}", connection.peer());
+        info!(port = port.name(), "{port}: {} {what}", connection.peer);
         how(connection);
         self.next_peer()
     }
@@ -250,7 +238,7 @@ impl Channel {
     /// Stops reading and writing on the connection, which stays open (a half-open peer).
     pub(crate) fn stall(&mut self) {
         if let Some(connection) = &mut self.connection {
-            let (port, peer) = (self.port, connection.peer());
+            let (port, peer) = (self.port, connection.peer);
             info!(port = port.name(), "{port}: {peer} is half-open on purpose");
             connection.stalled = true;
         }
@@ -295,7 +283,7 @@ impl Channel {
         if connection.unsent.writes.len() <= WRITE_QUEUE {
             return Vec::new();
         }
-        let peer = connection.peer();
+        let peer = connection.peer;
         warn!(
             port = port.name(),
             "{port}: {peer} does not read, closed with {WRITE_QUEUE} writes unsent"
@@ -318,11 +306,9 @@ impl Channel {
 fn refuse(port: Port, incoming: &NewConnection, old: &Connection) -> Input {
     info!(
         port = port.name(),
-        "{port}: {} refused, {} is connected (channel.second=refuse)",
-        incoming.1,
-        old.peer()
+        "{port}: {} refused, {} is connected (channel.second=refuse)", incoming.1, old.peer
     );
-    connection::refuse(&incoming.0);
+    connection::close(&incoming.0, Shutdown::Both);
     second_peer(port, incoming, false)
 }
 

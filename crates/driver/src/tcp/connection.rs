@@ -67,8 +67,8 @@ impl Unsent {
 /// A connection, read and written by whoever polls it.
 pub(super) struct Connection {
     port: Port,
-    peer: SocketAddr,
-    pub(super) stream: TcpStream,
+    pub(super) peer: SocketAddr,
+    stream: TcpStream,
     pub(super) unsent: Unsent,
     /// Bytes that were read and exceed a portion.
     rest: Vec<u8>,
@@ -92,10 +92,6 @@ impl Connection {
             unacknowledged: false,
             _on_drop: on_drop,
         }
-    }
-
-    pub(super) fn peer(&self) -> SocketAddr {
-        self.peer
     }
 
     /// Sends at once what the system takes; the rest waits until the socket is writable.
@@ -262,12 +258,8 @@ pub(super) fn prepare(port: Port, stream: &TcpStream) {
     }
 }
 
-/// Closes a connection that is not served.
-pub(super) fn refuse(stream: &TcpStream) {
-    close(stream, Shutdown::Both);
-}
-
-fn close(stream: &TcpStream, how: Shutdown) {
+/// Closes one half of a connection, or both.
+pub(super) fn close(stream: &TcpStream, how: Shutdown) {
     // Fails if the peer closed first, which has the same effect.
     let _ = SockRef::from(stream).shutdown(how);
 }

@@ -22,7 +22,7 @@ const BACKLOG: u32 = 16;
 /// Backlog of a socket that many robots share.
 const SHARED_BACKLOG: u32 = 4_096;
 /// Pause after a failed accept (for example no file descriptors left), so that it does not flood the log.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+pub(super) const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Why a channel cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -204,6 +204,14 @@ pub(super) fn listen_at_all(channel: Port, first: IpAddr, number: u16) -> Result
     opened().map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
+/// Accepts a connection that the system has, whether or not the runtime knows of it.
+pub(super) fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+    let (socket, peer) = SockRef::from(listener).accept()?;
+    socket.set_nonblocking(true)?;
+    let peer = peer.as_socket().ok_or(io::ErrorKind::Unsupported)?;
+    Ok((TcpStream::from_std(socket.into())?, peer))
+}
+
 /// The listening socket of a channel.
 pub(super) struct Acceptor {
     listener: TcpListener,
@@ -230,11 +238,9 @@ impl Acceptor {
             return None;
         }
         // What fails here fails again in `poll`, which reports it.
-        let (socket, peer) = SockRef::from(&self.listener).accept().ok()?;
-        socket.set_nonblocking(true).ok()?;
-        let stream = TcpStream::from_std(socket.into()).ok()?;
+        let (stream, peer) = accept(&self.listener).ok()?;
         prepare(port, &stream);
-        Some((stream, peer.as_socket()?, None))
+        Some((stream, peer, None))
     }
 
     /// The next connection; whether it is served is decided by the caller.

@@ -19,6 +19,7 @@ pub use listen::{bind, open};
 pub use options::{LinkOptions, Ports, SecondConnection};
 pub use shared::SharedPorts;
 
+use channel::Source;
 use listen::ReservedPort;
 use shared::Claim;
 use std::collections::BTreeMap;
@@ -55,23 +56,17 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// No channel is open yet.
-    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Channels {
+    /// No channel is open yet. Connections come from the shared sockets, where they have the port of a channel.
+    pub fn new(listen: IpAddr, ports: Ports, shared: Option<SharedPorts>, options: LinkOptions) -> Channels {
         Channels {
             listen,
             ports,
-            shared: None,
+            shared,
             options,
             channels: BTreeMap::new(),
             plan: None,
             reserved: BTreeMap::new(),
         }
-    }
-
-    /// Takes connections from these sockets, where they have the port of a channel.
-    #[must_use]
-    pub fn sharing(self, shared: Option<SharedPorts>) -> Channels {
-        Channels { shared, ..self }
     }
 
     /// Opens every channel as planned that is not open: all listening sockets are bound before the first one accepts.
@@ -84,17 +79,16 @@ impl Channels {
         let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            if let Some(number) = self.listens_at(port) {
-                ports.insert(port, number);
-                continue;
-            }
-            if let Some((claim, number)) = self.claim(channel.own_port) {
-                opened.push((port, Channel::claiming(port, second, claim)));
-                ports.insert(port, number);
-                continue;
-            }
-            let (listener, number) = self.bind(port, channel.own_port)?;
-            opened.push((port, Channel::accepting(port, second, listener)));
+            let number = if let Some(number) = self.listens_at(port) {
+                number
+            } else if let Some((claim, number)) = self.claim(channel.own_port) {
+                opened.push((port, Channel::new(port, second, Source::Claimed(claim))));
+                number
+            } else {
+                let (listener, number) = self.bind(port, channel.own_port)?;
+                opened.push((port, Channel::accepting(port, second, listener)));
+                number
+            };
             ports.insert(port, number);
         }
         self.channels.extend(opened);
@@ -104,39 +98,39 @@ impl Channels {
             info!(port = port.name(), "{port} dials {peer}");
             let (sender, dialled) = mpsc::channel(1);
             let task = tokio::spawn(dial::dial(port, peer, self.options.redial, sender));
-            self.channels
-                .insert(port, Channel::dialling(port, second, task, dialled));
+            let channel = Channel::new(port, second, Source::Dialled(task, dialled));
+            self.channels.insert(port, channel);
         }
         Ok(ports)
     }
 
-    /// Closes every channel and connection; returns the channels that were connected.
-    pub fn close(&mut self) -> Vec<Port> {
+    /// Closes every channel and connection; returns the resulting inputs.
+    pub fn close(&mut self) -> Vec<Input> {
         for (_, reserved) in self.reserved.values_mut() {
             reserved.keep();
         }
         let channels = std::mem::take(&mut self.channels).into_iter();
         channels
-            .filter_map(|(port, channel)| channel.close().then_some(port))
+            .filter_map(|(port, channel)| channel.close().then_some(Input::Disconnected { port }))
             .collect()
     }
 
     /// Closes every connection, and every channel but those that listen and will do so again under `plan`: to open
-    /// their sockets anew costs more than all else of a reset. Returns the channels that were connected.
-    pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Port> {
+    /// their sockets anew costs more than all else of a reset. Returns the resulting inputs.
+    pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Input> {
         if self.plan != Some(*plan) {
             return self.close();
         }
-        let mut connected = Vec::new();
+        let mut inputs = Vec::new();
         self.channels = std::mem::take(&mut self.channels)
             .into_iter()
             .filter_map(|(port, channel)| {
                 let (was_connected, listening) = channel.clear();
-                connected.extend(was_connected.then_some(port));
+                inputs.extend(was_connected.then_some(Input::Disconnected { port }));
                 Some((port, listening?))
             })
             .collect();
-        connected
+        inputs
     }
 
     /// The TCP port at which an open channel listens.

@@ -6,7 +6,7 @@
 
 use super::NewConnection;
 use super::connection::prepare;
-use super::listen::{ChannelError, listen_at_all};
+use super::listen::{ACCEPT_PAUSE, ChannelError, accept, listen_at_all};
 use socket2::SockRef;
 use std::collections::{BTreeMap, HashMap};
 use std::future::Future;
@@ -24,8 +24,6 @@ use ts3100_controller::port::Port;
 
 /// Connections that may wait until their channel takes them; further ones are reset.
 const MAILBOX: usize = 4;
-/// Pause after a failed accept (for example no file descriptors left), so that it does not flood the log.
-const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Called with an address that nobody has claimed; it may start the robot of this address.
 type Newcomer = Box<dyn Fn(IpAddr) + Send + Sync>;
@@ -132,17 +130,14 @@ impl SharedPorts {
             return;
         };
         let next = || -> io::Result<(TcpStream, SocketAddr)> {
-            if !ask_system {
-                let mut unheard = Context::from_waker(Waker::noop());
-                return match pin!(listener.accept()).poll(&mut unheard) {
-                    Poll::Ready(accepted) => accepted,
-                    Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
-                };
+            if ask_system {
+                return accept(listener);
             }
-            let (socket, peer) = SockRef::from(listener).accept()?;
-            socket.set_nonblocking(true)?;
-            let peer = peer.as_socket().ok_or(io::ErrorKind::Unsupported)?;
-            Ok((TcpStream::from_std(socket.into())?, peer))
+            let mut unheard = Context::from_waker(Waker::noop());
+            match pin!(listener.accept()).poll(&mut unheard) {
+                Poll::Ready(accepted) => accepted,
+                Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
+            }
         };
         while let Ok(accepted) = next() {
             self.hand_over(*port, accepted);

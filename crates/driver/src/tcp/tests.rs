@@ -26,7 +26,7 @@ fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkConfig {
 }
 
 fn links(options: LinkOptions) -> Channels {
-    Channels::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, options)
+    Channels::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, None, options)
 }
 
 /// A server on IP0 and its port.
@@ -320,7 +320,7 @@ async fn opened_again_after_a_power_cycle_the_ports_are_the_same() {
     let (mut links, port) = server(SecondConnection::Refuse);
     let mut host = dial(port).await;
     next(&mut links).await;
-    assert_eq!(links.close(), [Port::Ip0]);
+    assert_eq!(links.close(), [Input::Disconnected { port: Port::Ip0 }]);
     assert!(is_ended(&mut host).await);
     let ports = links.open(&plan(OpenMode::Server, OpenMode::Server, 0)).unwrap();
     assert_eq!(ports[&Port::Ip0], port);
@@ -343,7 +343,7 @@ async fn a_reset_ends_every_connection_and_keeps_the_sockets_that_listen() {
     next(&mut links).await;
     let mut waiting = dial(port).await;
     let plan = plan(OpenMode::Server, OpenMode::NotUsed, 0);
-    assert_eq!(links.close_for(&plan), [Port::Ip0]);
+    assert_eq!(links.close_for(&plan), [Input::Disconnected { port: Port::Ip0 }]);
     assert!(is_ended(&mut host).await);
     assert!(is_ended(&mut waiting).await, "had arrived and was not accepted");
     let early = dial(port).await;
@@ -370,6 +370,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(0),
+        None,
         LinkOptions::default(),
     );
     let error = links.open(&plan).unwrap_err();
@@ -400,6 +401,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(1),
+        None,
         LinkOptions::default(),
     );
     plan.channels[0].own_port = 65_535;

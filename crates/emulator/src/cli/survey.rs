@@ -27,7 +27,7 @@ use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
 use ts3100_survey::ledger::{self, Evidence};
 use ts3100_survey::passive::{Evidence as Heard, Passive};
 use ts3100_survey::{
-    Answer, Class, Peer, Plan, Report, SerialPeer, Step, TcpPeer, Verdict, catalogue, differences, survey,
+    Answer, Class, Peer, Plan, Report, SerialPeer, TcpPeer, Verdict, catalogue, differences, survey,
 };
 
 /// A line on stdout; a closed pipe is not an error.
@@ -290,13 +290,11 @@ fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Repo
     stop_at_a_signal(&plan.stop)?;
     say!("");
     let mut reason = String::new();
-    let report = survey(&mut *peer, &plan, &mut |step| match step {
-        Step::Asking(_) => {}
+    let report = survey(&mut *peer, &plan, &mut |answer| {
         // One reason may hold for a whole class.
-        Step::Answered(answer) if !reason.is_empty() && answer.note == reason => {
+        if !reason.is_empty() && answer.note == reason {
             say!("{:<9} {:<22} as before", answer.verdict.word(), answer.probe);
-        }
-        Step::Answered(answer) => {
+        } else {
             say!("{}", line(answer));
             reason.clone_from(&answer.note);
         }

@@ -235,7 +235,7 @@ fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
         .into_iter()
         .map(|(option, value)| format!("{option}={value}"))
         .collect();
-    let times = report.answer_times();
+    let times = &report.answer_times;
     if !times.is_empty() {
         let times: Vec<String> = times.iter().map(ToString::to_string).collect();
         set.push(format!("reply.delay={}", times.join(" ")));

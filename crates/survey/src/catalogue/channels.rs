@@ -1,7 +1,6 @@
 //! Questions to PRINT and INPUT. No axis moves.
 
 use super::program::{PROGRAM, SETTLED, computes, plain};
-use super::{decides, reading};
 use crate::peer::Line;
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, QUIET, Talk, Trouble};
@@ -14,11 +13,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What does PRINT do on IP1 while nobody is connected?",
         sends: "a program: PRINT IP1, R = 1; nobody connected to IP1",
         ask: Ask::Stops(computes!("PRINT IP1, \"SURVEY\", CR\r\nR = 1\r\n")),
-        readings: &[
-            decides("stopped", "channel.no_peer", "alarm"),
-            decides("1", "channel.no_peer", "silent"),
-        ],
-        repeats: 2,
+        readings: &["stopped", "1"],
+        decides: Some(("channel.no_peer", &["alarm", "silent"])),
         ..PROGRAM
     },
     Probe {
@@ -26,10 +22,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How are numbers printed?",
         sends: "a program: PRINT IP1 of 7 and 0.0625; a connection to IP1",
         ask: Ask::Steps(|talk| prints(talk, computes!("N = 7\r\nA = 0.0625\r\nPRINT IP1, N, A, CR\r\n"))),
-        readings: &[
-            reading("           7       0.063<CR>"),
-            reading("           7       0.062<CR>"),
-        ],
+        readings: &["           7       0.063<CR>", "           7       0.062<CR>"],
         ..PROGRAM
     },
     Probe {
@@ -37,7 +30,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How is a number printed that needs more than 12 characters?",
         sends: "a program: PRINT IP1 of -1234567936.0; a connection to IP1",
         ask: Ask::Steps(|talk| prints(talk, computes!("A = -1234567936.0\r\nPRINT IP1, A, CR\r\n"))),
-        readings: &[reading("************<CR>"), reading("-1234567936.000<CR>")],
+        readings: &["************<CR>", "-1234567936.000<CR>"],
         ..PROGRAM
     },
     Probe {
@@ -45,11 +38,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What does INPUT do with something that is no number?",
         sends: "a program: INPUT IP1; a connection to IP1 that sends ABC",
         ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"ABC\r")),
-        readings: &[
-            decides("an alarm", "input.malformed", "alarm"),
-            decides("0", "input.malformed", "leading-number"),
-        ],
-        repeats: 2,
+        readings: &["an alarm", "0"],
+        decides: Some(("input.malformed", &["alarm", "leading-number"])),
         ..PROGRAM
     },
     Probe {
@@ -61,7 +51,7 @@ pub(super) const PROBES: &[Probe] = &[
                 computes!("A = 5\r\nB = 5\r\nC = 5\r\nINPUT IP1, A, B, C\r\nR = A*100 + B*10 + C\r\n");
             inputs(talk, program, b"1,,2\r")
         }),
-        readings: &[reading("102"), reading("an alarm")],
+        readings: &["102", "an alarm"],
         ..PROGRAM
     },
     Probe {
@@ -72,7 +62,7 @@ pub(super) const PROBES: &[Probe] = &[
             let program = computes!("A = 5\r\nB = 5\r\nINPUT IP1, A, B\r\nR = A*10 + B\r\n");
             inputs(talk, program, b" 1 ,\n 2\r\n")
         }),
-        readings: &[reading("12"), reading("an alarm")],
+        readings: &["12", "an alarm"],
         ..PROGRAM
     },
     Probe {
@@ -89,7 +79,7 @@ pub(super) const PROBES: &[Probe] = &[
                 prints(talk, &source)?.replace("<CR>", "\r").len()
             ))
         }),
-        readings: &[reading("256 bytes"), reading("255 bytes"), reading("301 bytes")],
+        readings: &["256 bytes", "255 bytes", "301 bytes"],
         is_public: false,
         ..PROGRAM
     },
@@ -104,7 +94,7 @@ pub(super) const PROBES: &[Probe] = &[
                 b"99999999999\r",
             )
         }),
-        readings: &[reading("an alarm"), reading("2147483647"), reading("0")],
+        readings: &["an alarm", "2147483647", "0"],
         ..PROGRAM
     },
     Probe {
@@ -112,7 +102,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How many bytes wait for INPUT at most?",
         sends: "a program that counts its INPUT; a connection to IP1 that sends 300 bytes before",
         ask: Ask::Steps(input_buffer),
-        readings: &[reading("256 bytes"), reading("300 bytes or more")],
+        readings: &["256 bytes", "300 bytes or more"],
         is_public: false,
         ..PROGRAM
     },
@@ -133,7 +123,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.close(Line::Channel);
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &[reading("3"), reading("123")],
+        readings: &["3", "123"],
         ..PROGRAM
     },
     Probe {
@@ -159,7 +149,7 @@ pub(super) const PROBES: &[Probe] = &[
             };
             Ok(format!("{value}{sent}"))
         }),
-        readings: &[reading("4"), reading("3"), reading("3, and sends something")],
+        readings: &["4", "3", "3, and sends something"],
         ..PROGRAM
     },
     Probe {
@@ -167,7 +157,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does INPUT see what came before the start?",
         sends: "a program: INPUT IP1; a connection to IP1 that sends 3 before RN and 4 after it",
         ask: Ask::Steps(input_before_start),
-        readings: &[reading("4"), reading("3")],
+        readings: &["4", "3"],
         ..PROGRAM
     },
 ];

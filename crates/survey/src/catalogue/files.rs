@@ -1,14 +1,12 @@
 //! Questions that need a file of the survey's own name.
 
-use super::{ROW, decides, reading};
+use super::ROW;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
-use ts3100_proto::escape::parse;
 use ts3100_proto::status::ca::decode_directory;
 
 const FILES: Probe = Probe {
     class: Class::Files,
-    repeats: 2,
     ..ROW
 };
 
@@ -22,37 +20,33 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-round-trip",
         question: "Does a file come back byte for byte?",
         sends: "DL, FL, UL, ER of TSSURVEY",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             let content = talk.content(&format!("UL,{FILE}"))?;
             let content = content.ok_or_else(|| Trouble::Refused("UL got NG".to_owned()))?;
             Ok(match content == SOURCE.as_bytes() {
                 true => "the same bytes",
                 false => "other bytes",
-            }
-            .to_owned())
+            })
         }),
-        readings: &[reading("the same bytes"), reading("other bytes")],
+        readings: &["the same bytes", "other bytes"],
         ..FILES
     },
     Probe {
         id: "file-size",
         question: "Which size does CA show?",
         sends: "DL, FL, CA, ER of TSSURVEY",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
-            let size = size(talk)?;
-            Ok(
-                match size.map(|size| size.cast_signed() - SOURCE.len().cast_signed()) {
-                    Some(0) => "without EOF",
-                    Some(1) => "with EOF",
-                    Some(_) => "another size",
-                    None => "no such file",
-                }
-                .to_owned(),
-            )
+            let more = size(talk)?.map(|size| size.cast_signed() - SOURCE.len().cast_signed());
+            Ok(match more {
+                Some(0) => "without EOF",
+                Some(1) => "with EOF",
+                Some(_) => "another size",
+                None => "no such file",
+            })
         }),
-        readings: &[reading("without EOF"), reading("with EOF")],
+        readings: &["without EOF", "with EOF"],
         is_public: false,
         ..FILES
     },
@@ -60,12 +54,12 @@ pub(super) const PROBES: &[Probe] = &[
         id: "file-name-case",
         question: "Is a file found whose name is sent in lower case?",
         sends: "DL of TSSURVEY, UL of tssurvey",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             let found = talk.content(&format!("UL,{}", FILE.to_ascii_lowercase()))?;
-            Ok(if found.is_some() { "found" } else { "NG" }.to_owned())
+            Ok(if found.is_some() { "found" } else { "NG" })
         }),
-        readings: &[reading("found"), reading("NG")],
+        readings: &["found", "NG"],
         ..FILES
     },
     Probe {
@@ -73,10 +67,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does a command end a download when it comes instead of a text of the file?",
         sends: "DL of TSSURVEY, half of a program, then EU",
         ask: Ask::Steps(command_in_download),
-        readings: &[
-            decides("the command is served", "dl.command_ends", "true"),
-            decides("it is a part of the file", "dl.command_ends", "false"),
-        ],
+        readings: &["the command is served", "it is a part of the file"],
+        decides: Some(("dl.command_ends", &["true", "false"])),
         is_public: false,
         ..FILES
     },
@@ -85,91 +77,78 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a file without DL?",
         sends: "FL without DL",
         ask: Ask::Bytes("<STX>FL,X<EOF><ETX>"),
-        readings: &[reading("NG"), reading("silence"), reading("OK")],
+        readings: &["NG", "silence", "OK"],
         ..FILES
     },
     Probe {
         id: "file-tab",
         question: "Is a file with a TAB refused?",
         sends: "DL of TSSURVEY with a TAB in it",
-        ask: Ask::Steps(|talk| stored(talk, b"PROGRAM SURVEY\r\n\tA = 1\r\nEND\r\n")),
-        readings: &[reading("refused"), reading("stored")],
+        ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n\tA = 1\r\nEND\r\n")),
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
         id: "file-high-byte",
         question: "Is a file with a byte from 80 hex on refused?",
         sends: "DL of TSSURVEY with a byte B0 hex in a comment",
-        ask: Ask::Steps(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
-        readings: &[reading("refused"), reading("stored")],
+        ask: Ask::Word(|talk| stored(talk, b"PROGRAM SURVEY\r\n'90 \xB0\r\nEND\r\n")),
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
         id: "file-long-line",
         question: "Is a file with a line of more than 252 characters refused?",
         sends: "DL of TSSURVEY with a comment of 300 characters",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let comment = "-".repeat(LONGEST_LINE + 48);
             stored(
                 talk,
                 format!("PROGRAM SURVEY\r\n'{comment}\r\nEND\r\n").as_bytes(),
             )
         }),
-        readings: &[reading("refused"), reading("stored")],
+        readings: &["refused", "stored"],
         ..FILES
     },
     Probe {
         id: "erase-absent",
         question: "What is answered to ER of a file that is not there?",
         sends: "ER of TSSURVEY when it is erased",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.store(SOURCE)?;
             talk.command(&format!("ER,{FILE}"))?;
-            Ok(if talk.asks(&format!("ER,{FILE}"))? {
-                "OK"
-            } else {
-                "NG"
-            }
-            .to_owned())
+            talk.reply(&format!("ER,{FILE}"))
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..FILES
     },
 ];
 
 /// The size of the survey's file in the directory.
 pub(crate) fn size(talk: &mut Talk<'_>) -> Result<Option<usize>, Trouble> {
-    let content = talk.content("CA")?;
-    let content = content.ok_or_else(|| Trouble::Refused("CA got NG".to_owned()))?;
-    let entries = decode_directory(&content)
+    let entries = decode_directory(&talk.file("CA")?)
         .map_err(|_| Trouble::Surprise("the answer to CA has no form that is known".to_owned()))?;
     let mine = entries.iter().find(|entry| entry.name == FILE);
     Ok(mine.and_then(|entry| usize::try_from(entry.size).ok()))
 }
 
-fn stored(talk: &mut Talk<'_>, content: &[u8]) -> Result<Heard, Trouble> {
+fn stored(talk: &mut Talk<'_>, content: &[u8]) -> Result<&'static str, Trouble> {
     Ok(match talk.try_to_store(content)? {
         true => "stored",
         false => "refused",
-    }
-    .to_owned())
+    })
 }
 
 fn command_in_download(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     talk.command(&format!("DL,{FILE}"))?;
-    let text = talk.text("FL,PROGRAM SURVEY\r");
-    if talk.kind_of_answer(&text)? != "OK" {
+    if talk.kind_of_answer_to("FL,PROGRAM SURVEY\r")? != "OK" {
         return Err(Trouble::Refused("the file was refused".to_owned()));
     }
-    let text = talk.text("EU\r");
-    match talk.kind_of_answer(&text)?.as_str() {
+    match talk.kind_of_answer_to("EU\r")?.as_str() {
         "answer" => Ok("the command is served".to_owned()),
         "OK" => {
             // The download goes on: its end makes a file of it.
-            let end = talk.text(&String::from_utf8_lossy(
-                &parse("END<CR><EOF>").unwrap_or_default(),
-            ));
-            let heard = talk.kind_of_answer(&end)?;
+            let heard = talk.kind_of_answer_to("END\r\x1a")?;
             Ok(match heard.as_str() {
                 "OK" => "it is a part of the file".to_owned(),
                 other => format!("OK, and then {other}"),

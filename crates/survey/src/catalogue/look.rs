@@ -1,11 +1,13 @@
 //! Questions that change nothing.
 
-use super::{ROW, decides, default_of_an_arm, reading};
+use super::ROW;
 use crate::forms;
 use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, Talk, Trouble};
 use std::time::Duration;
+use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 
 /// How soon a controller that closes a second connection does so.
@@ -18,25 +20,25 @@ const FORBIDDEN_PAUSE: Duration = Duration::from_secs(11);
 /// Data bytes of a text that is too long; the manual allows 253.
 const TOO_LONG: usize = 300;
 
-/// Alphabet of what is heard when any text comes back.
-const ANSWERED: &str = "answer";
+/// One whose answers show what is the user's.
+const PRIVATE: Probe = Probe {
+    is_public: false,
+    ..ROW
+};
 
 pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "checksum",
         question: "Does a text end with a checksum?",
         sends: "SU without and with a checksum",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             Ok(match talk.checksum() {
                 Checksum::None => "none",
                 Checksum::Sum => "sum",
-            }
-            .to_owned())
+            })
         }),
-        readings: &[
-            decides("none", "text.checksum", "none"),
-            decides("sum", "text.checksum", "sum"),
-        ],
+        readings: &["none", "sum"],
+        decides: Some(("text.checksum", &["none", "sum"])),
         ..ROW
     },
     Probe {
@@ -44,11 +46,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a text without STX answered?",
         sends: "SU<CR><ETX>",
         ask: Ask::Bytes("SU<CR><ETX>"),
-        readings: &[
-            decides("answer without STX", "text.stx", "detect"),
-            decides("silence", "text.stx", "required"),
-            reading("answer"),
-        ],
+        readings: &["answer without STX", "silence", "answer"],
+        decides: Some(("text.stx", &["detect", "required"])),
         ..ROW
     },
     Probe {
@@ -56,10 +55,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command without CR served?",
         sends: "<STX>SU<ETX>",
         ask: Ask::Bytes("<STX>SU<ETX>"),
-        readings: &[
-            decides(ANSWERED, "text.require_cr", "false"),
-            decides("NG", "text.require_cr", "true"),
-        ],
+        readings: &["answer", "NG"],
+        decides: Some(("text.require_cr", &["false", "true"])),
         ..ROW
     },
     Probe {
@@ -67,8 +64,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command in lower case served?",
         sends: "<STX>su<CR><ETX>",
         ask: Ask::Bytes("<STX>su<CR><ETX>"),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -76,8 +72,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does STX inside an unfinished text begin a new one?",
         sends: "<STX>VR<STX>SU<CR><ETX>",
         ask: Ask::Bytes("<STX>VR<STX>SU<CR><ETX>"),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -85,8 +80,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a text of more than 253 data bytes?",
         sends: "<STX>AAA... 300 bytes<CR><ETX>",
         ask: Ask::Steps(over_long),
-        readings: &[reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["NG", "silence"],
         ..ROW
     },
     Probe {
@@ -94,12 +88,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command of more than 253 data bytes taken from two texts?",
         sends: "SU and 300 blanks, in two texts",
         ask: Ask::Steps(long_message),
-        readings: &[
-            reading("silence, answer"),
-            reading("NG, NG"),
-            reading("NG, silence"),
-        ],
-        repeats: 2,
+        readings: &["silence, answer", "NG, NG", "NG, silence"],
         ..ROW
     },
     Probe {
@@ -107,8 +96,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to a command that does not exist?",
         sends: "ZZ",
         ask: Ask::Bytes("<STX>ZZ<CR><ETX>"),
-        readings: &[reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["NG", "silence"],
         ..ROW
     },
     Probe {
@@ -116,8 +104,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is answered to an OK that nobody awaits?",
         sends: "OK",
         ask: Ask::Bytes("<STX>OK<CR><ETX>"),
-        readings: &[reading("silence"), reading("NG")],
-        repeats: 2,
+        readings: &["silence", "NG"],
         ..ROW
     },
     Probe {
@@ -125,8 +112,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes instead of the OK to a status?",
         sends: "SU, then SU again instead of OK",
         ask: Ask::Steps(command_in_exchange),
-        readings: &[reading(ANSWERED), reading("NG"), reading("silence")],
-        repeats: 2,
+        readings: &["answer", "NG", "silence"],
         ..ROW
     },
     Probe {
@@ -134,141 +120,113 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a command served that comes within 50 ms after a text of the controller?",
         sends: "ZZ, and at once SU",
         ask: Ask::Steps(within_the_pause),
-        readings: &[
-            decides(ANSWERED, "strict_50ms", "false"),
-            decides("silence", "strict_50ms", "true"),
-        ],
+        readings: &["answer", "silence"],
+        decides: Some(("strict_50ms", &["false", "true"])),
         ..ROW
     },
     Probe {
         id: "second-connection",
         question: "What happens to a second connection to the same port?",
         sends: "a connection, and SU on it or on the first",
-        ask: Ask::Steps(second_connection),
-        readings: &[
-            decides("the first stays", "channel.second", "refuse"),
-            decides("the second replaces it", "channel.second", "replace"),
-            reading("both are served"),
-        ],
+        ask: Ask::Word(second_connection),
+        readings: &["the first stays", "the second replaces it", "both are served"],
+        decides: Some(("channel.second", &["refuse", "replace"])),
         ..ROW
     },
     Probe {
         id: "status-form",
         question: "Which form has SU?",
         sends: "SU",
-        ask: Ask::Steps(|talk| form(talk, "SU", forms::status)),
-        readings: &[
-            decides("one record", "su.layout", "one-record"),
-            decides("six records", "su.layout", "six-records"),
-        ],
+        ask: Ask::Form("SU", forms::status),
+        readings: &["one record", "six records"],
+        decides: Some(("su.layout", &["one-record", "six-records"])),
         ..ROW
     },
     Probe {
         id: "versions-form",
         question: "Which form has VR?",
         sends: "VR",
-        ask: Ask::Steps(|talk| form(talk, "VR", forms::versions)),
-        readings: &[
-            decides("blanks", "vr.layout", "blanks"),
-            decides("packed", "vr.layout", "packed"),
-        ],
+        ask: Ask::Form("VR", forms::versions),
+        readings: &["blanks", "packed"],
+        decides: Some(("vr.layout", &["blanks", "packed"])),
         ..ROW
     },
     Probe {
         id: "directory-form",
         question: "Which form has CA?",
         sends: "CA",
-        ask: Ask::Steps(|talk| form(talk, "CA", forms::directory)),
+        ask: Ask::Form("CA", forms::directory),
         readings: &[
-            reading("one blank, alphabetical"),
-            reading("one blank, another order"),
-            reading("other blanks, alphabetical"),
-            reading("other blanks, another order"),
+            "one blank, alphabetical",
+            "one blank, another order",
+            "other blanks, alphabetical",
+            "other blanks, another order",
         ],
-        is_public: false,
-        repeats: 2,
-        ..ROW
+        ..PRIVATE
     },
     Probe {
         id: "history-form",
         question: "Which form has EU?",
         sends: "EU",
-        ask: Ask::Steps(|talk| form(talk, "EU", forms::history)),
-        readings: &[reading("a count, and its errors")],
-        is_public: false,
-        repeats: 2,
-        ..ROW
+        ask: Ask::Form("EU", forms::history),
+        readings: &["a count, and its errors"],
+        ..PRIVATE
     },
     Probe {
         id: "total-status-texts",
         question: "In how many texts does SF travel?",
         sends: "SF",
-        ask: Ask::Steps(|talk| Ok(talk.total_status()?.0.to_owned())),
-        readings: &[
-            decides("one text, six axes", "sf.split", "one"),
-            decides("several texts, six axes", "sf.split", "several"),
-            default_of_an_arm(reading("one text, SCARA")),
-        ],
-        is_public: false,
-        ..ROW
+        ask: Ask::Word(|talk| Ok(talk.total_status()?.0)),
+        readings: &["one text, six axes", "several texts, six axes", "one text, SCARA"],
+        decides: Some(("sf.split", &["one", "several"])),
+        with_other_arm: Some("one text, SCARA"),
+        ..PRIVATE
     },
     Probe {
         id: "extensions",
         question: "Are commands served that the six-axis manual does not have?",
         sends: "SM,1 and HI,1 8",
-        ask: Ask::Steps(extensions),
-        readings: &[
-            decides("served", "extensions", "true"),
-            decides("NG", "extensions", "false"),
-            default_of_an_arm(reading("served on a SCARA arm")),
-        ],
-        is_public: false,
-        ..ROW
+        ask: Ask::Word(extensions),
+        readings: &["served", "NG", "served on a SCARA arm"],
+        decides: Some(("extensions", &["true", "false"])),
+        with_other_arm: Some("served on a SCARA arm"),
+        ..PRIVATE
     },
     Probe {
         id: "quick-status-form",
         question: "Which form has SM?",
         sends: "SM,1",
         ask: Ask::Steps(|talk| {
-            let content = content(talk, "SM,1")?;
+            let content = talk.file("SM,1")?;
             let items = content.split(|byte| *byte == b' ').count();
-            let is_known = ts3100_proto::status::sm::QuickStatus::decode(&content).is_ok();
-            Ok(if is_known {
-                format!("{items} items")
-            } else {
-                forms::OTHER.to_owned()
+            Ok(match QuickStatus::decode(&content) {
+                Ok(_) => format!("{items} items"),
+                Err(_) => forms::OTHER.to_owned(),
             })
         }),
-        readings: &[reading("14 items")],
-        repeats: 2,
+        readings: &["14 items"],
         ..ROW
     },
     Probe {
         id: "input-word",
         question: "How does HI write the state of eight inputs?",
         sends: "HI,1 8",
-        ask: Ask::Steps(|talk| {
-            let content = content(talk, "HI,1 8")?;
-            let text = String::from_utf8_lossy(&content);
+        ask: Ask::Form("HI,1 8", |content| {
+            let text = String::from_utf8_lossy(content);
             let digits = text.trim_end_matches('\r');
-            let is_number = digits.parse::<u8>().is_ok() && !digits.starts_with('+');
-            Ok(if is_number {
-                "a decimal number"
-            } else {
-                forms::OTHER
+            match digits.parse::<u8>() {
+                Ok(_) if !digits.starts_with('+') => "a decimal number",
+                Ok(_) | Err(_) => forms::OTHER,
             }
-            .to_owned())
         }),
-        readings: &[reading("a decimal number")],
-        is_public: false,
-        repeats: 2,
-        ..ROW
+        readings: &["a decimal number"],
+        ..PRIVATE
     },
     Probe {
         id: "line-words",
         question: "How does IO end?",
         sends: "IO,1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let burst = talk.burst("IO,1")?;
             let sum = usize::from(talk.checksum() == Checksum::Sum);
             let text = burst.get(..burst.len() - sum).unwrap_or_default();
@@ -281,109 +239,73 @@ pub(super) const PROBES: &[Probe] = &[
                 80 => "80 bytes without EOF",
                 81 if content.last() == Some(&EOF) => "80 bytes and EOF",
                 _ => forms::OTHER,
-            }
-            .to_owned())
+            })
         }),
-        readings: &[reading("80 bytes without EOF"), reading("80 bytes and EOF")],
-        is_public: false,
-        repeats: 2,
-        ..ROW
+        readings: &["80 bytes without EOF", "80 bytes and EOF"],
+        ..PRIVATE
     },
     Probe {
         id: "maintenance-form",
         question: "Which form has MN?",
         sends: "MN",
-        ask: Ask::Steps(|talk| {
-            let content = content(talk, "MN")?;
-            let is_known = ts3100_proto::status::mn::Maintenance::decode(&content).is_ok();
-            Ok(if is_known {
-                "records that end in CR"
-            } else {
-                forms::OTHER
-            }
-            .to_owned())
+        ask: Ask::Form("MN", |content| match Maintenance::decode(content) {
+            Ok(_) => "records that end in CR",
+            Err(_) => forms::OTHER,
         }),
-        readings: &[reading("records that end in CR")],
-        is_public: false,
-        repeats: 2,
-        ..ROW
+        readings: &["records that end in CR"],
+        ..PRIVATE
     },
     Probe {
         id: "parameter-line-end",
         question: "How do the lines of USER.PAR end?",
         sends: "UL,USER.PAR",
-        ask: Ask::Steps(|talk| form(talk, "UL,USER.PAR", forms::line_end)),
-        readings: &[
-            decides("LF", "parameter.line_end", "lf"),
-            decides("CR", "parameter.line_end", "cr"),
-            reading("CR LF"),
-        ],
-        is_public: false,
-        ..ROW
+        ask: Ask::Form("UL,USER.PAR", forms::line_end),
+        readings: &["LF", "CR", "CR LF"],
+        decides: Some(("parameter.line_end", &["lf", "cr"])),
+        ..PRIVATE
     },
     Probe {
         id: "open-mode",
         question: "How are the channels opened?",
         sends: "UL,ETHERNET.PAR",
         ask: Ask::Steps(|talk| {
-            let content = content(talk, "UL,ETHERNET.PAR")?;
+            let content = talk.file("UL,ETHERNET.PAR")?;
             Ok(forms::open_mode(&content).unwrap_or_else(|| forms::OTHER.to_owned()))
         }),
-        readings: &[
-            decides("1 1 1 1", "drive.open_mode", "1 1 1 1"),
-            decides("*", "drive.open_mode", "*"),
-        ],
-        is_public: false,
-        ..ROW
+        readings: &["1 1 1 1", "*"],
+        decides: Some(("drive.open_mode", &["1 1 1 1", "*"])),
+        ..PRIVATE
     },
     Probe {
         id: "while-sending",
         question: "Are characters received on HOST while the controller sends?",
         sends: "SU, and SU again while the answer comes; serial lines only",
-        ask: Ask::Steps(while_sending),
-        readings: &[
-            decides("lost", "serial.while_sending", "lost"),
-            decides("received", "serial.while_sending", "kept"),
-        ],
+        ask: Ask::Word(while_sending),
+        readings: &["lost", "received"],
+        decides: Some(("serial.while_sending", &["lost", "kept"])),
         ..ROW
     },
     Probe {
         id: "character-limit",
         question: "Is a text dropped after a pause of more than 10 s inside it?",
         sends: "SU with a pause of 6 s, and of 11 s, after STX",
-        ask: Ask::Steps(character_limit),
-        readings: &[
-            reading("served after 6 s, dropped after 11 s"),
-            reading("served after 11 s"),
-        ],
-        repeats: 1,
+        ask: Ask::Word(character_limit),
+        readings: &["served after 6 s, dropped after 11 s", "served after 11 s"],
+        is_slow: true,
         ..ROW
     },
 ];
 
-/// The content of a status.
-fn content(talk: &mut Talk<'_>, command: &str) -> Result<Vec<u8>, Trouble> {
-    let content = talk.content(command)?;
-    content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
-}
-
-fn form(talk: &mut Talk<'_>, command: &str, form: fn(&[u8]) -> &'static str) -> Result<Heard, Trouble> {
-    Ok(form(&content(talk, command)?).to_owned())
-}
-
 fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    let text = talk.text(&format!("{}\r", "A".repeat(TOO_LONG)));
-    talk.kind_of_answer(&text)
+    talk.kind_of_answer_to(&format!("{}\r", "A".repeat(TOO_LONG)))
 }
 
 /// The first text is full, the second one has the end.
 fn long_message(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let message = format!("SU{}\r", " ".repeat(TOO_LONG));
     let (first, second) = message.split_at(MAX_DATA);
-    let first = talk.text(first);
-    let first = talk.kind_of_answer(&first)?;
-    let second = talk.text(second);
-    let second = talk.kind_of_answer(&second)?;
+    let first = talk.kind_of_answer_to(first)?;
+    let second = talk.kind_of_answer_to(second)?;
     Ok(format!("{first}, {second}"))
 }
 
@@ -392,8 +314,7 @@ fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if !first.starts_with(b"FL,") {
         return Err(Trouble::Refused("SU got NG".to_owned()));
     }
-    let text = talk.text("SU\r");
-    talk.kind_of_answer(&text)
+    talk.kind_of_answer_to("SU\r")
 }
 
 fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
@@ -414,7 +335,7 @@ fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     })
 }
 
-fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn second_connection(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.open(Line::Second)?;
     let second = talk.listen(Line::Second, SECOND);
     let heard = match second {
@@ -440,10 +361,10 @@ fn second_connection(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     if heard != "the first stays" {
         talk.reopen()?;
     }
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
-fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn extensions(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     // Two of them: one alone may be refused for another reason.
     let quick_status = talk.content("SM,1")?.is_some();
     let inputs = talk.content("HI,1 8")?.is_some();
@@ -453,11 +374,10 @@ fn extensions(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         (true, true, false) => "served",
         (false, false, _) => "NG",
         (true, false, _) | (false, true, _) => "some of them",
-    }
-    .to_owned())
+    })
 }
 
-fn while_sending(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn while_sending(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     if !talk.is_serial() {
         return Err(Trouble::Refused("only a serial line takes turns".to_owned()));
     }
@@ -474,10 +394,10 @@ fn while_sending(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     let second = talk.hear(PATIENCE)?;
     let heard = if second.is_some() { "received" } else { "lost" };
     talk.acknowledge()?;
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
-fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn character_limit(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     let mut heard = Vec::new();
     for pause in [ALLOWED_PAUSE, FORBIDDEN_PAUSE] {
         let text = talk.text("SU\r");
@@ -496,6 +416,5 @@ fn character_limit(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         [true, true] => "served after 11 s",
         [true, false] => "served after 6 s, dropped after 11 s",
         _ => "dropped after 6 s",
-    }
-    .to_owned())
+    })
 }

@@ -1,18 +1,23 @@
 //! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis; these do
 //! not, but somebody stands at the emergency stop all the same.
 
+use super::ROW;
 use super::program::trust;
-use super::{ROW, decides, reading};
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
-pub(super) const MOTION: Probe = Probe {
+const MOTION: Probe = Probe {
     class: Class::Motion,
-    repeats: 1,
     ..ROW
+};
+
+/// One whose answers show positions.
+pub(super) const PRIVATE: Probe = Probe {
+    is_public: false,
+    ..MOTION
 };
 
 /// Longest time that a DO without a motion may show as running.
@@ -33,17 +38,15 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How long does a DO that moves nothing show as running?",
         sends: "DO,R = 1, and SU a moment later, several times",
         ask: Ask::Steps(do_shown_running),
-        readings: &[
-            decides("200", "do.min_run", "200ms"),
-            decides("*", "do.min_run", "*ms"),
-        ],
+        readings: &["200", "*"],
+        decides: Some(("do.min_run", &["200ms", "*ms"])),
         ..MOTION
     },
     Probe {
         id: "do-stop-notice",
         question: "Is SP sent at the end of a DO?",
         sends: "DO,R = 1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.reopen()?;
             talk.select(WAITS)?;
             talk.take_stops();
@@ -51,20 +54,20 @@ pub(super) const PROBES: &[Probe] = &[
             talk.until_stopped(LONGEST_DO)?;
             talk.wait(QUIET)?;
             let is_told = talk.take_stops() > 0;
-            Ok(if trust(talk, is_told)? { "SP" } else { "none" }.to_owned())
+            Ok(if trust(talk, is_told)? { "SP" } else { "none" })
         }),
-        readings: &[reading("none"), reading("SP")],
+        readings: &["none", "SP"],
         ..MOTION
     },
     Probe {
         id: "do-flow-control",
         question: "Is DO with flow control refused?",
         sends: "DO,GOTO L1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
-            Ok(if talk.asks("DO,GOTO L1")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("DO,GOTO L1")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..MOTION
     },
     Probe {
@@ -90,11 +93,11 @@ pub(super) const PROBES: &[Probe] = &[
             ))
         }),
         readings: &[
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-            reading("stop (retry), SP"),
-            reading("stop (continue), SP"),
-            reading("NG"),
+            "stop (retry)",
+            "stop (continue)",
+            "stop (retry), SP",
+            "stop (continue), SP",
+            "NG",
         ],
         ..MOTION
     },
@@ -102,7 +105,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold",
         question: "Does the second FD end feed hold?",
         sends: "FD, SF, FD, SF",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let mut held = Vec::new();
             for _ in 0..2 {
                 talk.command("FD")?;
@@ -112,12 +115,10 @@ pub(super) const PROBES: &[Probe] = &[
                 [true, false] => "it ends it",
                 [true, true] => "it stays",
                 _ => "FD does not show",
-            }
-            .to_owned())
+            })
         }),
-        readings: &[reading("it ends it"), reading("it stays")],
-        is_public: false,
-        ..MOTION
+        readings: &["it ends it", "it stays"],
+        ..PRIVATE
     },
     Probe {
         id: "stop-in-feed-hold",
@@ -128,32 +129,22 @@ pub(super) const PROBES: &[Probe] = &[
             let hold = if status.feed_hold { ", still held" } else { "" };
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
-        readings: &[
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-            reading("running, still held"),
-        ],
-        is_public: false,
-        ..MOTION
+        readings: &["stop (retry)", "stop (continue)", "running, still held"],
+        ..PRIVATE
     },
     Probe {
         id: "feed-hold-running",
         question: "Does SU show a program in feed hold as running?",
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
-        ask: Ask::Steps(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str().to_owned())),
-        readings: &[
-            reading("running"),
-            reading("stop (retry)"),
-            reading("stop (continue)"),
-        ],
-        is_public: false,
-        ..MOTION
+        ask: Ask::Word(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str())),
+        readings: &["running", "stop (retry)", "stop (continue)"],
+        ..PRIVATE
     },
     Probe {
         id: "reset-ends-feed-hold",
         question: "Does RS,PRG end feed hold?",
         sends: "FD, RS,PRG, SF",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
             talk.command("FD")?;
             talk.command("RS,PRG")?;
@@ -161,63 +152,50 @@ pub(super) const PROBES: &[Probe] = &[
             if is_held {
                 talk.command("FD")?;
             }
-            Ok(if is_held { "it stays" } else { "it ends it" }.to_owned())
+            Ok(if is_held { "it stays" } else { "it ends it" })
         }),
-        readings: &[reading("it ends it"), reading("it stays")],
-        is_public: false,
-        ..MOTION
+        readings: &["it ends it", "it stays"],
+        ..PRIVATE
     },
     Probe {
         id: "mode-abbreviation",
         question: "Are the words of EC,MODE taken when they are cut?",
         sends: "EC,MODE CYCLE and EC,MODE CY, in cycle operation",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("EC,MODE CYCLE")?;
-            Ok(if talk.asks("EC,MODE CY")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("EC,MODE CY")
         }),
-        readings: &[reading("OK"), reading("NG")],
+        readings: &["OK", "NG"],
         ..MOTION
     },
     Probe {
         id: "quick-status-do",
         question: "Does a DO that moves nothing change DC of SM?",
         sends: "SM,1, DO,R = 1, SM,1",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(WAITS)?;
-            let mut counts = Vec::new();
-            for _ in 0..2 {
-                let content = talk.content("SM,1")?;
-                let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
-                let text = String::from_utf8_lossy(&content).into_owned();
-                counts.push(
-                    text.split(' ')
-                        .find(|item| item.starts_with("DC"))
-                        .map(str::to_owned),
-                );
-                if counts.len() == 1 {
-                    talk.command("DO,R = 1")?;
-                    talk.until_stopped(LONGEST_DO)?;
-                }
-            }
-            Ok(match counts.as_slice() {
-                [Some(first), Some(second)] if first == second => "it stays",
-                [Some(_), Some(_)] => "it counts",
+            let before = executed(talk)?;
+            talk.command("DO,R = 1")?;
+            talk.until_stopped(LONGEST_DO)?;
+            let after = executed(talk)?;
+            Ok(match (&before, &after) {
+                (Some(_), Some(_)) if before == after => "it stays",
+                (Some(_), Some(_)) => "it counts",
                 _ => "no DC",
-            }
-            .to_owned())
+            })
         }),
-        readings: &[reading("it stays"), reading("it counts")],
+        readings: &["it stays", "it counts"],
         ..MOTION
     },
     Probe {
         id: "servo-twice",
         question: "What is answered to SO while servo power is on?",
         sends: "SO, SO",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("SO")?;
-            Ok(if talk.asks("SO")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("SO")
         }),
-        readings: &[reading("OK"), reading("NG")],
+        readings: &["OK", "NG"],
         ..MOTION
     },
     Probe {
@@ -225,12 +203,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How much later does every third servo-on take effect, in seconds?",
         sends: "BR, SO, SF, three times",
         ask: Ask::Steps(servo_interval),
-        readings: &[
-            decides("0", "servo.interval", "0s"),
-            decides("*", "servo.interval", "*s"),
-        ],
-        is_public: false,
-        ..MOTION
+        readings: &["0", "*"],
+        decides: Some(("servo.interval", &["0s", "*s"])),
+        ..PRIVATE
     },
 ];
 
@@ -249,6 +224,14 @@ pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus)
 
 fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
     Ok(arm_status(talk)?.1)
+}
+
+/// DC of SM.
+fn executed(talk: &mut Talk<'_>) -> Result<Option<String>, Trouble> {
+    let content = talk.file("SM,1")?;
+    let text = String::from_utf8_lossy(&content);
+    let mut items = text.split(' ').filter(|item| item.starts_with("DC"));
+    Ok(items.next().map(str::to_owned))
 }
 
 /// Holds a program and stops it: the status while it is held, and after SP.

@@ -1,6 +1,6 @@
 //! Questions to the language, and to starts and stops. No axis moves.
 
-use super::{ROW, decides, default_of_an_arm, reading};
+use super::ROW;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
 use std::time::Duration;
@@ -8,7 +8,6 @@ use ts3100_proto::status::ExecutionStatus;
 
 pub(super) const PROGRAM: Probe = Probe {
     class: Class::Program,
-    repeats: 1,
     ..ROW
 };
 
@@ -17,18 +16,10 @@ const STOP_NOTICE: Duration = Duration::from_millis(700);
 /// How long a program that ought to wait is given to show it.
 pub(super) const SETTLED: Duration = Duration::from_secs(1);
 
-/// A program that puts a value into R; `R` begins as 7.
+/// A program that puts a value into R; `R` begins as 7. More follows it in the file, where given.
 macro_rules! computes {
-    ($body:literal) => {
-        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n")
-    };
-    ($body:literal, $more:literal) => {
-        concat!(
-            "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n",
-            $body,
-            "END\r\n",
-            $more
-        )
+    ($body:literal $(, $more:literal)?) => {
+        concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n" $(, $more)?)
     };
 }
 
@@ -39,7 +30,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does MR give what a program has assigned?",
         sends: "a program: R = 1234.5",
         ask: Ask::Value(computes!("R = 1234.5\r\n")),
-        readings: &[reading("1234.5")],
+        readings: &["1234.5"],
         ..PROGRAM
     },
     Probe {
@@ -47,12 +38,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is 7/2?",
         sends: "a program: R = 7/2",
         ask: Ask::Value(computes!("N = 7\r\nM = 2\r\nR = N/M\r\n")),
-        readings: &[
-            decides("3", "scol.int_division", "truncate"),
-            decides("3.5", "scol.int_division", "real"),
-            reading("4"),
-        ],
-        repeats: 2,
+        readings: &["3", "3.5", "4"],
+        decides: Some(("scol.int_division", &["truncate", "real"])),
         ..PROGRAM
     },
     Probe {
@@ -60,7 +47,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is -7/2?",
         sends: "a program: R = -7/2",
         ask: Ask::Value(computes!("N = -7\r\nM = 2\r\nR = N/M\r\n")),
-        readings: &[reading("-3"), reading("-3.5"), reading("-4")],
+        readings: &["-3", "-3.5", "-4"],
         ..PROGRAM
     },
     Probe {
@@ -68,7 +55,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Does a variable that began as an integer stay one?",
         sends: "a program: N = 1, N = 2.7, R = N",
         ask: Ask::Value(computes!("N = 1\r\nN = 2.7\r\nR = N\r\n")),
-        readings: &[reading("2"), reading("2.7"), reading("3")],
+        readings: &["2", "2.7", "3"],
         ..PROGRAM
     },
     Probe {
@@ -76,12 +63,9 @@ pub(super) const PROBES: &[Probe] = &[
         question: "By how much may two reals differ and be equal?",
         sends: "a program: a search for the largest X with X == 0.0",
         ask: Ask::Steps(equal_within),
-        readings: &[
-            decides("0", "scol.equal_within", "0"),
-            default_of_an_arm(decides("0.001", "scol.equal_within", "0.001")),
-            decides("*", "scol.equal_within", "*"),
-        ],
-        repeats: 2,
+        readings: &["0", "0.001", "*"],
+        decides: Some(("scol.equal_within", &["0", "0.001", "*"])),
+        with_other_arm: Some("0.001"),
         ..PROGRAM
     },
     Probe {
@@ -89,11 +73,8 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is DIN of a number that no input has?",
         sends: "a program: R = DIN(999)",
         ask: Ask::Stops(computes!("N = 999\r\nA = 5\r\nA = DIN(N)\r\nR = A\r\n")),
-        readings: &[
-            decides("stopped", "scol.din_unknown", "alarm"),
-            decides("0", "scol.din_unknown", "zero"),
-        ],
-        repeats: 2,
+        readings: &["stopped", "0"],
+        decides: Some(("scol.din_unknown", &["alarm", "zero"])),
         ..PROGRAM
     },
     Probe {
@@ -103,7 +84,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Stops(
             "GLOBAL\r\nR = 7.0\r\nU\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN U = 1\r\nR = U\r\nEND\r\n",
         ),
-        readings: &[reading("stopped"), reading("0")],
+        readings: &["stopped", "0"],
         ..PROGRAM
     },
     Probe {
@@ -111,7 +92,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is the variable of FOR I = 1 TO 3 after the loop?",
         sends: "a program: FOR I = 1 TO 3, NEXT I, R = I",
         ask: Ask::Value(computes!("FOR I = 1 TO 3\r\nN = I\r\nNEXT I\r\nR = I\r\n")),
-        readings: &[reading("4"), reading("3")],
+        readings: &["4", "3"],
         ..PROGRAM
     },
     Probe {
@@ -119,7 +100,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "How often runs FOR I = 3 TO 1?",
         sends: "a program: FOR I = 3 TO 1, R = R + 1, NEXT I",
         ask: Ask::Value(computes!("R = 0\r\nFOR I = 3 TO 1\r\nR = R + 1\r\nNEXT I\r\n")),
-        readings: &[reading("0"), reading("1")],
+        readings: &["0", "1"],
         ..PROGRAM
     },
     Probe {
@@ -130,11 +111,8 @@ pub(super) const PROBES: &[Probe] = &[
             "PSURV.X = 5\r\nSURVEY2\r\n",
             "PROGRAM SURVEY2\r\nR = PSURV.X\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3\r\nEND\r\n"
         )),
-        readings: &[
-            decides("5", "scol.data_copy", "false"),
-            decides("1", "scol.data_copy", "true"),
-        ],
-        repeats: 2,
+        readings: &["5", "1"],
+        decides: Some(("scol.data_copy", &["false", "true"])),
         ..PROGRAM
     },
     Probe {
@@ -144,7 +122,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Selects(
             "PROGRAM SURVEY\r\nEND\r\nDATA\r\nPOINT PSURV = 1,2,3,4,5,6,7,8,9,10,11,12\r\nEND\r\n",
         ),
-        readings: &[reading("refused"), reading("accepted")],
+        readings: &["refused", "accepted"],
         ..PROGRAM
     },
     Probe {
@@ -152,7 +130,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Do braces after WORK make a coordinate?",
         sends: "a program with WORK = {0,0,0}, selected",
         ask: Ask::Selects("PROGRAM SURVEY\r\nWORK = {0,0,0}\r\nEND\r\n"),
-        readings: &[reading("accepted"), reading("refused")],
+        readings: &["accepted", "refused"],
         ..PROGRAM
     },
     Probe {
@@ -160,7 +138,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Is a jump into a FOR loop refused?",
         sends: "a program with a GOTO into a loop, selected",
         ask: Ask::Selects("PROGRAM SURVEY\r\nGOTO L1\r\nFOR I = 1 TO 2\r\nL1: R = 1\r\nNEXT I\r\nEND\r\n"),
-        readings: &[reading("accepted"), reading("refused")],
+        readings: &["accepted", "refused"],
         ..PROGRAM
     },
     Probe {
@@ -170,7 +148,7 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Value(computes!(
             "F = 0\r\nON F == 1 DO R = 5\r\nDELAY 0.1\r\nF = 1\r\nDELAY 0.1\r\n"
         )),
-        readings: &[reading("5"), reading("7")],
+        readings: &["5", "7"],
         ..PROGRAM
     },
     Probe {
@@ -181,7 +159,7 @@ pub(super) const PROBES: &[Probe] = &[
             "N = 1\r\nI = TASK(\"SURVEY2\")\r\nDELAY 0.2\r\nR = N\r\n",
             "PROGRAM SURVEY2\r\nN = 2\r\nEND\r\n"
         )),
-        readings: &[reading("1"), reading("2")],
+        readings: &["1", "2"],
         ..PROGRAM
     },
     Probe {
@@ -199,7 +177,7 @@ pub(super) const PROBES: &[Probe] = &[
             talk.run(&source)?;
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &[reading("-10"), reading("0"), reading("10")],
+        readings: &["-10", "0", "10"],
         is_public: false,
         ..PROGRAM
     },
@@ -215,14 +193,14 @@ pub(super) const PROBES: &[Probe] = &[
             talk.finish()?;
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &[reading("5"), reading("0")],
+        readings: &["5", "0"],
         ..PROGRAM
     },
     Probe {
         id: "restore",
         question: "Does RESTORE write a value into the file?",
         sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
             let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
             let text = String::from_utf8_lossy(&content).replace(' ', "");
@@ -230,36 +208,36 @@ pub(super) const PROBES: &[Probe] = &[
                 .split("END")
                 .next()
                 .is_some_and(|globals| globals.contains("SURV=5"));
-            Ok(if is_written { "written" } else { "not written" }.to_owned())
+            Ok(if is_written { "written" } else { "not written" })
         }),
-        readings: &[reading("written"), reading("not written")],
+        readings: &["written", "not written"],
         ..PROGRAM
     },
     Probe {
         id: "start-without-file",
         question: "What is answered to RN without a selected file?",
         sends: "RS,SEL, RN",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.command("RS,SEL")?;
-            Ok(if talk.asks("RN")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("RN")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
         id: "download-selected",
         question: "What becomes of a stopped program whose file is stored again?",
         sends: "a program with DELAY 1.2; RN, SP; DL of the same file",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             let source = computes!("DELAY 1.2\r\nR = 1\r\nDELAY 1\r\n");
             talk.select(source)?;
             talk.begin()?;
             talk.command("SP")?;
             talk.finish()?;
             talk.store(source)?;
-            Ok(talk.status()?.execution.as_str().to_owned())
+            Ok(talk.status()?.execution.as_str())
         }),
-        readings: &[reading("stop (reset)"), reading("stop (continue)")],
+        readings: &["stop (reset)", "stop (continue)"],
         ..PROGRAM
     },
     Probe {
@@ -267,7 +245,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What is REMAIN while the arm rests?",
         sends: "a program: R = REMAIN",
         ask: Ask::Value(computes!("R = REMAIN\r\n")),
-        readings: &[reading("0"), reading("100")],
+        readings: &["0", "100"],
         ..PROGRAM
     },
     Probe {
@@ -275,7 +253,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "Which number has the first task?",
         sends: "a program: R = TID",
         ask: Ask::Value(computes!("R = TID\r\n")),
-        readings: &[reading("1"), reading("0")],
+        readings: &["1", "0"],
         ..PROGRAM
     },
     Probe {
@@ -283,7 +261,7 @@ pub(super) const PROBES: &[Probe] = &[
         question: "What does TIMER count?",
         sends: "a program: TIMER = 0, DELAY 1, R = INT(TIMER + 0.5)",
         ask: Ask::Value(computes!("TIMER = 0\r\nDELAY 1\r\nR = INT(TIMER + 0.5)\r\n")),
-        readings: &[reading("1"), reading("10"), reading("100"), reading("1000")],
+        readings: &["1", "10", "100", "1000"],
         ..PROGRAM
     },
     Probe {
@@ -293,75 +271,65 @@ pub(super) const PROBES: &[Probe] = &[
         ask: Ask::Value(computes!(
             "TIMER = 0\r\nFOR I = 1 TO 500\r\nNEXT I\r\nR = TIMER\r\n"
         )),
-        readings: &[reading("0.05"), reading("*")],
+        readings: &["0.05", "*"],
         ..PROGRAM
     },
     Probe {
         id: "label-rcycle",
         question: "What is answered to RS,CYC without the label RCYCLE?",
         sends: "a program without RCYCLE, selected; RS,CYC",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            Ok(if talk.asks("RS,CYC")? { "OK" } else { "NG" }.to_owned())
+            talk.reply("RS,CYC")
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
         id: "erase-selected",
         question: "What is answered to ER of the selected file?",
         sends: "a program, selected; ER",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            let is_erased = talk.asks(&format!("ER,{}", FILE))?;
-            Ok(if is_erased { "OK" } else { "NG" }.to_owned())
+            talk.reply(&format!("ER,{FILE}"))
         }),
-        readings: &[reading("NG"), reading("OK")],
+        readings: &["NG", "OK"],
         ..PROGRAM
     },
     Probe {
         id: "stop-in-delay",
         question: "Where does SP inside a DELAY stop a program?",
         sends: "a program: DELAY 1.2, R = 1; RN, SP",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Word(|talk| {
             talk.select(computes!("DELAY 1.2\r\nR = 1\r\n"))?;
             talk.begin()?;
             talk.command("SP")?;
-            let status = talk.finish()?;
-            let name = status.map_or("running", ExecutionStatus::as_str);
-            Ok(name.to_owned())
+            Ok(talk.finish()?.map_or("running", ExecutionStatus::as_str))
         }),
-        readings: &[
-            reading("stop (continue)"),
-            reading("stop (retry)"),
-            reading("stop (reset)"),
-        ],
+        readings: &["stop (continue)", "stop (retry)", "stop (reset)"],
         ..PROGRAM
     },
     Probe {
         id: "wait-after-stop",
         question: "Where does a program continue that SP has stopped inside a WAIT?",
         sends: "a program: WAIT for what never comes, R = 1; RN, SP, RN",
-        ask: Ask::Steps(wait_after_stop),
-        readings: &[
-            decides("after the WAIT", "wait.after_stop", "next"),
-            decides("at the WAIT", "wait.after_stop", "again"),
-        ],
-        repeats: 2,
+        ask: Ask::Word(wait_after_stop),
+        readings: &["after the WAIT", "at the WAIT"],
+        decides: Some(("wait.after_stop", &["next", "again"])),
         ..PROGRAM
     },
     Probe {
         id: "unsolicited-stop",
         question: "Is SP sent when a program has ended?",
         sends: "a program that ends, on connections with texts of each form",
-        ask: Ask::Steps(unsolicited_stop),
+        ask: Ask::Word(unsolicited_stop),
         readings: &[
-            decides("not to a host without STX", "sp.unsolicited", "auto"),
-            decides("to every host", "sp.unsolicited", "true"),
-            decides("never", "sp.unsolicited", "false"),
-            reading("to hosts with STX, and no other is served"),
+            "not to a host without STX",
+            "to every host",
+            "never",
+            "to hosts with STX, and no other is served",
         ],
-        repeats: 2,
+        decides: Some(("sp.unsolicited", &["auto", "true", "false"])),
         ..PROGRAM
     },
 ];
@@ -391,13 +359,13 @@ fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     Ok(plain(&format!("{digits}")))
 }
 
-fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn wait_after_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
     talk.begin()?;
     talk.command("SP")?;
     if talk.until_stopped(SETTLED)?.is_none() {
         talk.command("EC,BREAK")?;
-        return Ok("SP does not stop it".to_owned());
+        return Ok("SP does not stop it");
     }
     talk.start()?;
     let ended = talk.until_stopped(SETTLED)?;
@@ -411,7 +379,7 @@ fn wait_after_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         talk.command("SP")?;
         talk.until_stopped(SETTLED)?;
     }
-    Ok(heard.to_owned())
+    Ok(heard)
 }
 
 /// Runs a program that ends by itself. Returns whether SP has come.
@@ -433,12 +401,12 @@ pub(super) fn trust(talk: &Talk<'_>, is_told: bool) -> Result<bool, Trouble> {
     }
 }
 
-fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.reopen()?;
     talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
     let is_told = is_told_of_the_end(talk)?;
     if !trust(talk, is_told)? {
-        return Ok("never".to_owned());
+        return Ok("never");
     }
     talk.reopen()?;
     let text = talk.text("SU\r");
@@ -452,8 +420,7 @@ fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
         (false, true) => "not to a host without STX",
         (true, false) => "to hosts with STX, and no other is served",
         (false, false) => "to hosts with STX only, and no other is served",
-    }
-    .to_owned())
+    })
 }
 
 pub(super) use computes;

@@ -1,8 +1,7 @@
 //! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %; one moves the arm by
 //! a millimetre. Somebody stands at the emergency stop.
 
-use super::motion::{MOTION, arm_status};
-use super::{decides, reading};
+use super::motion::{PRIVATE, arm_status};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, QUIET, Talk, Trouble};
 use std::time::Duration;
@@ -27,48 +26,39 @@ const POSITION: u8 = 4;
 /// The first statement of [`program`] is on this line.
 const FIRST_LINE: u16 = 7;
 
-const TURNS: Probe = Probe {
-    is_public: false,
-    ..MOTION
-};
-
 pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "quick-status-motion",
         question: "What do DS and DC of SM show of a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1 for the last axis n (10 for a SCARA); SM,1 until it has ended",
-        ask: Ask::Steps(|talk| turned(talk, quick_status_motion)),
+        ask: Ask::Word(|talk| turned(talk, quick_status_motion)),
         readings: &[
-            reading("DS is 1 meanwhile, DC counts at the end"),
-            reading("DS is 1 meanwhile, DC counts at the beginning"),
-            reading("DS is 1 meanwhile, DC stays"),
-            reading("DS stays 0"),
+            "DS is 1 meanwhile, DC counts at the end",
+            "DS is 1 meanwhile, DC counts at the beginning",
+            "DS is 1 meanwhile, DC stays",
+            "DS stays 0",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "status-in-motion",
         question: "Does SU show a motion by DO as running until the arm rests?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
-        ask: Ask::Steps(|talk| turned(talk, status_in_motion)),
-        readings: &[
-            reading("until it rests"),
-            reading("not to its end"),
-            reading("it shows as stopped"),
-        ],
-        ..TURNS
+        ask: Ask::Word(|talk| turned(talk, status_in_motion)),
+        readings: &["until it rests", "not to its end", "it shows as stopped"],
+        ..PRIVATE
     },
     Probe {
         id: "feed-hold-motion",
         question: "What does FD do to a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; FD, SF twice, FD, SF",
-        ask: Ask::Steps(|talk| turned(talk, feed_hold_motion)),
+        ask: Ask::Word(|talk| turned(talk, feed_hold_motion)),
         readings: &[
-            reading("it is held, and goes on"),
-            reading("it is held, and given up"),
-            reading("it is not held"),
+            "it is held, and goes on",
+            "it is held, and given up",
+            "it is not held",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "stop-in-motion",
@@ -76,12 +66,12 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, SP, SF",
         ask: Ask::Steps(|talk| turned(talk, |talk, turn| stopped_motion(talk, turn, "SP"))),
         readings: &[
-            reading("it ends, stop (continue)"),
-            reading("it is cut, stop (continue)"),
-            reading("it is cut, stop (retry)"),
-            reading("it ends, stop (retry)"),
+            "it ends, stop (continue)",
+            "it is cut, stop (continue)",
+            "it is cut, stop (retry)",
+            "it ends, stop (retry)",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "break-in-motion",
@@ -104,24 +94,24 @@ pub(super) const PROBES: &[Probe] = &[
             })
         }),
         readings: &[
-            reading("it is cut, stop (retry); the next start goes on to the same end"),
-            reading("it is cut, stop (retry); the next start begins again"),
-            reading("it is cut, stop (continue); the next start gives it up"),
-            reading("it is cut, stop (continue); the next start goes on to the same end"),
+            "it is cut, stop (retry); the next start goes on to the same end",
+            "it is cut, stop (retry); the next start begins again",
+            "it is cut, stop (continue); the next start gives it up",
+            "it is cut, stop (continue); the next start goes on to the same end",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "statement-after-motion",
         question: "When does the statement after a motion run?",
         sends: "two programs: TIMER = 0, MOVEI n, 5 WITH SPEED = 1, R = TIMER; one of them with ENABLE NOWAIT",
-        ask: Ask::Steps(|talk| turned(talk, statement_after_motion)),
+        ask: Ask::Word(|talk| turned(talk, statement_after_motion)),
         readings: &[
-            reading("when the arm rests; with NOWAIT at once"),
-            reading("when the arm rests, with NOWAIT too"),
-            reading("at once, with NOWAIT too"),
+            "when the arm rests; with NOWAIT at once",
+            "when the arm rests, with NOWAIT too",
+            "at once, with NOWAIT too",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "lines-in-motion",
@@ -129,22 +119,20 @@ pub(super) const PROBES: &[Probe] = &[
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, MOVEI n, -5 WITH SPEED = 5; RN, SF",
         ask: Ask::Steps(|talk| turned(talk, lines_in_motion)),
         readings: &[
-            reading("execution: the first; analysis: the second"),
-            reading("execution: the first; analysis: the first"),
-            reading("execution: the second; analysis: the second"),
+            "execution: the first; analysis: the second",
+            "execution: the first; analysis: the first",
+            "execution: the second; analysis: the second",
         ],
-        ..TURNS
+        ..PRIVATE
     },
     Probe {
         id: "work-line",
         question: "For how many positions does a WORK line of the DATA block hold?",
         sends: "a program that puts HERE into a global, MR of it; a program that moves by 1 mm to a position after WORK, to the next one, and back, WITH SPEED = 5",
-        ask: Ask::Steps(work_line),
-        readings: &[
-            decides("the next one", "scol.sticky_work", "false"),
-            decides("all that follow", "scol.sticky_work", "true"),
-        ],
-        ..TURNS
+        ask: Ask::Word(work_line),
+        readings: &["the next one", "all that follow"],
+        decides: Some(("scol.sticky_work", &["false", "true"])),
+        ..PRIVATE
     },
 ];
 
@@ -185,10 +173,10 @@ fn same(one: f32, other: f32) -> bool {
 }
 
 /// Asks, and turns the axis back to where it was.
-fn turned(
+fn turned<H>(
     talk: &mut Talk<'_>,
-    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<Heard, Trouble>,
-) -> Result<Heard, Trouble> {
+    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<H, Trouble>,
+) -> Result<H, Trouble> {
     let (layout, status) = arm_status(talk)?;
     let (axis, size) = match layout {
         SfLayout::Six => (4, ANGLE_OF_SCARA),
@@ -257,8 +245,7 @@ fn too_fast() -> Trouble {
 
 /// DC and DS.
 fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
-    let content = talk.content("SM,1")?;
-    let content = content.ok_or_else(|| Trouble::Refused("SM,1 got NG".to_owned()))?;
+    let content = talk.file("SM,1")?;
     let text = String::from_utf8_lossy(&content).into_owned();
     let item = |name| text.split_whitespace().find_map(|item| item.strip_prefix(name));
     match (item("DC"), item("DS")) {
@@ -267,7 +254,7 @@ fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
     }
 }
 
-fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     let (before, _) = quick_status(talk)?;
     start_by_do(talk, turn)?;
     let during = quick_status(talk)?;
@@ -279,15 +266,15 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble
     let is_seen = (during.1 || later.1) && !is_active;
     let is_early = during.0 != before;
     Ok(match (is_seen, is_early, after != before) {
-        (true, false, true) => "DS is 1 meanwhile, DC counts at the end".to_owned(),
-        (true, true, _) => "DS is 1 meanwhile, DC counts at the beginning".to_owned(),
-        (true, false, false) => "DS is 1 meanwhile, DC stays".to_owned(),
-        (false, ..) if !is_active => "DS stays 0".to_owned(),
-        (false, ..) => "DS stays 1".to_owned(),
+        (true, false, true) => "DS is 1 meanwhile, DC counts at the end",
+        (true, true, _) => "DS is 1 meanwhile, DC counts at the beginning",
+        (true, false, false) => "DS is 1 meanwhile, DC stays",
+        (false, ..) if !is_active => "DS stays 0",
+        (false, ..) => "DS stays 1",
     })
 }
 
-fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     start_by_do(talk, turn)?;
     talk.wait(SOON)?;
     let is_shown = talk.status()?.execution == ExecutionStatus::Running;
@@ -304,11 +291,10 @@ fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
         (true, true) => "until it rests",
         (true, false) => "not to its end",
         (false, _) => "it shows as stopped",
-    }
-    .to_owned())
+    })
 }
 
-fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
+fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
     start_by_do(talk, turn)?;
     // Before anything is asked: a status of a serial line takes as long as the turn.
     talk.wait(QUIET)?;
@@ -328,8 +314,7 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
         (true, true) => "it is held, and goes on",
         (true, false) => "it is held, and given up",
         (false, _) => "it is not held",
-    }
-    .to_owned())
+    })
 }
 
 /// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
@@ -357,30 +342,22 @@ fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Hear
     ))
 }
 
-fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
-    let mut times = [0.0_f32; 2];
-    let turns = [
-        ("DISABLE NOWAIT", turn.statement()),
-        ("ENABLE NOWAIT", turn.back(1)),
-    ];
-    for (time, (wait, motion)) in times.iter_mut().zip(turns) {
-        talk.select(&program(&[wait, &motion, "R = TIMER"]))?;
+fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
+    let mut time = |wait: &str, motion: &str| {
+        talk.select(&program(&[wait, motion, "R = TIMER"]))?;
         talk.start()?;
         talk.until_stopped(LONGEST_TURN)?;
-        let value = talk.variable("R", 1)?;
-        *time = value
-            .parse()
-            .map_err(|_| Trouble::Refused(format!("R is {value}")))?;
-    }
+        number(talk, "R")
+    };
     // The turn takes about a second, whatever the unit of TIMER is.
-    let [waiting, at_once] = times;
+    let waiting = time("DISABLE NOWAIT", &turn.statement())?;
+    let at_once = time("ENABLE NOWAIT", &turn.back(1))?;
     let is_late = |time: f32| time > waiting.max(at_once) / 2.0;
     Ok(match (is_late(waiting), is_late(at_once)) {
         (true, false) => "when the arm rests; with NOWAIT at once",
         (true, true) if waiting > 0.2 => "when the arm rests, with NOWAIT too",
         _ => "at once, with NOWAIT too",
-    }
-    .to_owned())
+    })
 }
 
 fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
@@ -408,9 +385,15 @@ fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     ))
 }
 
+fn number(talk: &mut Talk<'_>, name: &str) -> Result<f32, Trouble> {
+    let value = talk.variable(name, 1)?;
+    let number = value.parse();
+    number.map_err(|_| Trouble::Refused(format!("{name} is {value}")))
+}
+
 /// The first position is in the coordinate system for certain; the second one has the same numbers. They are those of the place
 /// where the arm is, as MR tells them, with its posture.
-fn work_line(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     talk.run("GLOBAL\r\nPSURV = POINT(0,0,0)\r\nEND\r\nPROGRAM SURVEY\r\nPSURV = HERE\r\nEND\r\n")?;
     let here = talk.variable("PSURV", POSITION)?;
     let (place, posture) = here.rsplit_once(' ').unwrap_or((&here, ""));
@@ -431,18 +414,11 @@ fn work_line(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
             "the arm cannot be moved by {SHIFT} mm here"
         )));
     }
-    let mut is_shifted = [false; 2];
-    for (is_shifted, name) in is_shifted.iter_mut().zip(["R", "S"]) {
-        let value = talk.variable(name, 1)?;
-        let moved: f32 = value
-            .parse()
-            .map_err(|_| Trouble::Refused(format!("{name} is {value}")))?;
-        *is_shifted = (moved - shift).abs() < SHIFT / 2.0;
-    }
-    Ok(match is_shifted {
-        [true, false] => "the next one",
-        [true, true] => "all that follow",
-        [false, _] => "none",
-    }
-    .to_owned())
+    let is_shifted = |moved: f32| (moved - shift).abs() < SHIFT / 2.0;
+    let (first, second) = (number(talk, "R")?, number(talk, "S")?);
+    Ok(match (is_shifted(first), is_shifted(second)) {
+        (true, false) => "the next one",
+        (true, true) => "all that follow",
+        (false, _) => "none",
+    })
 }

@@ -1,7 +1,7 @@
 //! A controller behind a serial port of this computer, at its port HOST.
 
 use super::{Line, Peer, PeerError};
-use serialport::SerialPort;
+use serialport::{DataBits, SerialPort, StopBits};
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 use ts3100_proto::parameter::{Parity, SerialSettings};
@@ -56,18 +56,10 @@ impl Peer for SerialPeer {
             Parity::Odd => serialport::Parity::Odd,
             Parity::Even => serialport::Parity::Even,
         };
-        let stop_bits = match settings.stop {
-            1 => serialport::StopBits::One,
-            _ => serialport::StopBits::Two,
-        };
-        let data_bits = match settings.length {
-            7 => serialport::DataBits::Seven,
-            _ => serialport::DataBits::Eight,
-        };
         let port = serialport::new(&self.device, settings.speed)
             .parity(parity)
-            .stop_bits(stop_bits)
-            .data_bits(data_bits)
+            .stop_bits(StopBits::try_from(settings.stop).unwrap_or(StopBits::One))
+            .data_bits(DataBits::try_from(settings.length).unwrap_or(DataBits::Eight))
             .open()
             .map_err(|error| PeerError::Unreachable(format!("cannot open the serial port: {error}")))?;
         self.port = Some(port);

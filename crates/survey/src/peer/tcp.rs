@@ -1,6 +1,7 @@
 //! A controller behind Ethernet.
 
 use super::{Line, Peer, PeerError};
+use std::collections::BTreeMap;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
@@ -21,7 +22,7 @@ pub struct TcpPeer {
     ip0: SocketAddr,
     ip1: SocketAddr,
     start: Instant,
-    streams: [Option<TcpStream>; 3],
+    streams: BTreeMap<Line, TcpStream>,
 }
 
 impl TcpPeer {
@@ -31,15 +32,12 @@ impl TcpPeer {
             ip0,
             ip1,
             start: Instant::now(),
-            streams: [None, None, None],
+            streams: BTreeMap::new(),
         }
     }
 
     fn stream(&mut self, line: Line) -> Result<&mut TcpStream, PeerError> {
-        self.streams
-            .get_mut(line as usize)
-            .and_then(Option::as_mut)
-            .ok_or(PeerError::Closed)
+        self.streams.get_mut(&line).ok_or(PeerError::Closed)
     }
 }
 
@@ -61,16 +59,12 @@ impl Peer for TcpPeer {
             .set_nodelay(true)
             .and_then(|()| stream.set_write_timeout(Some(WRITE)))
             .map_err(unreachable)?;
-        if let Some(place) = self.streams.get_mut(line as usize) {
-            *place = Some(stream);
-        }
+        self.streams.insert(line, stream);
         Ok(())
     }
 
     fn close(&mut self, line: Line) {
-        if let Some(place) = self.streams.get_mut(line as usize) {
-            *place = None;
-        }
+        self.streams.remove(&line);
     }
 
     fn send(&mut self, line: Line, bytes: &[u8]) -> Result<(), PeerError> {

@@ -1,8 +1,8 @@
-//! Files and programs of the survey on the controller.
+//! What a controller sends in several texts, and the files and programs of the survey on it.
 
-use super::{FILE, Talk, Trouble, described};
+use super::{FILE, PATIENCE, Talk, Trouble, described};
 use std::time::Duration;
-use ts3100_proto::file::FlSender;
+use ts3100_proto::file::{FileRule, FlReceiver, FlSender, Received};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{Framing, encode_text};
 
@@ -10,8 +10,59 @@ use ts3100_proto::text::{Framing, encode_text};
 const BEGUN: Duration = Duration::from_millis(150);
 /// Longest run of a program of the survey.
 const LONGEST_RUN: Duration = Duration::from_secs(8);
+/// Largest content that is taken from a controller.
+const MAX_CONTENT: usize = 1024 * 1024;
 
 impl Talk<'_> {
+    /// The content of a file or status; `None` for NG.
+    ///
+    /// # Errors
+    /// The answer is neither.
+    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, Trouble> {
+        let first = self.ask(command)?;
+        if first == b"NG\r" {
+            return Ok(None);
+        }
+        self.rest_of_content(command, first).map(Some)
+    }
+
+    /// The content of a file or status.
+    ///
+    /// # Errors
+    /// NG is a refusal.
+    pub fn file(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+        let content = self.content(command)?;
+        content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
+    }
+
+    /// The content of a file whose first text has come.
+    ///
+    /// # Errors
+    /// The texts are not those of a file.
+    pub fn rest_of_content(&mut self, command: &str, first: Vec<u8>) -> Result<Vec<u8>, Trouble> {
+        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
+        let mut data = first;
+        loop {
+            match receiver.push(&data) {
+                Received::Refused(reason) => {
+                    return Err(Trouble::Surprise(format!("the answer to {command}: {reason}")));
+                }
+                Received::Complete(content) => {
+                    self.acknowledge()?;
+                    return Ok(content);
+                }
+                Received::More => {
+                    self.acknowledge()?;
+                    let next = self.hear(PATIENCE)?;
+                    let next = next.ok_or_else(|| {
+                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
+                    })?;
+                    data = next.data.to_vec();
+                }
+            }
+        }
+    }
+
     /// Stores a file of the survey.
     ///
     /// # Errors

@@ -98,11 +98,7 @@ impl Pty {
         if self.is_open() {
             return;
         }
-        let renewed = match self.reset() {
-            Ok(()) => Ok(()),
-            Err(_) => self.replace(),
-        };
-        if let Err(error) = renewed {
+        if let Err(error) = self.reset().or_else(|_| self.replace()) {
             warn!(
                 port = self.port.name(),
                 "{}: no new pseudo terminal: {error}", self.port

@@ -165,6 +165,7 @@ impl Server {
         subnegotiate(COM_PORT, &data, &mut self.out);
     }
 
+    /// Carries out a command. A setting that cannot be had is not taken: the answer is the one that holds.
     fn com_port(&mut self, data: &[u8], events: &mut Vec<Event>) {
         let Some((&command, value)) = data.split_first() else {
             return;
@@ -172,10 +173,29 @@ impl Server {
         let before = self.settings;
         match (command, value) {
             (SIGNATURE, []) => self.answer(SIGNATURE, NAME),
-            (SET_BAUDRATE, &[a, b, c, d]) => self.set_speed(u32::from_be_bytes([a, b, c, d])),
-            (SET_DATASIZE, &[size]) => self.set_length(size),
-            (SET_PARITY, &[parity]) => self.set_parity(parity),
-            (SET_STOPSIZE, &[stop]) => self.set_stop(stop),
+            (SET_BAUDRATE, &[a, b, c, d]) => {
+                let speed = u32::from_be_bytes([a, b, c, d]);
+                let taken = (1..=HIGHEST_SPEED).contains(&speed).then_some(speed);
+                self.settings.speed = taken.or(before.speed);
+                self.answer(SET_BAUDRATE, &self.current().speed.to_be_bytes());
+            }
+            (SET_DATASIZE, &[length]) => {
+                let taken = (5..=8).contains(&length).then_some(length);
+                self.settings.length = taken.or(before.length);
+                self.answer(SET_DATASIZE, &[self.current().length]);
+            }
+            (SET_PARITY, &[parity]) => {
+                // Mark and space parity are not had.
+                let number = parity.checked_sub(1);
+                self.settings.parity = number.and_then(Parity::from_number).or(before.parity);
+                self.answer(SET_PARITY, &[self.current().parity.number() + 1]);
+            }
+            (SET_STOPSIZE, &[stop]) => {
+                // One and a half stop bits are not had.
+                let taken = matches!(stop, 1 | 2).then_some(stop);
+                self.settings.stop = taken.or(before.stop);
+                self.answer(SET_STOPSIZE, &[self.current().stop]);
+            }
             (SET_CONTROL, &[value]) => events.extend(self.set_control(value)),
             (FLOWCONTROL_SUSPEND, []) => events.push(Event::Suspended(true)),
             (FLOWCONTROL_RESUME, []) => events.push(Event::Suspended(false)),
@@ -209,40 +229,6 @@ impl Server {
     /// The settings that hold: the client's, where it has set any.
     fn current(&self) -> SerialSettings {
         self.settings.or_robot(self.robot)
-    }
-
-    fn set_speed(&mut self, speed: u32) {
-        if (1..=HIGHEST_SPEED).contains(&speed) {
-            self.settings.speed = Some(speed);
-        }
-        self.answer(SET_BAUDRATE, &self.current().speed.to_be_bytes());
-    }
-
-    fn set_length(&mut self, length: u8) {
-        if (5..=8).contains(&length) {
-            self.settings.length = Some(length);
-        }
-        self.answer(SET_DATASIZE, &[self.current().length]);
-    }
-
-    /// Mark and space parity are not had: the answer is what holds.
-    fn set_parity(&mut self, parity: u8) {
-        let requested = match parity {
-            1 => Some(Parity::None),
-            2 => Some(Parity::Odd),
-            3 => Some(Parity::Even),
-            _ => None,
-        };
-        self.settings.parity = requested.or(self.settings.parity);
-        self.answer(SET_PARITY, &[self.current().parity.number() + 1]);
-    }
-
-    /// One and a half stop bits are not had.
-    fn set_stop(&mut self, stop: u8) {
-        if matches!(stop, 1 | 2) {
-            self.settings.stop = Some(stop);
-        }
-        self.answer(SET_STOPSIZE, &[self.current().stop]);
     }
 
     /// Flow control is kept as asked for: the robot uses none, so nothing ever stops the client.

@@ -88,8 +88,7 @@ fn facts(report: &Report) -> Vec<String> {
         facts.push(format!("Stopped at a surprise: {reason}"));
     }
     facts.extend(report.left.iter().map(|left| format!("Not put back: {left}")));
-    let times = report.answer_times();
-    if let [least, _, middle, _, greatest] = times.as_slice() {
+    if let [least, _, middle, _, greatest] = report.answer_times.as_slice() {
         facts.push(format!(
             "Answers take {least} to {greatest} ms, half of them at most {middle} ms"
         ));

@@ -1,4 +1,4 @@
-//! Helpers for the unit tests of this crate and for the whole-system suites (`ts3100_tests::testing` is this file): a
+//! Helpers for the unit tests of several crates and for the whole-system suites (other crates include this file): a
 //! temporary directory that is removed on drop, and [`eventually`] for conditions outside the controller.
 
 use std::path::{Path, PathBuf};
