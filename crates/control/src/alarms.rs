@@ -3,7 +3,7 @@
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
 use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::{Action, PanelAction};
@@ -113,17 +113,14 @@ impl AlarmList {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "alarms",
-            "Active alarms, the error history, and the table with text, cause and remedy.",
-        )
-        .routes(routes!(get_alarms, raise_alarm))
-        .routes(routes!(reset_alarms))
-        .routes(routes!(get_alarm_table))
-        .routes(routes!(get_alarm_row))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_alarms, raise_alarm),
+        routes!(reset_alarms),
+        routes!(get_alarm_table),
+        routes!(get_alarm_row),
+    ]
 }
 
 /// List active alarms and the error history

@@ -4,7 +4,7 @@
 
 use super::event::seconds;
 use super::noise::without_noise;
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, PathRoutes, Serialize, ToSchema, View, routes};
 use ts3100_controller::model::{ArmKind, ArmModel};
 
 /// The arm with its model.
@@ -174,12 +174,9 @@ impl ArmPicture {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("arm", "The arm: its model, posture, coordinate systems and path.")
-        .routes(routes!(get_arm))
-        .routes(routes!(get_pose))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_arm), routes!(get_pose)]
 }
 
 /// Get what a picture of the arm needs

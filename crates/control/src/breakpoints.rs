@@ -3,7 +3,7 @@
 use super::body::whole;
 use super::panel::ProgramStatus;
 use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::action::Action;
 
@@ -31,16 +31,13 @@ pub struct RunToRequest {
     line: u32,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "breakpoints",
-            "Stop the selected program at a line, and run it step by step.",
-        )
-        .routes(routes!(get_breakpoints, put_breakpoints))
-        .routes(routes!(step))
-        .routes(routes!(run_to))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_breakpoints, put_breakpoints),
+        routes!(step),
+        routes!(run_to),
+    ]
 }
 
 fn breakpoints(view: &View<'_>) -> Breakpoints {

@@ -6,7 +6,7 @@ use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
 use super::event::hex;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema,
+    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema,
     View, routes,
 };
 use ts3100_controller::port::Port;
@@ -94,17 +94,14 @@ impl ChannelStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "channels",
-            "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
-        )
-        .routes(routes!(get_channels))
-        .routes(routes!(get_channel))
-        .routes(routes!(inject))
-        .routes(routes!(drop_peer))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_channels),
+        routes!(get_channel),
+        routes!(inject),
+        routes!(drop_peer),
+    ]
 }
 
 /// List the communication ports

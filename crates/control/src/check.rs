@@ -4,7 +4,7 @@
 //! the robot. Nothing is stored.
 
 use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, TaughtPoint, check_with_points};
 use tokio::task::spawn_blocking;
@@ -99,9 +99,9 @@ impl ProgramDiagnostic {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(check))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(check)]
 }
 
 /// Check a program without storing it

@@ -9,7 +9,7 @@ use super::body::{Seconds, number_that, object_only, whole_number};
 use super::event::seconds;
 use super::lines::require_line;
 use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use axum::http::StatusCode;
 use serde::Deserializer;
@@ -277,17 +277,14 @@ impl From<WaitResult> for WaitResponse {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "clock",
-            "Virtual time: how it passes, advancing it, and waiting for a condition.",
-        )
-        .routes(routes!(get_clock, put_clock))
-        .routes(routes!(advance))
-        .routes(routes!(advance_until))
-        .routes(routes!(wait))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_clock, put_clock),
+        routes!(advance),
+        routes!(advance_until),
+        routes!(wait),
+    ]
 }
 
 /// Get the clock

@@ -3,7 +3,7 @@
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
 
-use super::resource::{Answer, Handle, Json, RouteTable, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, PathRoutes, ToSchema, View, routes};
 use ts3100_recording::reports::CoverageReport;
 
 /// Coverage of the permission tables, as `--coverage FILE` writes it.
@@ -46,9 +46,9 @@ struct CoverageCell {
     reachable: bool,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_coverage))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_coverage)]
 }
 
 /// Get the coverage of the permission tables

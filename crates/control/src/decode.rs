@@ -4,7 +4,7 @@
 //! recording can be decoded too.
 
 use super::body::parse_hex;
-use super::resource::{Answer, Deserialize, Json, Problem, RouteTable, Serialize, ToSchema, routes};
+use super::resource::{Answer, Deserialize, Json, PathRoutes, Problem, Serialize, ToSchema, routes};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::dissect_command::dissect_command;
 use ts3100_proto::text::STX;
@@ -101,9 +101,9 @@ fn opens_download(wire: &[u8]) -> bool {
         .is_some_and(|begin| begin.eq_ignore_ascii_case(b"DL,"))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(decode))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(decode)]
 }
 
 /// Split a text into its fields

@@ -8,7 +8,7 @@ use super::event::ApiEvent;
 use super::handle::MAX_STREAMS;
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
-use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, PathRoutes, Problem, routes};
 use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
@@ -35,11 +35,9 @@ struct EventsQuery {
     count: Option<u64>,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("events", "Live stream of everything that happens.")
-        .routes(routes!(get_events))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_events)]
 }
 
 /// Stream events as Server-Sent Events

@@ -5,7 +5,7 @@
 use super::body::{object_only, optional_whole, whole};
 use super::event::seconds;
 use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use axum::http::StatusCode;
 use std::collections::BTreeMap;
@@ -308,16 +308,13 @@ impl From<FaultError> for Problem {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "faults",
-            "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
-        )
-        .routes(routes!(get_faults, arm_fault, clear_faults))
-        .routes(routes!(get_fault_kinds))
-        .routes(routes!(get_fault, disarm_fault))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_faults, arm_fault, clear_faults),
+        routes!(get_fault_kinds),
+        routes!(get_fault, disarm_fault),
+    ]
 }
 
 /// List the faults and their outcome

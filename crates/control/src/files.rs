@@ -6,7 +6,7 @@ use super::channels::ByteContent;
 use super::event::hex;
 use super::panel::ProgramStatus;
 use super::resource::{
-    Answer, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::action::Action;
 
@@ -86,13 +86,13 @@ impl FileContent {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("files", "Files on the RAM drive.")
-        .routes(routes!(get_files))
-        .routes(routes!(get_file, put_file, delete_file))
-        .routes(routes!(select_file))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_files),
+        routes!(get_file, put_file, delete_file),
+        routes!(select_file),
+    ]
 }
 
 /// List the files on the RAM drive

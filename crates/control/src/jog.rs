@@ -5,7 +5,7 @@
 use super::arm::ArmPosture;
 use super::body::whole;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, PathRoutes, Serialize, ToSchema, View, routes,
 };
 use std::time::Duration;
 use tokio::time::sleep;
@@ -83,15 +83,9 @@ impl Drop for HeldKey {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "jog",
-            "Move the arm by hand, as with the keys of the teach pendant.",
-        )
-        .routes(routes!(jog))
-        .routes(routes!(stop_jog))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(jog), routes!(stop_jog)]
 }
 
 /// Press a key that moves the arm

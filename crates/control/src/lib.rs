@@ -1,7 +1,7 @@
 //! The HTTP control interface: tests read and change everything about the robot that a real controller does not let
 //! them reach.
 //!
-//! Each resource has a file that adds its routes to the `route_table`. A call becomes a request in the driver's
+//! Each resource has a file that lists its routes for the `route_table`. A call becomes a request in the driver's
 //! queue and waits for the result; nothing here owns or changes a controller. Requests pass `guard` first. Start
 //! with `panel`, the simplest resource.
 
@@ -20,8 +20,6 @@ pub mod client;
 mod clock;
 mod coverage;
 mod decode;
-#[cfg(test)]
-mod document;
 pub mod event;
 mod events;
 mod faults;
@@ -49,6 +47,8 @@ mod settings;
 mod snapshots;
 mod state;
 mod status_frame;
+#[cfg(test)]
+mod tests;
 mod transcript;
 mod variables;
 mod wires;
@@ -70,7 +70,7 @@ pub use handle::DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
 use robots::{OfRobot, Robots};
-use route_table::RouteTable;
+use route_table::PathRoutes;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -98,38 +98,36 @@ const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 /// Every call there is.
-fn route_table() -> RouteTable {
+fn calls() -> Vec<PathRoutes> {
     let resources = [
-        robots::add,
-        wires::add,
-        state::add,
-        status_frame::add,
-        panel::add,
-        breakpoints::add,
-        pendant::add,
-        arm::add,
-        jog::add,
-        alarms::add,
-        lines::add,
-        variables::add,
-        files::add,
-        check::add,
-        channels::add,
-        decode::add,
-        parameters::add,
-        clock::add,
-        power::add,
-        faults::add,
-        snapshots::add,
-        events::add,
-        transcript::add,
-        service::add,
-        coverage::add,
-        scenario::add,
+        robots::calls,
+        wires::calls,
+        state::calls,
+        status_frame::calls,
+        panel::calls,
+        breakpoints::calls,
+        pendant::calls,
+        arm::calls,
+        jog::calls,
+        alarms::calls,
+        lines::calls,
+        variables::calls,
+        files::calls,
+        check::calls,
+        channels::calls,
+        decode::calls,
+        parameters::calls,
+        clock::calls,
+        power::calls,
+        faults::calls,
+        snapshots::calls,
+        events::calls,
+        transcript::calls,
+        service::calls,
+        coverage::calls,
+        scenario::calls,
     ];
-    resources
-        .into_iter()
-        .fold(RouteTable::new(), |table, add| add(table))
+    resources.into_iter().flat_map(|calls| calls()).collect()
 }
 
 /// The bound socket of the interface; it answers once it is served.
@@ -185,8 +183,7 @@ impl Server {
 fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
     let needs_token = guard.token.is_some();
     let open_api = async move || ([(CONTENT_TYPE, "application/json")], open_api_text(needs_token));
-    let calls = route_table()
-        .into_router()
+    let calls = route_table::router(calls())
         .route("/openapi.json", get(open_api))
         .route("/", get(front_page))
         .route(
@@ -256,29 +253,4 @@ async fn with_security_headers(mut response: Response) -> Response {
         headers.insert(name, HeaderValue::from_static(value));
     }
     response
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{open_api_text, route_table};
-
-    fn written(needs_token: bool) -> String {
-        let document = route_table().into_document(needs_token);
-        serde_json::to_string_pretty(&serde_json::to_value(document).unwrap()).unwrap() + "\n"
-    }
-
-    #[test]
-    fn the_binary_carries_the_document_of_its_calls() {
-        for needs_token in [false, true] {
-            let stale = "assets/openapi.json is stale; write it with -- --ignored bless_openapi";
-            assert!(open_api_text(needs_token) == written(needs_token), "{stale}");
-        }
-    }
-
-    #[test]
-    #[ignore = "writes assets/openapi.json"]
-    fn bless_openapi() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/openapi.json");
-        std::fs::write(path, written(false)).unwrap();
-    }
 }

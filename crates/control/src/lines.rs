@@ -4,7 +4,7 @@
 
 use super::body::Seconds;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, IntoParams, Json, NoBody, Path, Problem, RouteTable,
+    Answer, Deserialize, DriverHandle, Handle, IntoParams, Json, NoBody, Path, PathRoutes, Problem,
     Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::signals::Signals;
@@ -179,22 +179,19 @@ async fn pulse(handle: &DriverHandle, side: IoKind, line: u16, body: PulseReques
     act(handle, side, line, pulse).await
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "lines",
-            "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
-        )
-        .routes(routes!(get_lines))
-        .routes(routes!(get_inputs))
-        .routes(routes!(get_input, put_input))
-        .routes(routes!(pulse_input))
-        .routes(routes!(force_input, release_input))
-        .routes(routes!(get_outputs))
-        .routes(routes!(get_output, put_output))
-        .routes(routes!(pulse_output))
-        .routes(routes!(force_output, release_output))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_lines),
+        routes!(get_inputs),
+        routes!(get_input, put_input),
+        routes!(pulse_input),
+        routes!(force_input, release_input),
+        routes!(get_outputs),
+        routes!(get_output, put_output),
+        routes!(pulse_output),
+        routes!(force_output, release_output),
+    ]
 }
 
 /// List all inputs and outputs with their names

@@ -5,7 +5,7 @@
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
 use super::body::whole;
 use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
@@ -109,27 +109,24 @@ impl ProgramStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "panel",
-            "Operating panel: key switch, control right, switches, START and STOP.",
-        )
-        .routes(routes!(get_key_switch, put_key_switch))
-        .routes(routes!(get_control_right, put_control_right))
-        .routes(routes!(get_emergency_stop, put_emergency_stop))
-        .routes(routes!(get_safety_switch, put_safety_switch))
-        .routes(routes!(get_servo, put_servo))
-        .routes(routes!(get_feed_hold, put_feed_hold))
-        .routes(routes!(press_feed_hold))
-        .routes(routes!(get_machine_lock, put_machine_lock))
-        .routes(routes!(get_battery, put_battery))
-        .routes(routes!(get_override, put_override))
-        .routes(routes!(get_run_mode, put_run_mode))
-        .routes(routes!(get_program))
-        .routes(routes!(start))
-        .routes(routes!(stop))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_key_switch, put_key_switch),
+        routes!(get_control_right, put_control_right),
+        routes!(get_emergency_stop, put_emergency_stop),
+        routes!(get_safety_switch, put_safety_switch),
+        routes!(get_servo, put_servo),
+        routes!(get_feed_hold, put_feed_hold),
+        routes!(press_feed_hold),
+        routes!(get_machine_lock, put_machine_lock),
+        routes!(get_battery, put_battery),
+        routes!(get_override, put_override),
+        routes!(get_run_mode, put_run_mode),
+        routes!(get_program),
+        routes!(start),
+        routes!(stop),
+    ]
 }
 
 /// The two calls of each switch: one reads it, the other sets it. A row has the path, the document with the field of the

@@ -3,7 +3,7 @@
 //! The pages are made by the controller.
 
 use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use super::state::{PendantPage, ether_pages};
 use ts3100_controller::PanelAction;
@@ -40,12 +40,9 @@ impl PendantStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("pendant", "What the teach pendant shows, and its keys.")
-        .routes(routes!(get_pendant))
-        .routes(routes!(press_keys))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_pendant), routes!(press_keys)]
 }
 
 /// Get what the teach pendant shows

@@ -4,7 +4,7 @@
 
 use super::clock::time_mode;
 use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, PathRoutes, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{LinkAction, Request};
@@ -53,15 +53,15 @@ impl PowerStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("power", "Power off, on and cycle; reset between tests.")
-        .routes(routes!(get_power))
-        .routes(routes!(power_off))
-        .routes(routes!(power_on))
-        .routes(routes!(power_cycle))
-        .routes(routes!(reset))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_power),
+        routes!(power_off),
+        routes!(power_on),
+        routes!(power_cycle),
+        routes!(reset),
+    ]
 }
 
 /// Get the power state

@@ -1,4 +1,4 @@
-//! What the file of every resource uses: its extractors, its answers, the table of calls, and how its documents are
+//! What the file of every resource uses: its extractors, its answers, the table of routes, and how its documents are
 //! described.
 //!
 //! Begin with `panel`, the simplest resource.
@@ -6,7 +6,7 @@
 pub use super::body::{Json, NoBody, Path};
 pub use super::handle::{Answer, DriverHandle, Handle};
 pub use super::problem::Problem;
-pub use super::route_table::RouteTable;
+pub use super::route_table::PathRoutes;
 pub(crate) use super::route_table::routes;
 pub use serde::{Deserialize, Serialize};
 pub use ts3100_driver::driver::request::View;

@@ -4,7 +4,7 @@
 //! What runs a robot is not known here; see [`Robots`].
 
 use super::resource::{
-    Answer, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes,
+    Answer, DriverHandle, Handle, Json, Path, PathRoutes, Problem, Serialize, ToSchema, routes,
 };
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
@@ -220,15 +220,9 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
     Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "robots",
-            "The robots of this process. Every other path also exists below `/robots/NAME`.",
-        )
-        .routes(routes!(get_robots))
-        .routes(routes!(get_robot))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_robots), routes!(get_robot)]
 }
 
 /// List the robots

@@ -1,10 +1,8 @@
-//! The table of all routes. A resource adds its handlers; the router and the OpenAPI document are both made from
-//! the `#[utoipa::path]` at each handler, so they cannot disagree.
+//! What the table of all routes is made of. A resource lists its handlers; the router and the OpenAPI document are both made
+//! from the `#[utoipa::path]` at each handler, so they cannot disagree.
 //!
-//! The binary carries the document as a file; only the test that compares them makes it (`document`).
+//! The binary carries the document as a file; only the test that compares them makes it (`tests/document.rs`).
 
-#[cfg(test)]
-use super::document::DocumentParts;
 use super::problem::Problem;
 use axum::Router;
 use axum::extract::Request;
@@ -12,13 +10,6 @@ use axum::http::{Method, StatusCode, Uri};
 use axum::response::Response;
 use axum::routing::MethodRouter;
 use futures_util::future::BoxFuture;
-
-/// All calls.
-pub struct RouteTable {
-    router: Router,
-    #[cfg(test)]
-    document: DocumentParts,
-}
 
 /// A handler with its extractors, of one type for all calls: the router is compiled for it once, and not for each.
 pub type AnyHandler = fn(Request) -> BoxFuture<'static, Response>;
@@ -61,48 +52,13 @@ macro_rules! routes {
 }
 pub(crate) use routes;
 
-impl RouteTable {
-    /// Empty.
-    pub fn new() -> RouteTable {
-        RouteTable {
-            router: Router::new(),
-            #[cfg(test)]
-            document: DocumentParts::new(),
-        }
-    }
-
-    /// The calls added from now on belong together.
-    #[cfg_attr(
-        not(test),
-        expect(unused_variables, unused_mut, reason = "for the document only")
-    )]
-    pub fn group(mut self, name: &str, description: &str) -> RouteTable {
-        #[cfg(test)]
-        self.document.group(name, description);
-        self
-    }
-
-    /// Adds the handlers of one path.
-    #[must_use]
-    pub fn routes(mut self, routes: PathRoutes) -> RouteTable {
-        self.router = self.router.route(&routes.path, routes.methods);
-        #[cfg(test)]
-        self.document.add(routes.described);
-        self
-    }
-
-    /// The router of all calls.
-    pub fn into_router(self) -> Router {
-        self.router
-            .fallback(no_such_path)
-            .method_not_allowed_fallback(no_such_method)
-    }
-
-    /// The document of all calls.
-    #[cfg(test)]
-    pub fn into_document(self, needs_token: bool) -> utoipa::openapi::OpenApi {
-        self.document.build(needs_token)
-    }
+/// The router of these calls.
+pub fn router(calls: Vec<PathRoutes>) -> Router {
+    let add = |router: Router, routes: PathRoutes| router.route(&routes.path, routes.methods);
+    let router = calls.into_iter().fold(Router::new(), add);
+    router
+        .fallback(no_such_path)
+        .method_not_allowed_fallback(no_such_method)
 }
 
 async fn no_such_path(uri: Uri) -> Problem {

@@ -3,7 +3,7 @@
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
 use super::event::seconds;
-use super::resource::{Answer, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes};
 use axum::http::StatusCode;
 use ts3100_controller::Time;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
@@ -67,9 +67,9 @@ impl From<EntryProgress> for ScenarioStep {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_scenario))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_scenario)]
 }
 
 /// Get how far the scenario is

@@ -5,7 +5,7 @@
 use super::event::{ApiEvent, seconds};
 use super::metrics::{self, Gauge, Sample};
 use super::resource::{
-    Answer, DriverHandle, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
+    Answer, DriverHandle, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use super::robots::{Robots, Scope};
 use axum::http::header::CONTENT_TYPE;
@@ -77,17 +77,14 @@ pub struct Version {
     model: Option<String>,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "service",
-            "Monitoring of the emulator, and findings about its hosts.",
-        )
-        .routes(routes!(get_health))
-        .routes(routes!(get_version))
-        .routes(routes!(get_metrics))
-        .routes(routes!(get_findings))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_health),
+        routes!(get_version),
+        routes!(get_metrics),
+        routes!(get_findings),
+    ]
 }
 
 /// Check that the emulator answers

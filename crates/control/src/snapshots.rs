@@ -5,7 +5,7 @@
 
 use super::body::SnapshotText;
 use super::event::seconds;
-use super::resource::{Answer, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes};
 use super::robots::Scope;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
@@ -50,17 +50,14 @@ impl SnapshotList {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "snapshots",
-            "Save the whole state of the controller, and restore it.",
-        )
-        .routes(routes!(get_snapshots))
-        .routes(routes!(get_named, put_snapshot, delete_snapshot))
-        .routes(routes!(restore_snapshot))
-        .routes(routes!(get_snapshot, load_snapshot))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_snapshots),
+        routes!(get_named, put_snapshot, delete_snapshot),
+        routes!(restore_snapshot),
+        routes!(get_snapshot, load_snapshot),
+    ]
 }
 
 /// List the named snapshots

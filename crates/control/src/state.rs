@@ -11,7 +11,7 @@ use super::files::DriveStatus;
 use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, PathRoutes, Serialize, ToSchema, View, routes};
 use super::variables::{self, VariableInfo};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -305,11 +305,9 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("state", "The whole state at one moment.")
-        .routes(routes!(get_state))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_state)]
 }
 
 /// Get the whole state

@@ -3,7 +3,7 @@
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
 
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, PathRoutes, Serialize, ToSchema, View, routes};
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{IoKind, Port, line_name};
 use ts3100_proto::dissect::{DissectedField, dissect};
@@ -115,9 +115,9 @@ fn names_of_lines(lines: &str, kind: IoKind) -> Option<String> {
     (!names.is_empty()).then(|| names.join(" "))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_status_frame))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_status_frame)]
 }
 
 /// Get what the command SF would answer now

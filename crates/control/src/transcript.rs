@@ -3,7 +3,7 @@
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::Query;
-use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, PathRoutes, Problem, routes};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use ts3100_recording::transcript::Format;
@@ -48,14 +48,9 @@ impl FormatName {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "transcript",
-            "The traffic of all ports and every action at the controller.",
-        )
-        .routes(routes!(get_transcript))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_transcript)]
 }
 
 /// Get the transcript

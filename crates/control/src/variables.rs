@@ -4,7 +4,7 @@
 
 use super::noise::numbers;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, View,
+    Answer, Deserialize, DriverHandle, Handle, Json, Path, PathRoutes, Problem, Serialize, ToSchema, View,
     routes,
 };
 use scol_mini::ValueKind;
@@ -167,18 +167,15 @@ async fn set(
     handle.act(action, find()).await?.map(Json)
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "variables",
-            "GLOBAL and DATA variables of the selected file, and its positions.",
-        )
-        .routes(routes!(get_variables))
-        .routes(routes!(get_variable, put_variable))
-        .routes(routes!(get_positions))
-        .routes(routes!(get_position, put_position))
-        .routes(routes!(teach_position))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![
+        routes!(get_variables),
+        routes!(get_variable, put_variable),
+        routes!(get_positions),
+        routes!(get_position, put_position),
+        routes!(teach_position),
+    ]
 }
 
 /// All of the selected file.

@@ -2,7 +2,7 @@
 //!
 //! What a wire does is [`ts3100_driver::driver::wired`].
 
-use super::resource::{Answer, Deserialize, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes};
+use super::resource::{Answer, Deserialize, Json, Path, PathRoutes, Problem, Serialize, ToSchema, routes};
 use super::robots::{Fleet, Robots, WireInfo};
 
 /// The wires.
@@ -21,12 +21,9 @@ pub struct SetOutside {
     on: bool,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("wires", "Wires between the robots of this process.")
-        .routes(routes!(get_wires))
-        .routes(routes!(put_outside))
+/// The calls of this file.
+pub fn calls() -> Vec<PathRoutes> {
+    vec![routes!(get_wires), routes!(put_outside)]
 }
 
 fn list(robots: &dyn Robots) -> WireList {
