@@ -6,8 +6,7 @@ use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
 use super::event::hex;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema,
-    View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
@@ -118,7 +117,7 @@ async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> 
     handle.query(look).await.map(Json)
 }
 
-async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> Answer<ChannelStatus> {
+async fn act_on_link(handle: &Handle, port: Port, action: LinkAction) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.change(Request::LinkAction, action, look).await.map(Json)
 }

@@ -48,7 +48,7 @@ pub fn calls() -> Vec<PathRoutes> {
     responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
         body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
-    Handle(handle): Handle,
+    handle: Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
     Query(query): Query<EventsQuery>,

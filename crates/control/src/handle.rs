@@ -7,7 +7,6 @@ use super::journal::Journal;
 use super::problem::Problem;
 use axum::http::StatusCode;
 use futures_util::future::BoxFuture;
-use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
@@ -21,23 +20,12 @@ use ts3100_recording::scenario::Play;
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
 
-/// What a call uses, as a parameter of its handler: its robot, which [`super::robots`] has found.
-pub struct Handle(pub DriverHandle);
-
-impl Deref for Handle {
-    type Target = DriverHandle;
-
-    fn deref(&self) -> &DriverHandle {
-        &self.0
-    }
-}
-
 /// What most calls answer: a document, or why they had no effect.
 pub type Answer<T> = Result<Json<T>, Problem>;
 
-/// The way to the driver.
+/// The way to the driver; as a parameter of a handler that to the robot of the call, which [`super::robots`] has found.
 #[derive(Clone)]
-pub struct DriverHandle {
+pub struct Handle {
     driver: mpsc::Sender<Request>,
     /// What has happened.
     pub journal: Arc<Journal>,
@@ -63,10 +51,10 @@ impl<T> Slot<T> {
     }
 }
 
-impl DriverHandle {
+impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
-        DriverHandle {
+    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> Handle {
+        Handle {
             driver,
             journal,
             record,
@@ -77,8 +65,8 @@ impl DriverHandle {
 
     /// The same, of a robot to which this scenario is played.
     #[must_use]
-    pub fn with_scenario(self, scenario: Option<Play>) -> DriverHandle {
-        DriverHandle { scenario, ..self }
+    pub fn with_scenario(self, scenario: Option<Play>) -> Handle {
+        Handle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {
@@ -116,7 +104,7 @@ impl DriverHandle {
         self.change(Request::Action, action, look).await
     }
 
-    /// As [`DriverHandle::act`], at the operating panel; what is read is the answer of the call.
+    /// As [`Handle::act`], at the operating panel; what is read is the answer of the call.
     pub async fn press<T: Send + 'static>(
         &self,
         panel: PanelAction,
@@ -125,7 +113,7 @@ impl DriverHandle {
         self.act(Action::Panel(panel), look).await.map(Json)
     }
 
-    /// As [`DriverHandle::act`], for every kind of request that can be refused.
+    /// As [`Handle::act`], for every kind of request that can be refused.
     pub async fn change<A, T: Send + 'static, E: Send + 'static>(
         &self,
         request: fn(A, Reply<Result<(), E>>) -> Request,

@@ -5,7 +5,7 @@
 use super::arm::ArmPosture;
 use super::body::whole;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, PathRoutes, Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, Json, NoBody, PathRoutes, Serialize, ToSchema, View, routes,
 };
 use std::time::Duration;
 use tokio::time::sleep;
@@ -67,7 +67,7 @@ enum JogSpeed {
 
 /// Lets the key go if its call ends before the motion does.
 struct HeldKey {
-    handle: DriverHandle,
+    handle: Handle,
     is_held: bool,
 }
 
@@ -110,7 +110,7 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
         mode,
     };
     let mut key = HeldKey {
-        handle: handle.0,
+        handle,
         is_held: body.hold,
     };
     let mut pose = key.handle.act(Action::Panel(press), ArmPosture::new).await?;

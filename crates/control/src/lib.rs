@@ -66,7 +66,7 @@ use axum::response::{IntoResponse as _, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
 use guard::Guard;
-pub use handle::DriverHandle;
+pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
 use robots::{OfRobot, Robots};

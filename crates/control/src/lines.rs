@@ -4,8 +4,8 @@
 
 use super::body::Seconds;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, IntoParams, Json, NoBody, Path, PathRoutes, Problem,
-    Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, IntoParams, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema,
+    View, routes,
 };
 use ts3100_controller::signals::Signals;
 use ts3100_controller::{Action, IoKind, PanelAction, line_name};
@@ -158,18 +158,18 @@ pub fn require_line(line: u16) -> Result<(), Problem> {
     Err(Problem::not_found("line", "1-64, 101-164 or 201-264", line))
 }
 
-async fn look(handle: &DriverHandle, side: IoKind, line: u16) -> Answer<LineStatus> {
+async fn look(handle: &Handle, side: IoKind, line: u16) -> Answer<LineStatus> {
     require_line(line)?;
     let look = move |view: &View<'_>| LineStatus::new(view, side, line);
     handle.query(look).await.map(Json)
 }
 
-async fn act(handle: &DriverHandle, side: IoKind, line: u16, action: Action) -> Answer<LineStatus> {
+async fn act(handle: &Handle, side: IoKind, line: u16, action: Action) -> Answer<LineStatus> {
     let look = move |view: &View<'_>| LineStatus::new(view, side, line);
     handle.act(action, look).await.map(Json)
 }
 
-async fn pulse(handle: &DriverHandle, side: IoKind, line: u16, body: PulseRequest) -> Answer<LineStatus> {
+async fn pulse(handle: &Handle, side: IoKind, line: u16, body: PulseRequest) -> Answer<LineStatus> {
     let pulse = Action::Pulse {
         side,
         line,

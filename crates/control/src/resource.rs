@@ -4,7 +4,7 @@
 //! Begin with `panel`, the simplest resource.
 
 pub use super::body::{Json, NoBody, Path};
-pub use super::handle::{Answer, DriverHandle, Handle};
+pub use super::handle::{Answer, Handle};
 pub use super::problem::Problem;
 pub use super::route_table::PathRoutes;
 pub(crate) use super::route_table::routes;

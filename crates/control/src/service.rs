@@ -4,9 +4,7 @@
 
 use super::event::{ApiEvent, seconds};
 use super::metrics::{self, Gauge, Sample};
-use super::resource::{
-    Answer, DriverHandle, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes};
 use super::robots::{Robots, Scope};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -119,7 +117,7 @@ async fn get_health(scope: Scope) -> Answer<Health> {
 }
 
 /// The robots that have started.
-fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, DriverHandle)> {
+fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, Handle)> {
     let names = robots.names().into_iter();
     names.filter_map(|name| robots.running(&name).map(|handle| (name, handle)))
 }
@@ -165,7 +163,7 @@ async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
     Ok(([(CONTENT_TYPE, PROMETHEUS)], metrics::to_prometheus(&samples)))
 }
 
-async fn sample(robot: Option<String>, handle: &DriverHandle) -> Result<Sample, Problem> {
+async fn sample(robot: Option<String>, handle: &Handle) -> Result<Sample, Problem> {
     let gauges = handle.query(gauges).await?;
     Ok(Sample {
         robot,

@@ -4,8 +4,7 @@
 
 use super::noise::numbers;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, Path, PathRoutes, Problem, Serialize, ToSchema, View,
-    routes,
+    Answer, Deserialize, Handle, Json, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
 };
 use scol_mini::ValueKind;
 use serde::Deserializer;
@@ -147,12 +146,7 @@ impl VariableInfo {
     }
 }
 
-async fn set(
-    handle: &DriverHandle,
-    name: String,
-    body: SetValueRequest,
-    position: bool,
-) -> Answer<VariableInfo> {
+async fn set(handle: &Handle, name: String, body: SetValueRequest, position: bool) -> Answer<VariableInfo> {
     if body.value.is_empty() || body.value.len() > MAX_VALUES {
         let expected = format!("1 to {MAX_VALUES} numbers");
         return Err(Problem::invalid("value", expected, body.value.len()));
