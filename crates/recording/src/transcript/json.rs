@@ -38,7 +38,8 @@ struct File {
 /// Any other line.
 #[derive(Serialize, Deserialize)]
 struct Line {
-    t_us: u64,
+    #[serde(rename = "t_us")]
+    at: Time,
     #[serde(flatten)]
     event: Event,
 }
@@ -64,7 +65,8 @@ enum Event {
         action: Action,
     },
     Restored {
-        to_us: u64,
+        #[serde(rename = "to_us")]
+        at: Time,
         snapshot: Value,
     },
     Link {
@@ -163,15 +165,15 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
         RecordKind::Ended { line, by, how } => Event::Ended { line, by, how },
         RecordKind::Action(action) => Event::Action { action },
         RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
-            to_us: at.as_micros(),
+            at,
             // One that is no JSON is nobody's: it is written as it is.
             snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
         },
         RecordKind::Link(link) => Event::Link { link },
         RecordKind::Remark(remark) => Event::Remark { remark },
     };
-    let t_us = record.at.as_micros();
-    write(&Line { t_us, event }, out);
+    let at = record.at;
+    write(&Line { at, event }, out);
 }
 
 /// Reads a transcript.
@@ -221,7 +223,7 @@ fn read_header(line: &str) -> Result<Header, LineError> {
 
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn read_record(line: &str) -> serde_json::Result<Record> {
-    let Line { t_us, event } = serde_json::from_str(line)?;
+    let Line { at, event } = serde_json::from_str(line)?;
     let kind = match event {
         Event::Connected { line, peer } => RecordKind::Connected {
             line,
@@ -237,8 +239,8 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         }
         Event::Ended { line, by, how } => RecordKind::Ended { line, by, how },
         Event::Action { action } => RecordKind::Action(action),
-        Event::Restored { to_us, snapshot } => RecordKind::Link(LinkRecord::Restored {
-            at: Time::from_micros(to_us),
+        Event::Restored { at, snapshot } => RecordKind::Link(LinkRecord::Restored {
+            at,
             snapshot: match snapshot {
                 Value::String(words) => words,
                 snapshot => snapshot.to_string(),
@@ -247,6 +249,5 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         Event::Link { link } => RecordKind::Link(link),
         Event::Remark { remark } => RecordKind::Remark(remark),
     };
-    let at = Time::from_micros(t_us);
     Ok(Record { at, kind })
 }
