@@ -81,13 +81,13 @@ impl Handle {
         answer.ok_or_else(Problem::shutting_down)
     }
 
-    /// Sends a request and waits until its slot is filled. Boxed and without the type of the answer, so that it is
-    /// compiled once.
-    fn deliver(
+    /// Sends a request and waits for what comes when it is done. Boxed, and nothing for an answer in a slot, so that it is
+    /// compiled once for all of those.
+    fn deliver<T: Send + 'static>(
         &self,
         request: Request,
-        is_done: oneshot::Receiver<()>,
-    ) -> BoxFuture<'_, Result<(), Problem>> {
+        is_done: oneshot::Receiver<T>,
+    ) -> BoxFuture<'_, Result<T, Problem>> {
         Box::pin(async {
             let sent = self.driver.send(request).await;
             sent.map_err(|_| Problem::shutting_down())?;
@@ -142,12 +142,7 @@ impl Handle {
     /// Waits for something, for at most so long on the wall.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
         let (done, is_done) = oneshot::channel();
-        let waited = timeout(wall, async {
-            let sent = self.driver.send(Request::Wait(wait, done)).await;
-            sent.map_err(|_| Problem::shutting_down())?;
-            is_done.await.map_err(|_| Problem::shutting_down())
-        });
-        let waited = waited.await;
+        let waited = timeout(wall, self.deliver(Request::Wait(wait, done), is_done)).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             let expected = format!("an end of the wait within {limit} s of the wall clock");

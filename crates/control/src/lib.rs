@@ -65,7 +65,6 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, H
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
-use guard::Guard;
 pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
@@ -134,7 +133,7 @@ fn calls() -> Vec<PathRoutes> {
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
-    guard: Guard,
+    settings: ControlSettings,
 }
 
 impl Server {
@@ -147,16 +146,10 @@ impl Server {
         socket.set_nonblocking(true)?;
         let listener = TcpListener::from_std(socket)?;
         let address = listener.local_addr()?;
-        let hosts = settings.hosts.iter().map(|host| host.to_ascii_lowercase());
-        let guard = Guard {
-            token: settings.token.clone(),
-            hosts: hosts.collect(),
-            open: settings.open,
-        };
         Ok(Server {
             listener,
             address,
-            guard,
+            settings: settings.clone(),
         })
     }
 
@@ -171,7 +164,7 @@ impl Server {
             // The table of calls takes long to build beside everything else of a start: a robot whose interface nobody
             // asks is up without it.
             let listener = BoundedListener::after_first_connection(self.listener).await;
-            let router = router(robots, self.guard);
+            let router = router(robots, self.settings);
             let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
@@ -180,8 +173,8 @@ impl Server {
     }
 }
 
-fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
-    let needs_token = guard.token.is_some();
+fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
+    let needs_token = settings.token.is_some();
     let open_api = async move || ([(CONTENT_TYPE, "application/json")], open_api_text(needs_token));
     let calls = route_table::router(calls())
         .route("/openapi.json", get(open_api))
@@ -195,7 +188,7 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .fallback_service(calls)
         .layer(axum::middleware::from_fn_with_state(robots, robots::find))
         .layer(axum::middleware::from_fn_with_state(
-            Arc::new(guard),
+            Arc::new(settings),
             guard::check,
         ))
         .layer(axum::middleware::map_response(with_security_headers))
