@@ -184,10 +184,6 @@ pub enum LineError {
     FileSize(u64),
     #[error("expected bytes: a recording has no line for what did not come")]
     Nothing,
-    #[error("expected us, ms or s after @+, found {0:?}")]
-    DurationUnit(String),
-    #[error("expected a number after @+, found {0:?}")]
-    DurationNumber(String),
     #[error("expected at most a hundred years, found {0}")]
     LongPause(String),
     #[error("{0} is not a byte")]
@@ -196,8 +192,6 @@ pub enum LineError {
     PeerNumber(String),
     #[error("expected a port such as IP0, found {0}")]
     PeerPort(String),
-    #[error("expected a port such as HOST, found {0:?}")]
-    Port(String),
     #[error("unknown event {0:?}")]
     NoLink(String),
     #[error("the first line is not the object of the start")]
