@@ -4,7 +4,7 @@
 
 use super::event::seconds;
 use super::noise::without_noise;
-use super::resource::{Answer, Handle, Json, PathRoutes, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use ts3100_controller::model::{ArmKind, ArmModel};
 
 /// The arm with its model.
@@ -174,14 +174,9 @@ impl ArmPicture {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(get_arm), routes!(get_pose)]
-}
-
 /// Get what a picture of the arm needs
 #[utoipa::path(get, path = "/arm", responses((status = 200, description = "The arm with its model.", body = ArmPicture)))]
-async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
+pub async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
     handle.query(ArmPicture::new).await.map(Json)
 }
 
@@ -189,6 +184,6 @@ async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
 ///
 /// A part of GET /arm that costs little, for many readings a second.
 #[utoipa::path(get, path = "/arm/pose", responses((status = 200, body = ArmPosture)))]
-async fn get_pose(handle: Handle) -> Answer<ArmPosture> {
+pub async fn get_pose(handle: Handle) -> Answer<ArmPosture> {
     handle.query(ArmPosture::new).await.map(Json)
 }

@@ -5,9 +5,7 @@
 use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
 use super::event::hex;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_driver::driver::request::{LinkAction, Request};
@@ -93,26 +91,16 @@ impl ChannelStatus {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![
-        routes!(get_channels),
-        routes!(get_channel),
-        routes!(inject),
-        routes!(drop_peer),
-    ]
-}
-
 /// List the communication ports
 #[utoipa::path(get, path = "/channels", responses((status = 200, description = "All six ports.", body = Vec<ChannelStatus>)))]
-async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
+pub async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
     handle.query(ChannelStatus::all).await.map(Json)
 }
 
 /// Get a communication port
 #[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
-async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
+pub async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.query(look).await.map(Json)
 }
@@ -127,7 +115,7 @@ async fn act_on_link(handle: &Handle, port: Port, action: LinkAction) -> Answer<
 /// On HOST and IP0 a peer must be connected; it gets the answer.
 #[utoipa::path(post, path = "/channels/{port}/inject", operation_id = "inject_bytes", params(("port" = PortName, Path, description = "Name of the port")),
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
-async fn inject(
+pub async fn inject(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,
     Json(body): Json<ByteContent>,
@@ -142,7 +130,7 @@ async fn inject(
 /// The port keeps accepting, or dialling.
 #[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
-async fn drop_peer(
+pub async fn drop_peer(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,
     _: NoBody,

@@ -3,9 +3,7 @@
 //! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
 //! the robot. Nothing is stored.
 
-use super::resource::{
-    Answer, Deserialize, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, TaughtPoint, check_with_points};
 use tokio::task::spawn_blocking;
 use ts3100_recording::book;
@@ -99,17 +97,12 @@ impl ProgramDiagnostic {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(check)]
-}
-
 /// Check a program without storing it
 ///
 /// For the arm, the options and the taught points of this robot; otherwise as `ts3100 check` does.
 #[utoipa::path(post, path = "/check", operation_id = "check_program", request_body = CheckRequest,
     responses((status = 200, description = "Errors and warnings in the order of the source, at most 100; empty when there are none.", body = Vec<ProgramDiagnostic>)))]
-async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
+pub async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
     let source = handle.query(Source::find(body)).await??;
     // The largest program takes about 30 ms, in which the hosts are not to wait.
     let found = spawn_blocking(move || source.check()).await;

@@ -4,9 +4,7 @@
 
 use super::body::{object_only, optional_whole, whole};
 use super::event::seconds;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -308,18 +306,9 @@ impl From<FaultError> for Problem {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![
-        routes!(get_faults, arm_fault, clear_faults),
-        routes!(get_fault_kinds),
-        routes!(get_fault, disarm_fault),
-    ]
-}
-
 /// List the faults and their outcome
 #[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn get_faults(handle: Handle) -> Answer<FaultList> {
+pub async fn get_faults(handle: Handle) -> Answer<FaultList> {
     handle.query(FaultList::new).await.map(Json)
 }
 
@@ -327,7 +316,7 @@ async fn get_faults(handle: Handle) -> Answer<FaultList> {
 ///
 /// It triggers from now on. A fault with the same number is replaced, its counters start at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
-async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
+pub async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
     handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
@@ -336,14 +325,14 @@ async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<Fault
 ///
 /// None triggers any more, and the list is empty.
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
+pub async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
     let clear = FaultAction::Clear;
     handle.act(Action::Fault(clear), FaultList::new).await.map(Json)
 }
 
 /// List the kinds of faults
 #[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
-async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
+pub async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
     Json(fault_kinds())
 }
 
@@ -355,7 +344,7 @@ pub fn fault_kinds() -> Vec<FaultKindInfo> {
 /// Get a fault
 #[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Number of the fault")))]
-async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
+pub async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
     handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
@@ -364,7 +353,7 @@ async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultSt
 /// It does not trigger any more; its outcome stays in the list.
 #[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Number of the fault")))]
-async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
+pub async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
     let known = handle.query(FaultStatus::find(number.clone())).await??;
     let disarm = Action::Fault(FaultAction::Disarm(known.id));
     handle.act(disarm, FaultStatus::find(number)).await?.map(Json)

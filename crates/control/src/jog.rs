@@ -4,9 +4,7 @@
 
 use super::arm::ArmPosture;
 use super::body::whole;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, PathRoutes, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, ToSchema, View};
 use std::time::Duration;
 use tokio::time::sleep;
 use ts3100_controller::action::Action;
@@ -83,17 +81,12 @@ impl Drop for HeldKey {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(jog), routes!(stop_jog)]
-}
-
 /// Press a key that moves the arm
 ///
 /// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
 /// reach allow, until POST /jog/stop.
 #[utoipa::path(post, path = "/jog", operation_id = "jog_arm", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
-async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
+pub async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
     let mode = JogMode {
         coordinate: body.coordinates as u16,
         rate: body.speed as u16,
@@ -126,6 +119,6 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
 ///
 /// The arm slows and rests.
 #[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
-async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
+pub async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
     handle.press(PanelAction::JogStop, ArmPosture::new).await
 }

@@ -1,7 +1,7 @@
 //! The HTTP control interface: tests read and change everything about the robot that a real controller does not let
 //! them reach.
 //!
-//! Each resource has a file that lists its routes for the `route_table`. A call becomes a request in the driver's
+//! Each resource has a file with its handlers, which the table of `calls` names. A call becomes a request in the driver's
 //! queue and waits for the result; nothing here owns or changes a controller. Requests pass `guard` first. Start
 //! with `panel`, the simplest resource.
 
@@ -69,7 +69,7 @@ pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
 use robots::{OfRobot, Robots};
-use route_table::PathRoutes;
+use route_table::{Call, calls};
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -96,37 +96,40 @@ const REQUIRED_TOKEN: &str = "\"security\": [\n";
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// Every call there is.
-fn calls() -> Vec<PathRoutes> {
-    let resources = [
-        robots::calls,
-        wires::calls,
-        state::calls,
-        status_frame::calls,
-        panel::calls,
-        breakpoints::calls,
-        pendant::calls,
-        arm::calls,
-        jog::calls,
-        alarms::calls,
-        lines::calls,
-        variables::calls,
-        files::calls,
-        check::calls,
-        channels::calls,
-        decode::calls,
-        parameters::calls,
-        clock::calls,
-        power::calls,
-        faults::calls,
-        snapshots::calls,
-        events::calls,
-        transcript::calls,
-        service::calls,
-        coverage::calls,
-        scenario::calls,
-    ];
-    resources.into_iter().flat_map(|calls| calls()).collect()
+/// Every call there is, by the resources.
+fn calls() -> Vec<Call> {
+    calls! {
+        robots: get_robots get_robot;
+        wires: get_wires put_outside;
+        state: get_state;
+        status_frame: get_status_frame;
+        panel: get_key_switch put_key_switch get_control_right put_control_right get_emergency_stop
+            put_emergency_stop get_safety_switch put_safety_switch get_servo put_servo get_feed_hold put_feed_hold
+            press_feed_hold get_machine_lock put_machine_lock get_battery put_battery get_override put_override
+            get_run_mode put_run_mode get_program start stop;
+        breakpoints: get_breakpoints put_breakpoints step run_to;
+        pendant: get_pendant press_keys;
+        arm: get_arm get_pose;
+        jog: jog stop_jog;
+        alarms: get_alarms raise_alarm reset_alarms get_alarm_table get_alarm_row;
+        lines: get_lines get_inputs get_input put_input pulse_input force_input release_input get_outputs get_output
+            put_output pulse_output force_output release_output;
+        variables: get_variables get_variable put_variable get_positions get_position put_position teach_position;
+        files: get_files get_file put_file delete_file select_file;
+        check: check;
+        channels: get_channels get_channel inject drop_peer;
+        decode: decode;
+        parameters: get_parameters;
+        clock: get_clock put_clock advance advance_until wait;
+        power: get_power power_off power_on power_cycle reset;
+        faults: get_faults arm_fault clear_faults get_fault_kinds get_fault disarm_fault;
+        snapshots: get_snapshots get_named put_snapshot delete_snapshot restore_snapshot get_snapshot load_snapshot;
+        events: get_events;
+        transcript: get_transcript;
+        service: get_health get_version get_metrics get_findings;
+        coverage: get_coverage;
+        scenario: get_scenario;
+    }
 }
 
 /// The bound socket of the interface; it answers once it is served.

@@ -2,9 +2,7 @@
 //!
 //! The pages are made by the controller.
 
-use super::resource::{
-    Answer, Deserialize, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::state::{PendantPage, ether_pages};
 use ts3100_controller::PanelAction;
 
@@ -40,14 +38,9 @@ impl PendantStatus {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(get_pendant), routes!(press_keys)]
-}
-
 /// Get what the teach pendant shows
 #[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
-async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
+pub async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
     handle.query(PendantStatus::new).await.map(Json)
 }
 
@@ -55,7 +48,7 @@ async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
 ///
 /// The statement INPUT without a channel reads them.
 #[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
-async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
+pub async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();
     if keys.is_empty() || keys.len() > MAX_KEYS || !keys.chars().all(typed) {

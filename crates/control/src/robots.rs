@@ -3,7 +3,7 @@
 //!
 //! What runs a robot is not known here; see [`Robots`].
 
-use super::resource::{Answer, Handle, Json, Path, PathRoutes, Problem, Serialize, ToSchema, routes};
+use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -215,14 +215,9 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
     Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(get_robots), routes!(get_robot)]
-}
-
 /// List the robots
 #[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
-async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
+pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
     let names = robots.names();
     let robots = names.iter().filter_map(|name| robots.info(name)).collect();
     Json(RobotList { robots })
@@ -231,7 +226,7 @@ async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
 /// Get the addresses of a robot
 #[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
     responses((status = 200, body = RobotInfo)))]
-async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
+pub async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
     info.map(Json)
         .ok_or_else(|| no_such_robot(robots.as_ref(), &name))

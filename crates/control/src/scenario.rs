@@ -3,7 +3,7 @@
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
 use super::event::seconds;
-use super::resource::{Answer, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use ts3100_controller::Time;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
@@ -67,16 +67,11 @@ impl From<EntryProgress> for ScenarioStep {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![routes!(get_scenario)]
-}
-
 /// Get how far the scenario is
 ///
 /// The one that `ts3100 serve --scenario FILE` plays to this robot.
 #[utoipa::path(get, path = "/scenario", responses((status = 200, body = ScenarioDocument)))]
-async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
+pub async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
     let Some(play) = handle.scenario.clone() else {
         let told = "no scenario is played; start the emulator with `ts3100 serve --scenario FILE`";
         let problem = Problem::expected_found(StatusCode::NOT_FOUND, "scenario", "--scenario FILE", "none");

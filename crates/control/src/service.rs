@@ -4,7 +4,7 @@
 
 use super::event::{ApiEvent, seconds};
 use super::metrics::{self, Gauge, Sample};
-use super::resource::{Answer, Handle, Json, PathRoutes, Problem, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::robots::{Robots, Scope};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -75,19 +75,9 @@ pub struct Version {
     model: Option<String>,
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![
-        routes!(get_health),
-        routes!(get_version),
-        routes!(get_metrics),
-        routes!(get_findings),
-    ]
-}
-
 /// Check that the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
-async fn get_health(scope: Scope) -> Answer<Health> {
+pub async fn get_health(scope: Scope) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
         power: Some(view.controller.state().powered),
@@ -124,7 +114,7 @@ fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, Handle)> {
 
 /// Get the version of the emulator
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
-async fn get_version(scope: Scope) -> Answer<Version> {
+pub async fn get_version(scope: Scope) -> Answer<Version> {
     let look = |view: &View<'_>| {
         let config = view.controller.config();
         (config.controller.name(), config.model.name.clone())
@@ -150,7 +140,7 @@ async fn get_version(scope: Scope) -> Answer<Version> {
 #[utoipa::path(get, path = "/metrics",
     responses((status = 200, description = "Counters and gauges in the text format of Prometheus.", body = String,
     content_type = "text/plain")))]
-async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
+pub async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
     let mut samples = Vec::new();
     match scope {
         Scope::One(handle) => samples.push(sample(None, &handle).await?),
@@ -237,7 +227,7 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
 /// The last 1024, oldest first.
 #[utoipa::path(get, path = "/findings",
     responses((status = 200, description = "The findings, oldest first.", body = Vec<ApiEvent>)))]
-async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
+pub async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;
     let findings = handle.journal.findings();

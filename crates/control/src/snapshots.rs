@@ -5,7 +5,7 @@
 
 use super::body::SnapshotText;
 use super::event::seconds;
-use super::resource::{Answer, Json, NoBody, Path, PathRoutes, Problem, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use super::robots::Scope;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
@@ -50,21 +50,11 @@ impl SnapshotList {
     }
 }
 
-/// The calls of this file.
-pub fn calls() -> Vec<PathRoutes> {
-    vec![
-        routes!(get_snapshots),
-        routes!(get_named, put_snapshot, delete_snapshot),
-        routes!(restore_snapshot),
-        routes!(get_snapshot, load_snapshot),
-    ]
-}
-
 /// List the named snapshots
 ///
 /// Of several robots: those that every robot has.
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
-async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
+pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     let mut common: Option<SnapshotList> = None;
     for (_, handle) in scope.started()? {
         let of_robot = handle.query(SnapshotList::new).await?;
@@ -91,7 +81,7 @@ async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<Snapsh
 /// Replaces a snapshot with the same name. Of several robots: the state of each.
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     change(&scope, || SnapshotTask::Save(name.clone())).await
 }
 
@@ -101,7 +91,7 @@ async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answ
 /// Pending waits end unreached. Of several robots: the state of each.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     // All or none: a robot without it would stay as it is.
     for (_, handle) in scope.started()? {
         let wanted = name.clone();
@@ -116,7 +106,7 @@ async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     change(&scope, || SnapshotTask::Remove(name.clone())).await
 }
 
@@ -134,7 +124,7 @@ fn snapshot_file(scope: &Scope, states: &[(String, Controller)]) -> impl IntoRes
 /// `serve --restore` accepts it.
 #[utoipa::path(get, path = "/snapshots/{name}", operation_id = "get_named_snapshot", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
+pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
         let wanted = name.clone();
@@ -148,7 +138,7 @@ async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoRe
 ///
 /// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
+pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
         states.push((robot, handle.query(|view| view.controller.clone()).await?));
@@ -160,7 +150,7 @@ async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
 ///
 /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
-async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
+pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let mut last = None;
     let robots = scope.started()?;
     let mut states = match &scope {

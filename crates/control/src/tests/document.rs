@@ -11,7 +11,7 @@
 
 use crate::DEFAULT_PORT;
 use crate::problem::Problem;
-use crate::route_table::PathRoutes;
+use crate::route_table::Call;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use utoipa::openapi::example::ExampleBuilder;
@@ -33,90 +33,68 @@ const TOKEN_DESCRIPTION: &str = "The token of `--control-token`. Without one, ca
 /// Name of the security scheme.
 const TOKEN: &str = "token";
 
-/// The groups of calls in the order of the table: the path at which each begins, its name, what it is about.
-const GROUPS: [(&str, &str, &str); 21] = [
+/// The groups of calls, by the resource that begins one: a resource without a row belongs to the group before it.
+const GROUPS: [(&str, &str); 21] = [
     (
-        "/robots",
         "robots",
         "The robots of this process. Every other path also exists below `/robots/NAME`.",
     ),
-    ("/wires", "wires", "Wires between the robots of this process."),
-    ("/state", "state", "The whole state at one moment."),
+    ("wires", "Wires between the robots of this process."),
+    ("state", "The whole state at one moment."),
     (
-        "/key-switch",
         "panel",
         "Operating panel: key switch, control right, switches, START and STOP.",
     ),
     (
-        "/breakpoints",
         "breakpoints",
         "Stop the selected program at a line, and run it step by step.",
     ),
+    ("pendant", "What the teach pendant shows, and its keys."),
+    ("arm", "The arm: its model, posture, coordinate systems and path."),
     (
-        "/pendant",
-        "pendant",
-        "What the teach pendant shows, and its keys.",
-    ),
-    (
-        "/arm",
-        "arm",
-        "The arm: its model, posture, coordinate systems and path.",
-    ),
-    (
-        "/jog",
         "jog",
         "Move the arm by hand, as with the keys of the teach pendant.",
     ),
     (
-        "/alarms",
         "alarms",
         "Active alarms, the error history, and the table with text, cause and remedy.",
     ),
     (
-        "/lines",
         "lines",
         "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
     ),
     (
-        "/variables",
         "variables",
         "GLOBAL and DATA variables of the selected file, and its positions.",
     ),
-    ("/files", "files", "Files on the RAM drive."),
+    ("files", "Files on the RAM drive."),
     (
-        "/channels",
         "channels",
         "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
     ),
     (
-        "/parameters",
         "parameters",
         "The parameters in effect: USER.PAR and ETHERNET.PAR at the last power-on.",
     ),
     (
-        "/clock",
         "clock",
         "Virtual time: how it passes, advancing it, and waiting for a condition.",
     ),
-    ("/power", "power", "Power off, on and cycle; reset between tests."),
+    ("power", "Power off, on and cycle; reset between tests."),
     (
-        "/faults",
         "faults",
         "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
     ),
     (
-        "/snapshots",
         "snapshots",
         "Save the whole state of the controller, and restore it.",
     ),
-    ("/events", "events", "Live stream of everything that happens."),
+    ("events", "Live stream of everything that happens."),
     (
-        "/transcript",
         "transcript",
         "The traffic of all ports and every action at the controller.",
     ),
     (
-        "/health",
         "service",
         "Monitoring of the emulator, and findings about its hosts.",
     ),
@@ -140,20 +118,22 @@ struct RecordedCall {
 }
 
 /// The document of these calls.
-pub fn document(calls: Vec<PathRoutes>, needs_token: bool) -> OpenApi {
+pub fn document(calls: Vec<Call>, needs_token: bool) -> OpenApi {
     let mut components = Components::new();
     let problem = (Problem::name().into_owned(), Problem::schema());
     components.schemas.extend([problem]);
     let mut paths = Paths::new();
     let mut tags: Vec<Tag> = Vec::new();
-    for PathRoutes { path, described, .. } in calls {
-        if let Some((_, name, description)) = GROUPS.iter().find(|(first, ..)| *first == path) {
+    for call in calls {
+        let is_other = tags.last().is_none_or(|tag| tag.name != call.resource);
+        let mut groups = GROUPS.iter().filter(|_| is_other);
+        if let Some((name, description)) = groups.find(|(name, _)| *name == call.resource) {
             let mut tag = Tag::new(*name);
             tag.description = Some((*description).to_owned());
             tags.push(tag);
         }
         let tag = tags.last().map(|tag| vec![tag.name.clone()]);
-        let (schemas, mut described, _) = described;
+        let (schemas, mut described, _) = call.described;
         components.schemas.extend(schemas);
         for item in described.paths.values_mut() {
             for (method, operation) in operations(item) {
