@@ -1,7 +1,6 @@
 //! The last records of a run in memory, while the control interface is open, so that a test can fetch the transcript of a
 //! running emulator. Files of unlimited length are written by `recorder`.
 
-use super::recorder::Writer;
 use super::{Format, Header, LinkRecord, PeerId, Record, RecordKind, Side};
 use crate::byte_log::ByteLog;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -187,7 +186,7 @@ impl TranscriptBuffer {
             .map(|(record, bytes)| record.record(bytes.to_vec()));
         let records = missing.into_iter().chain(records);
         let mut out = Vec::new();
-        let mut writer = Writer::new(format, Duration::ZERO);
+        let mut writer = format.writer(Duration::ZERO);
         writer.header(&pages.header, &mut out);
         records.for_each(|record| writer.record(&record, &mut out));
         out

@@ -23,6 +23,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 use ts3100_controller::{Action, ActionParseError, Bytes, Port, Time};
 use ts3100_proto::calendar::{CalendarError, CalendarTime};
 use ts3100_proto::escape::EscapeError;
@@ -253,6 +254,15 @@ pub enum Format {
 }
 
 impl Format {
+    /// A writer of this format; `base` is the time of the first moment since 1970 in a capture.
+    fn writer(self, base: Duration) -> Box<dyn Writer> {
+        match self {
+            Format::Text => Box::new(text::TextWriter::default()),
+            Format::Json => Box::new(json::JsonWriter),
+            Format::Pcapng => Box::new(pcapng::CaptureWriter::new(base)),
+        }
+    }
+
     /// The format for a file extension; text without one.
     pub fn from_path(path: &Path) -> Option<Format> {
         match files::extension(path).as_str() {
@@ -263,6 +273,14 @@ impl Format {
             _ => None,
         }
     }
+}
+
+/// Writes the lines or packets of one format.
+trait Writer: Send {
+    /// What comes before the first record.
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>);
+    /// A record.
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>);
 }
 
 /// A target file for a transcript.

@@ -7,7 +7,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side};
+use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side, Writer};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -54,7 +54,7 @@ const MAX_SERIAL: usize = 65_535;
 
 /// Writes a capture block by block.
 #[derive(Debug, Clone, Default)]
-pub struct Writer {
+pub(super) struct CaptureWriter {
     /// Added to all times.
     base: Duration,
     flows: BTreeMap<PeerId, Flow>,
@@ -64,17 +64,19 @@ pub struct Writer {
     frames: u16,
 }
 
-impl Writer {
+impl CaptureWriter {
     /// The time of the first moment of the transcript since 1970 is `base`; zero for virtual time.
-    pub fn new(base: Duration) -> Writer {
-        Writer {
+    pub(super) fn new(base: Duration) -> CaptureWriter {
+        CaptureWriter {
             base,
-            ..Writer::default()
+            ..CaptureWriter::default()
         }
     }
+}
 
+impl Writer for CaptureWriter {
     /// The blocks in front of the first packet.
-    pub fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
         let mut section = Vec::new();
         section.extend(BYTE_ORDER.to_le_bytes());
         section.extend(1_u16.to_le_bytes());
@@ -105,7 +107,7 @@ impl Writer {
     }
 
     /// The packets of a record.
-    pub fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let at = self.base + Duration::from_micros(record.at.as_micros());
         match &record.kind {
             RecordKind::Connected { line, peer } => self.connect(at, *line, peer, out),
@@ -135,7 +137,9 @@ impl Writer {
             }
         }
     }
+}
 
+impl CaptureWriter {
     /// The three steps of a connection.
     fn connect(&mut self, at: Duration, line: PeerId, peer: &str, out: &mut Vec<u8>) {
         if line.port.ethernet_index().is_none() {
