@@ -3,16 +3,13 @@
 
 use super::{Format, Header, Record, TranscriptFile, Writer};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::error;
 use ts3100_driver::files::{self, PathError, cannot};
 
 /// Largest transcript that is written, in bytes; it ends there.
 pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;
-
-/// What fails when a transcript cannot be begun.
-const BEGIN: &str = "write the transcript";
 
 struct Output {
     path: PathBuf,
@@ -24,28 +21,25 @@ struct Output {
 }
 
 impl Output {
-    fn create(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
-        let writer = target.format.writer(base);
-        let file = Box::new(files::create(&target.path)?);
-        Output::with_writer(target.path.clone(), file, writer, header)
-    }
-
-    fn with_writer(
-        path: PathBuf,
-        file: Box<dyn Write + Send>,
+    fn begin(
+        path: &Path,
+        file: io::Result<impl Write + Send + 'static>,
         writer: Box<dyn Writer>,
         header: &Header,
-    ) -> io::Result<Output> {
-        let mut output = Output {
-            path,
-            file,
-            writer,
-            unflushed: Vec::new(),
-            written: 0,
-        };
-        output.writer.header(header, &mut output.unflushed);
-        output.flush()?;
-        Ok(output)
+    ) -> Result<Output, PathError> {
+        let begun = file.and_then(|file| {
+            let mut output = Output {
+                path: path.to_path_buf(),
+                file: Box::new(file),
+                writer,
+                unflushed: Vec::new(),
+                written: 0,
+            };
+            output.writer.header(header, &mut output.unflushed);
+            output.flush()?;
+            Ok(output)
+        });
+        begun.map_err(cannot("write the transcript", path))
     }
 
     fn record(&mut self, record: &Record) {
@@ -85,7 +79,8 @@ impl Recorder {
         base: Duration,
     ) -> Result<Recorder, PathError> {
         let begin = |target: &TranscriptFile| {
-            Output::create(target, header, base).map_err(cannot(BEGIN, &target.path))
+            let (path, writer) = (&target.path, target.format.writer(base));
+            Output::begin(path, files::create(path), writer, header)
         };
         let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
         Ok(Recorder { outputs })
@@ -96,10 +91,8 @@ impl Recorder {
     /// # Errors
     /// stdout cannot be written.
     pub fn on_stdout(header: &Header) -> Result<Recorder, PathError> {
-        let path = PathBuf::from("stdout");
         let writer = Format::Text.writer(Duration::ZERO);
-        let output = Output::with_writer(path.clone(), Box::new(io::stdout()), writer, header);
-        let output = output.map_err(cannot(BEGIN, &path))?;
+        let output = Output::begin(Path::new("stdout"), Ok(io::stdout()), writer, header)?;
         Ok(Recorder {
             outputs: vec![output],
         })
