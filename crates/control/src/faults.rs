@@ -9,9 +9,10 @@ use axum::http::StatusCode;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::faults::{
-    Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
+    Fault, FaultAction, FaultError, FaultKind, FaultReport, KINDS, Parameter, ParameterType,
 };
 use ts3100_controller::{Action, Port};
+use ts3100_recording::faults::points;
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
@@ -234,12 +235,7 @@ impl FaultKindInfo {
             kind: kind.name,
             what: kind.summary,
             remedy: kind.remedy,
-            applies_to: kind
-                .points
-                .iter()
-                .copied()
-                .map(InjectionPoint::description)
-                .collect(),
+            applies_to: points(kind),
             command: kind.command,
             block: kind.block,
             parameters: kind.parameters.iter().map(parameter).collect(),
