@@ -172,8 +172,8 @@ impl TranscriptBuffer {
     /// The transcript in a file format. A remark in front says how many records were discarded.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
         let pages = self.state();
-        let missing = pages.records.entries().next().filter(|_| pages.discarded > 0);
-        let missing = missing.map(|first| Record {
+        let missing = pages.records.first().filter(|_| pages.discarded > 0);
+        let missing = missing.map(|(first, _)| Record {
             at: first.at(),
             kind: RecordKind::Remark(format!(
                 "{} records before this one are no longer kept",
