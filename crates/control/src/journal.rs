@@ -261,11 +261,8 @@ impl Journal {
     /// How often each rule was broken, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for rule in self
-            .kept_findings()
-            .iter()
-            .filter_map(|((_, _, what), _)| what.finding())
-        {
+        let findings = self.kept_findings().into_iter();
+        for rule in findings.filter_map(|((_, _, what), _)| what.finding()) {
             *counts.entry(rule.to_owned()).or_default() += 1;
         }
         counts

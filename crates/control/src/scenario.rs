@@ -15,7 +15,8 @@ pub struct ScenarioDocument {
     /// Name of its file, without directories.
     file: String,
     /// `running` while a step waits, `passed` when none does, `failed` as soon as one has failed.
-    state: &'static str,
+    #[schema(value_type = String)]
+    state: ScenarioState,
     /// Its expectations and what it does, in the order of the file.
     steps: Vec<ScenarioStep>,
 }
@@ -28,7 +29,8 @@ pub struct ScenarioStep {
     /// Its line of the file, from 1; 0 for what belongs to no line.
     line: usize,
     /// `waiting`, `passed` (it came as expected, or was done), `failed`.
-    state: &'static str,
+    #[schema(value_type = String)]
+    state: EntryState,
     /// Virtual time in seconds from the beginning to its verdict, or at which it was last done; absent while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     t: Option<f64>,
@@ -41,11 +43,7 @@ impl From<ScenarioProgress> for ScenarioDocument {
     fn from(progress: ScenarioProgress) -> ScenarioDocument {
         ScenarioDocument {
             file: progress.file,
-            state: match progress.state {
-                ScenarioState::Running => "running",
-                ScenarioState::Passed => "passed",
-                ScenarioState::Failed => "failed",
-            },
+            state: progress.state,
             steps: progress.entries.into_iter().map(ScenarioStep::from).collect(),
         }
     }
@@ -56,11 +54,7 @@ impl From<EntryProgress> for ScenarioStep {
         ScenarioStep {
             name: entry.name,
             line: entry.line,
-            state: match entry.state {
-                EntryState::Waiting => "waiting",
-                EntryState::Passed => "passed",
-                EntryState::Failed => "failed",
-            },
+            state: entry.state,
             t: entry.time.map(|time| seconds(Time::ZERO + time)),
             message: entry.message,
         }

@@ -119,13 +119,11 @@ pub async fn get_version(scope: Scope) -> Answer<Version> {
         let config = view.controller.config();
         (config.controller.name(), config.model.name.clone())
     };
-    let (controller, model) = match scope {
-        Scope::One(handle) => handle
-            .query(look)
-            .await
-            .map(|(controller, model)| (Some(controller), Some(model)))?,
-        Scope::All(_) => (None, None),
+    let robot = match scope {
+        Scope::One(handle) => Some(handle.query(look).await?),
+        Scope::All(_) => None,
     };
+    let (controller, model) = robot.unzip();
     Ok(Json(Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),

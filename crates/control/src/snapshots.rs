@@ -5,11 +5,12 @@
 
 use super::body::SnapshotText;
 use super::event::seconds;
-use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use super::robots::Scope;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
+use std::iter::repeat_with;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
@@ -63,17 +64,16 @@ pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     Ok(Json(common.unwrap_or_default()))
 }
 
-/// Does something about a named snapshot of each robot.
-async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<SnapshotList> {
-    let mut last = None;
-    for (_, handle) in scope.started()? {
-        last = Some(
-            handle
-                .change(Request::Snapshot, task(), SnapshotList::new)
-                .await?,
-        );
+/// Does something about a snapshot of each robot; the answer is that of the last.
+async fn change(
+    robots: Vec<(String, Handle)>,
+    tasks: impl Iterator<Item = SnapshotTask>,
+) -> Answer<SnapshotList> {
+    let mut last = SnapshotList::default();
+    for ((_, handle), task) in robots.into_iter().zip(tasks) {
+        last = handle.change(Request::Snapshot, task, SnapshotList::new).await?;
     }
-    Ok(Json(last.unwrap_or_default()))
+    Ok(Json(last))
 }
 
 /// Save the current state under a name
@@ -82,7 +82,7 @@ async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<Snapsh
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(&scope, || SnapshotTask::Save(name.clone())).await
+    change(scope.started()?, repeat_with(|| SnapshotTask::Save(name.clone()))).await
 }
 
 /// Restore a named snapshot
@@ -100,14 +100,22 @@ pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody)
             .await?;
         found.map_err(SnapshotRequestError::from)?;
     }
-    change(&scope, || SnapshotTask::Restore(name.clone())).await
+    change(
+        scope.started()?,
+        repeat_with(|| SnapshotTask::Restore(name.clone())),
+    )
+    .await
 }
 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(&scope, || SnapshotTask::Remove(name.clone())).await
+    change(
+        scope.started()?,
+        repeat_with(|| SnapshotTask::Remove(name.clone())),
+    )
+    .await
 }
 
 /// States as a file has them: that of one robot, or of each by its name.
@@ -151,20 +159,16 @@ pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
 /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
 pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
-    let mut last = None;
     let robots = scope.started()?;
-    let mut states = match &scope {
+    let states = match &scope {
         Scope::One(_) => vec![snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?],
         Scope::All(_) => {
             let names: Vec<String> = robots.iter().map(|(name, _)| name.clone()).collect();
             snapshot::cell::from_json(&text, &names).map_err(SnapshotRequestError::Parse)?
         }
     };
-    for ((_, handle), controller) in robots.iter().zip(states.drain(..)) {
-        let task = SnapshotTask::Replace(Box::new(controller));
-        last = Some(handle.change(Request::Snapshot, task, SnapshotList::new).await?);
-    }
-    Ok(Json(last.unwrap_or_default()))
+    let states = states.into_iter().map(Box::new);
+    change(robots, states.map(SnapshotTask::Replace)).await
 }
 
 impl From<SnapshotRequestError> for Problem {

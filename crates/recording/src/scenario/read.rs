@@ -236,12 +236,8 @@ fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>
 
 /// Every key of the table is one of those of its name.
 fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
-    let row = TABLES.iter().find(|row| row.name == name);
-    let keys: Vec<&str> = row
-        .map_or(&[][..], |row| row.keys)
-        .iter()
-        .map(|key| key.name)
-        .collect();
+    let rows = TABLES.iter().filter(|row| row.name == name);
+    let keys: Vec<&str> = rows.flat_map(|row| row.keys).map(|key| key.name).collect();
     for (key, _) in table {
         let found = key.get_ref();
         if keys.contains(&found.as_ref()) {
