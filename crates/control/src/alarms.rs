@@ -2,9 +2,7 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::{Action, PanelAction};
 use ts3100_recording::book;
@@ -113,22 +111,9 @@ impl AlarmList {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "alarms",
-            "Active alarms, the error history, and the table with text, cause and remedy.",
-        )
-        .routes(routes!(get_alarms, raise_alarm))
-        .routes(routes!(reset_alarms))
-        .routes(routes!(get_alarm_table))
-        .routes(routes!(get_alarm_row))
-}
-
 /// List active alarms and the error history
 #[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmList)))]
-async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
+pub async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
     handle.query(AlarmList::new).await.map(Json)
 }
 
@@ -136,7 +121,7 @@ async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
 ///
 /// Its level decides what follows: 8 and 4 stop the robot at once, 2 stops it after the current step.
 #[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
-async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
+pub async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;
     let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
     if detail.len() > MAX_DETAIL || !detail.chars().all(plain) {
@@ -151,20 +136,20 @@ async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<A
 ///
 /// Clears every alarm whose cause has gone.
 #[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
-async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
+pub async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
     handle.press(PanelAction::AlarmReset, AlarmList::new).await
 }
 
 /// List every alarm of the controller
 #[utoipa::path(get, path = "/alarms/table", responses((status = 200, description = "All alarms, with cause and remedy.", body = Vec<AlarmRow>)))]
-async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
+pub async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
     Json(ALARMS.iter().map(AlarmRow::new).collect())
 }
 
 /// Look up an alarm by its number
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
-async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
+pub async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     let row = AlarmCode::from_number(&number);
     row.map(|row| Json(AlarmRow::new(&row)))
         .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))

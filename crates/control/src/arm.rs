@@ -4,7 +4,7 @@
 
 use super::event::seconds;
 use super::noise::without_noise;
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use ts3100_controller::model::{ArmKind, ArmModel};
 
 /// The arm with its model.
@@ -174,17 +174,9 @@ impl ArmPicture {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("arm", "The arm: its model, posture, coordinate systems and path.")
-        .routes(routes!(get_arm))
-        .routes(routes!(get_pose))
-}
-
 /// Get what a picture of the arm needs
 #[utoipa::path(get, path = "/arm", responses((status = 200, description = "The arm with its model.", body = ArmPicture)))]
-async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
+pub async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
     handle.query(ArmPicture::new).await.map(Json)
 }
 
@@ -192,6 +184,6 @@ async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
 ///
 /// A part of GET /arm that costs little, for many readings a second.
 #[utoipa::path(get, path = "/arm/pose", responses((status = 200, body = ArmPosture)))]
-async fn get_pose(handle: Handle) -> Answer<ArmPosture> {
+pub async fn get_pose(handle: Handle) -> Answer<ArmPosture> {
     handle.query(ArmPosture::new).await.map(Json)
 }

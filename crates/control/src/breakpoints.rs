@@ -2,9 +2,7 @@
 
 use super::body::whole;
 use super::panel::ProgramStatus;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
 
 /// The breakpoints of the selected file.
@@ -31,18 +29,6 @@ pub struct RunToRequest {
     line: u32,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "breakpoints",
-            "Stop the selected program at a line, and run it step by step.",
-        )
-        .routes(routes!(get_breakpoints, put_breakpoints))
-        .routes(routes!(step))
-        .routes(routes!(run_to))
-}
-
 fn breakpoints(view: &View<'_>) -> Breakpoints {
     Breakpoints {
         lines: view.controller.breakpoints().map(FileLine).collect(),
@@ -51,7 +37,7 @@ fn breakpoints(view: &View<'_>) -> Breakpoints {
 
 /// List the breakpoints
 #[utoipa::path(get, path = "/breakpoints", responses((status = 200, body = Breakpoints)))]
-async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
+pub async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
     handle.query(breakpoints).await.map(Json)
 }
 
@@ -61,7 +47,7 @@ async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
 /// the next with one; the response has the lines that were set. POST /program/start goes on. They end when another file is
 /// selected. The robot has no such function; an emulator has.
 #[utoipa::path(put, path = "/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))]
-async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
+pub async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
     let lines = body.lines.into_iter().map(|FileLine(line)| line);
     let set = handle.act(Action::Breakpoints(lines.collect()), breakpoints);
     set.await.map(Json)
@@ -71,7 +57,7 @@ async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answe
 ///
 /// It starts or continues and stops after one step, whatever the operation mode.
 #[utoipa::path(post, path = "/program/step", operation_id = "step_program", responses((status = 200, body = ProgramStatus)))]
-async fn step(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+pub async fn step(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
     handle.act(Action::Step, ProgramStatus::new).await.map(Json)
 }
 
@@ -79,7 +65,7 @@ async fn step(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
 ///
 /// It starts or continues and stops before the line, or before the next one with a statement.
 #[utoipa::path(post, path = "/program/run-to", operation_id = "run_program_to", request_body = RunToRequest, responses((status = 200, body = ProgramStatus)))]
-async fn run_to(handle: Handle, Json(body): Json<RunToRequest>) -> Answer<ProgramStatus> {
+pub async fn run_to(handle: Handle, Json(body): Json<RunToRequest>) -> Answer<ProgramStatus> {
     if body.line == 0 {
         return Err(Problem::invalid("line", "1 or more", body.line));
     }

@@ -5,10 +5,7 @@
 use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
 use super::event::hex;
-use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema,
-    View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_driver::driver::request::{LinkAction, Request};
@@ -94,34 +91,21 @@ impl ChannelStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "channels",
-            "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
-        )
-        .routes(routes!(get_channels))
-        .routes(routes!(get_channel))
-        .routes(routes!(inject))
-        .routes(routes!(drop_peer))
-}
-
 /// List the communication ports
 #[utoipa::path(get, path = "/channels", responses((status = 200, description = "All six ports.", body = Vec<ChannelStatus>)))]
-async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
+pub async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
     handle.query(ChannelStatus::all).await.map(Json)
 }
 
 /// Get a communication port
 #[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
-async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
+pub async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.query(look).await.map(Json)
 }
 
-async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> Answer<ChannelStatus> {
+async fn act_on_link(handle: &Handle, port: Port, action: LinkAction) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.change(Request::LinkAction, action, look).await.map(Json)
 }
@@ -131,7 +115,7 @@ async fn act_on_link(handle: &DriverHandle, port: Port, action: LinkAction) -> A
 /// On HOST and IP0 a peer must be connected; it gets the answer.
 #[utoipa::path(post, path = "/channels/{port}/inject", operation_id = "inject_bytes", params(("port" = PortName, Path, description = "Name of the port")),
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
-async fn inject(
+pub async fn inject(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,
     Json(body): Json<ByteContent>,
@@ -146,7 +130,7 @@ async fn inject(
 /// The port keeps accepting, or dialling.
 #[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]
-async fn drop_peer(
+pub async fn drop_peer(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,
     _: NoBody,

@@ -3,10 +3,8 @@
 //! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
 //! the robot. Nothing is stored.
 
-use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
-use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, TaughtPoint, check_with_points};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
+use scol_mini::{Diagnostic, DiagnosticKind, check_with_points};
 use tokio::task::spawn_blocking;
 use ts3100_recording::book;
 
@@ -45,41 +43,16 @@ pub struct ProgramDiagnostic {
     docs: Option<String>,
 }
 
-/// A source and what its meaning depends on.
-struct Source {
-    text: String,
-    options: LanguageOptions,
-    points: Vec<TaughtPoint>,
-}
-
-impl Source {
-    /// Looks for what a call asks for.
-    fn find(body: CheckRequest) -> impl FnOnce(&View<'_>) -> Result<Source, Problem> {
-        move |view| {
-            let text = match body {
-                CheckRequest::Text(text) => text,
-                CheckRequest::File(name) => {
-                    let content = view.controller.drive().get(&name.to_ascii_uppercase());
-                    let missing = || Problem::not_found("file", "a file of the RAM drive", name);
-                    // Bytes that are no UTF-8 become a character that the compiler points at.
-                    String::from_utf8_lossy(content.ok_or_else(missing)?).into_owned()
-                }
-            };
-            let config = view.controller.config();
-            Ok(Source {
-                text,
-                options: config.language(),
-                points: config.points.clone(),
-            })
+/// The text of the program that a call asks for.
+fn source(body: CheckRequest, view: &View<'_>) -> Result<String, Problem> {
+    match body {
+        CheckRequest::Text(text) => Ok(text),
+        CheckRequest::File(name) => {
+            let content = view.controller.drive().get(&name.to_ascii_uppercase());
+            let missing = || Problem::not_found("file", "a file of the RAM drive", name);
+            // Bytes that are no UTF-8 become a character that the compiler points at.
+            Ok(String::from_utf8_lossy(content.ok_or_else(missing)?).into_owned())
         }
-    }
-
-    fn check(&self) -> Vec<ProgramDiagnostic> {
-        let found = check_with_points(&self.text, &self.options, &self.points).diagnostics;
-        let found = found.into_iter();
-        found
-            .map(|diagnostic| ProgramDiagnostic::new(diagnostic, &self.text))
-            .collect()
     }
 }
 
@@ -99,19 +72,24 @@ impl ProgramDiagnostic {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(check))
-}
-
 /// Check a program without storing it
 ///
 /// For the arm, the options and the taught points of this robot; otherwise as `ts3100 check` does.
 #[utoipa::path(post, path = "/check", operation_id = "check_program", request_body = CheckRequest,
     responses((status = 200, description = "Errors and warnings in the order of the source, at most 100; empty when there are none.", body = Vec<ProgramDiagnostic>)))]
-async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
-    let source = handle.query(Source::find(body)).await??;
+pub async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
+    let look = move |view: &View<'_>| {
+        let config = view.controller.config();
+        source(body, view).map(|text| (text, config.language(), config.points.clone()))
+    };
+    let (text, options, points) = handle.query(look).await??;
     // The largest program takes about 30 ms, in which the hosts are not to wait.
-    let found = spawn_blocking(move || source.check()).await;
-    found.map(Json).map_err(|_| Problem::shutting_down())
+    let found = spawn_blocking(move || {
+        let found = check_with_points(&text, &options, &points).diagnostics;
+        let found = found.into_iter();
+        found
+            .map(|diagnostic| ProgramDiagnostic::new(diagnostic, &text))
+            .collect()
+    });
+    found.await.map(Json).map_err(|_| Problem::shutting_down())
 }

@@ -8,9 +8,7 @@ use super::api_names::{NamedPort, NamedStatus, PortName};
 use super::body::{Seconds, number_that, object_only, whole_number};
 use super::event::seconds;
 use super::lines::require_line;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use serde::Deserializer;
 use serde::de::Error as _;
@@ -277,22 +275,9 @@ impl From<WaitResult> for WaitResponse {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "clock",
-            "Virtual time: how it passes, advancing it, and waiting for a condition.",
-        )
-        .routes(routes!(get_clock, put_clock))
-        .routes(routes!(advance))
-        .routes(routes!(advance_until))
-        .routes(routes!(wait))
-}
-
 /// Get the clock
 #[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockStatus)))]
-async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
+pub async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
     handle.query(ClockStatus::new).await.map(Json)
 }
 
@@ -301,7 +286,7 @@ async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
 /// `real`: as wall-clock time. `xN`: N times as fast. `stepped`: only by `advance` and `advance-until`. `auto`: jumps
 /// to the next event while every host is silent.
 #[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
-async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
+pub async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let action = LinkAction::TimeMode(time_mode(body.mode)?);
     let changed = handle.change(Request::LinkAction, action, ClockStatus::new);
     changed.await.map(Json)
@@ -319,7 +304,7 @@ pub(super) fn time_mode(mode: String) -> Result<TimeMode, Problem> {
 ///
 /// Works in every mode. Everything that is due meanwhile happens at its own time, before the call returns.
 #[utoipa::path(post, path = "/clock/advance", operation_id = "advance_time", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
+pub async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
     let wait = Wait::new(None, body.seconds.0, true);
     let waited = handle.wait(wait, wall).await?;
@@ -335,7 +320,7 @@ async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<Wai
 ///
 /// As `advance`; time stops at the moment at which the condition holds, or after `within`.
 #[utoipa::path(post, path = "/clock/advance-until", operation_id = "advance_time_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
+pub async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(true)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }
@@ -344,7 +329,7 @@ async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<
 ///
 /// Does not advance time. In `stepped` mode another client has to advance it meanwhile.
 #[utoipa::path(post, path = "/wait", operation_id = "wait_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
-async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
+pub async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }

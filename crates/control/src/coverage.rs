@@ -3,7 +3,7 @@
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
 
-use super::resource::{Answer, Handle, Json, RouteTable, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, ToSchema, View};
 use ts3100_recording::reports::CoverageReport;
 
 /// Coverage of the permission tables, as `--coverage FILE` writes it.
@@ -46,17 +46,12 @@ struct CoverageCell {
     reachable: bool,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_coverage))
-}
-
 /// Get the coverage of the permission tables
 ///
 /// What the hosts have reached since the start or the last reset: each command in each master mode, with what came of
 /// it.
 #[utoipa::path(get, path = "/coverage", responses((status = 200, body = Coverage)))]
-async fn get_coverage(handle: Handle) -> Answer<CoverageReport> {
+pub async fn get_coverage(handle: Handle) -> Answer<CoverageReport> {
     let record = handle.record.clone();
     let look = move |view: &View<'_>| record.coverage_since_reset(view.controller.config());
     handle.query(look).await.map(Json)

@@ -4,7 +4,7 @@
 //! recording can be decoded too.
 
 use super::body::parse_hex;
-use super::resource::{Answer, Deserialize, Json, Problem, RouteTable, Serialize, ToSchema, routes};
+use super::resource::{Answer, Deserialize, Json, Problem, Serialize, ToSchema};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::dissect_command::dissect_command;
 use ts3100_proto::text::STX;
@@ -101,16 +101,11 @@ fn opens_download(wire: &[u8]) -> bool {
         .is_some_and(|begin| begin.eq_ignore_ascii_case(b"DL,"))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(decode))
-}
-
 /// Split a text into its fields
 ///
 /// A text of a host: framing, command, each operand with its name, and what is wrong. A text of the controller: the
 /// fields of SF, the items of SU, the records of a list, the lines of a file.
 #[utoipa::path(post, path = "/decode", operation_id = "decode_text", request_body = DecodeRequest, responses((status = 200, body = DecodedText)))]
-async fn decode(Json(body): Json<DecodeRequest>) -> Answer<DecodedText> {
+pub async fn decode(Json(body): Json<DecodeRequest>) -> Answer<DecodedText> {
     body.decode().map(Json)
 }

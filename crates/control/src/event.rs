@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 use std::fmt::Write as _;
-use ts3100_controller::{Event, Input, Output, Port, Time};
+use ts3100_controller::{Event, Output, Port, Time};
 use ts3100_proto::escape::Escaped;
 pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
@@ -109,7 +109,9 @@ impl ApiEvent {
         }
     }
 
-    fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
+    /// The same, about these bytes.
+    #[must_use]
+    pub fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
         ApiEvent {
             text: Some(Escaped::for_reading(bytes).to_string()),
             hex: Some(hex(bytes)),
@@ -118,45 +120,12 @@ impl ApiEvent {
         }
     }
 
-    /// Bytes that came in or went out at a port.
-    pub fn of_bytes(at: Time, event: &'static str, port: Port, bytes: &[u8]) -> ApiEvent {
+    /// An event at a port.
+    pub fn of_port(at: Time, event: &'static str, port: Port) -> ApiEvent {
         let port = Some(port.name());
         ApiEvent {
             port,
-            ..ApiEvent::new(at, event).with_bytes(bytes)
-        }
-    }
-
-    /// Whether there is an event for an input: panel actions are reported by their effects, ticks not at all.
-    pub fn has_input(input: &Input) -> bool {
-        matches!(
-            input,
-            Input::Connected { .. } | Input::Disconnected { .. } | Input::Received { .. }
-        )
-    }
-
-    /// The event for an input of the controller, if it has one.
-    pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
-        let new = |event, port: &Port| ApiEvent {
-            port: Some(port.name()),
-            ..ApiEvent::new(now, event)
-        };
-        match input {
-            Input::Connected { port, peer } => Some(ApiEvent {
-                peer: Some(peer.clone()),
-                ..new("connected", port)
-            }),
-            Input::Disconnected { port } => Some(new("disconnected", port)),
-            Input::Received { port, bytes } => Some(new("received", port).with_bytes(bytes)),
-            Input::Tick
-            | Input::SerialOpened { .. }
-            | Input::SerialPurged { .. }
-            | Input::SerialErrors { .. }
-            | Input::SecondPeer { .. }
-            | Input::Backlogged { .. }
-            | Input::Persisted(_)
-            | Input::Panel(_)
-            | Input::Action(_) => None,
+            ..ApiEvent::new(at, event)
         }
     }
 

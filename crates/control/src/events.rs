@@ -8,7 +8,7 @@ use super::event::ApiEvent;
 use super::handle::MAX_STREAMS;
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
-use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, Problem};
 use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
@@ -27,19 +27,12 @@ const BATCH: usize = 64;
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-struct EventsQuery {
+pub struct EventsQuery {
     /// Number of the first event; 1 for all that are kept. Default: only new ones.
     since: Option<u64>,
     /// End the stream after this many events.
     #[param(minimum = 1)]
     count: Option<u64>,
-}
-
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("events", "Live stream of everything that happens.")
-        .routes(routes!(get_events))
 }
 
 /// Stream events as Server-Sent Events
@@ -49,8 +42,8 @@ pub fn add(table: RouteTable) -> RouteTable {
 #[utoipa::path(get, path = "/events", params(EventsQuery),
     responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
         body = ApiEvent, content_type = "text/event-stream")))]
-async fn get_events(
-    Handle(handle): Handle,
+pub async fn get_events(
+    handle: Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
     Query(query): Query<EventsQuery>,

@@ -4,16 +4,15 @@
 
 use super::body::{object_only, optional_whole, whole};
 use super::event::seconds;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::faults::{
-    Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
+    Fault, FaultAction, FaultError, FaultKind, FaultReport, KINDS, Parameter, ParameterType,
 };
 use ts3100_controller::{Action, Port};
+use ts3100_recording::faults::points;
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
@@ -236,12 +235,7 @@ impl FaultKindInfo {
             kind: kind.name,
             what: kind.summary,
             remedy: kind.remedy,
-            applies_to: kind
-                .points
-                .iter()
-                .copied()
-                .map(InjectionPoint::description)
-                .collect(),
+            applies_to: points(kind),
             command: kind.command,
             block: kind.block,
             parameters: kind.parameters.iter().map(parameter).collect(),
@@ -308,21 +302,9 @@ impl From<FaultError> for Problem {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "faults",
-            "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
-        )
-        .routes(routes!(get_faults, arm_fault, clear_faults))
-        .routes(routes!(get_fault_kinds))
-        .routes(routes!(get_fault, disarm_fault))
-}
-
 /// List the faults and their outcome
 #[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn get_faults(handle: Handle) -> Answer<FaultList> {
+pub async fn get_faults(handle: Handle) -> Answer<FaultList> {
     handle.query(FaultList::new).await.map(Json)
 }
 
@@ -330,7 +312,7 @@ async fn get_faults(handle: Handle) -> Answer<FaultList> {
 ///
 /// It triggers from now on. A fault with the same number is replaced, its counters start at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
-async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
+pub async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
     handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
@@ -339,14 +321,14 @@ async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<Fault
 ///
 /// None triggers any more, and the list is empty.
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
-async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
+pub async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
     let clear = FaultAction::Clear;
     handle.act(Action::Fault(clear), FaultList::new).await.map(Json)
 }
 
 /// List the kinds of faults
 #[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
-async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
+pub async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
     Json(fault_kinds())
 }
 
@@ -358,7 +340,7 @@ pub fn fault_kinds() -> Vec<FaultKindInfo> {
 /// Get a fault
 #[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Number of the fault")))]
-async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
+pub async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
     handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
@@ -367,7 +349,7 @@ async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultSt
 /// It does not trigger any more; its outcome stays in the list.
 #[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Number of the fault")))]
-async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
+pub async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
     let known = handle.query(FaultStatus::find(number.clone())).await??;
     let disarm = Action::Fault(FaultAction::Disarm(known.id));
     handle.act(disarm, FaultStatus::find(number)).await?.map(Json)

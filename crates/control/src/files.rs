@@ -5,9 +5,7 @@
 use super::channels::ByteContent;
 use super::event::hex;
 use super::panel::ProgramStatus;
-use super::resource::{
-    Answer, Handle, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
 
 /// The RAM drive.
@@ -86,25 +84,16 @@ impl FileContent {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("files", "Files on the RAM drive.")
-        .routes(routes!(get_files))
-        .routes(routes!(get_file, put_file, delete_file))
-        .routes(routes!(select_file))
-}
-
 /// List the files on the RAM drive
 #[utoipa::path(get, path = "/files", responses((status = 200, body = DriveStatus)))]
-async fn get_files(handle: Handle) -> Answer<DriveStatus> {
+pub async fn get_files(handle: Handle) -> Answer<DriveStatus> {
     handle.query(DriveStatus::new).await.map(Json)
 }
 
 /// Read a file
 #[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = FileContent)))]
-async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
+pub async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
     handle.query(FileContent::find(name)).await?.map(Json)
 }
 
@@ -114,7 +103,7 @@ async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileConten
 /// endings are kept.
 #[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     request_body = ByteContent, responses((status = 200, body = FileContent)))]
-async fn put_file(
+pub async fn put_file(
     handle: Handle,
     Path(name): Path<String>,
     Json(body): Json<ByteContent>,
@@ -129,7 +118,7 @@ async fn put_file(
 /// Erase a file
 #[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = DriveStatus)))]
-async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
+pub async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
     let action = Action::EraseFile { name };
     handle.act(action, DriveStatus::new).await.map(Json)
 }
@@ -139,7 +128,7 @@ async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Ans
 /// As the command SL does.
 #[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = ProgramStatus)))]
-async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
+pub async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
     let action = Action::Select { name };
     handle.act(action, ProgramStatus::new).await.map(Json)
 }

@@ -1,11 +1,12 @@
 //! Decides which requests are served: checks the token and the headers that reveal a web page behind a request. No
 //! page of another origin may read or drive a robot, whatever address its name resolves to.
 //!
-//! The settings it enforces are validated in [`super::settings`].
+//! The settings it enforces are made and validated in [`super::settings`].
 
 use super::listener::ConnectionInfo;
 use super::problem::Problem;
 use super::robots;
+use super::settings::ControlSettings;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::header::{
     AUTHORIZATION, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, TRANSFER_ENCODING,
@@ -22,32 +23,21 @@ use std::sync::Arc;
 const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 /// Reveals a page of another site even without `Origin`: browsers omit that for images, forms and scripts.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
-/// What a request must present to be served.
-#[derive(Debug, Clone, Default)]
-pub struct Guard {
-    /// The bearer token, if one is needed.
-    pub token: Option<String>,
-    /// Names besides [`OWN_NAMES`] that `Host` may have, in lower case, without port.
-    pub hosts: Vec<String>,
-    /// `Host` may have any name, even without a token.
-    pub open: bool,
-}
-
 /// Lets a request through or refuses it.
 pub async fn check(
-    State(guard): State<Arc<Guard>>,
+    State(settings): State<Arc<ControlSettings>>,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     request: Request,
     next: Next,
 ) -> Response {
     let _request = connection.begin_request();
-    match guard.admit(&request, connection.reached_at) {
+    match settings.admit(&request, connection.reached_at) {
         Ok(()) => next.run(request).await,
         Err(problem) => problem.into_response(),
     }
 }
 
-impl Guard {
+impl ControlSettings {
     fn admit(&self, request: &Request, reached_at: Option<SocketAddr>) -> Result<(), Problem> {
         let headers = request.headers();
         let authority = self.check_host(headers, request.uri(), reached_at)?;
@@ -95,7 +85,7 @@ impl Guard {
             .ok();
         let reached = reached_at.map(|place| place.ip().to_canonical());
         OWN_NAMES.contains(&name.as_str())
-            || self.hosts.contains(&name)
+            || self.hosts.iter().any(|host| host.eq_ignore_ascii_case(&name))
             || address.is_some_and(|address| Some(address.to_canonical()) == reached)
     }
 

@@ -7,7 +7,6 @@ use super::journal::Journal;
 use super::problem::Problem;
 use axum::http::StatusCode;
 use futures_util::future::BoxFuture;
-use std::ops::Deref;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
@@ -21,23 +20,12 @@ use ts3100_recording::scenario::Play;
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
 
-/// What a call uses, as a parameter of its handler: its robot, which [`super::robots`] has found.
-pub struct Handle(pub DriverHandle);
-
-impl Deref for Handle {
-    type Target = DriverHandle;
-
-    fn deref(&self) -> &DriverHandle {
-        &self.0
-    }
-}
-
 /// What most calls answer: a document, or why they had no effect.
 pub type Answer<T> = Result<Json<T>, Problem>;
 
-/// The way to the driver.
+/// The way to the driver; as a parameter of a handler that to the robot of the call, which [`super::robots`] has found.
 #[derive(Clone)]
-pub struct DriverHandle {
+pub struct Handle {
     driver: mpsc::Sender<Request>,
     /// What has happened.
     pub journal: Arc<Journal>,
@@ -63,10 +51,10 @@ impl<T> Slot<T> {
     }
 }
 
-impl DriverHandle {
+impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> DriverHandle {
-        DriverHandle {
+    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> Handle {
+        Handle {
             driver,
             journal,
             record,
@@ -77,8 +65,8 @@ impl DriverHandle {
 
     /// The same, of a robot to which this scenario is played.
     #[must_use]
-    pub fn with_scenario(self, scenario: Option<Play>) -> DriverHandle {
-        DriverHandle { scenario, ..self }
+    pub fn with_scenario(self, scenario: Option<Play>) -> Handle {
+        Handle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {
@@ -93,13 +81,13 @@ impl DriverHandle {
         answer.ok_or_else(Problem::shutting_down)
     }
 
-    /// Sends a request and waits until its slot is filled. Boxed and without the type of the answer, so that it is
-    /// compiled once.
-    fn deliver(
+    /// Sends a request and waits for what comes when it is done. Boxed, and nothing for an answer in a slot, so that it is
+    /// compiled once for all of those.
+    fn deliver<T: Send + 'static>(
         &self,
         request: Request,
-        is_done: oneshot::Receiver<()>,
-    ) -> BoxFuture<'_, Result<(), Problem>> {
+        is_done: oneshot::Receiver<T>,
+    ) -> BoxFuture<'_, Result<T, Problem>> {
         Box::pin(async {
             let sent = self.driver.send(request).await;
             sent.map_err(|_| Problem::shutting_down())?;
@@ -116,7 +104,7 @@ impl DriverHandle {
         self.change(Request::Action, action, look).await
     }
 
-    /// As [`DriverHandle::act`], at the operating panel; what is read is the answer of the call.
+    /// As [`Handle::act`], at the operating panel; what is read is the answer of the call.
     pub async fn press<T: Send + 'static>(
         &self,
         panel: PanelAction,
@@ -125,7 +113,7 @@ impl DriverHandle {
         self.act(Action::Panel(panel), look).await.map(Json)
     }
 
-    /// As [`DriverHandle::act`], for every kind of request that can be refused.
+    /// As [`Handle::act`], for every kind of request that can be refused.
     pub async fn change<A, T: Send + 'static, E: Send + 'static>(
         &self,
         request: fn(A, Reply<Result<(), E>>) -> Request,
@@ -154,12 +142,7 @@ impl DriverHandle {
     /// Waits for something, for at most so long on the wall.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
         let (done, is_done) = oneshot::channel();
-        let waited = timeout(wall, async {
-            let sent = self.driver.send(Request::Wait(wait, done)).await;
-            sent.map_err(|_| Problem::shutting_down())?;
-            is_done.await.map_err(|_| Problem::shutting_down())
-        });
-        let waited = waited.await;
+        let waited = timeout(wall, self.deliver(Request::Wait(wait, done), is_done)).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             let expected = format!("an end of the wait within {limit} s of the wall clock");

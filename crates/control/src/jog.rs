@@ -4,9 +4,7 @@
 
 use super::arm::ArmPosture;
 use super::body::whole;
-use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, ToSchema, View};
 use std::time::Duration;
 use tokio::time::sleep;
 use ts3100_controller::action::Action;
@@ -67,7 +65,7 @@ enum JogSpeed {
 
 /// Lets the key go if its call ends before the motion does.
 struct HeldKey {
-    handle: DriverHandle,
+    handle: Handle,
     is_held: bool,
 }
 
@@ -83,23 +81,12 @@ impl Drop for HeldKey {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "jog",
-            "Move the arm by hand, as with the keys of the teach pendant.",
-        )
-        .routes(routes!(jog))
-        .routes(routes!(stop_jog))
-}
-
 /// Press a key that moves the arm
 ///
 /// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
 /// reach allow, until POST /jog/stop.
 #[utoipa::path(post, path = "/jog", operation_id = "jog_arm", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
-async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
+pub async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
     let mode = JogMode {
         coordinate: body.coordinates as u16,
         rate: body.speed as u16,
@@ -116,7 +103,7 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
         mode,
     };
     let mut key = HeldKey {
-        handle: handle.0,
+        handle,
         is_held: body.hold,
     };
     let mut pose = key.handle.act(Action::Panel(press), ArmPosture::new).await?;
@@ -132,6 +119,6 @@ async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture>
 ///
 /// The arm slows and rests.
 #[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
-async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
+pub async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
     handle.press(PanelAction::JogStop, ArmPosture::new).await
 }

@@ -42,7 +42,9 @@ enum What {
         port: Option<Port>,
         message: Message,
     },
-    Input(Box<Input>),
+    /// A peer with this address has connected.
+    Connected(Port, String),
+    Disconnected(Port),
     Output(Box<Output>),
     /// What holds more than its document.
     Document(Box<ApiEvent>),
@@ -51,7 +53,7 @@ enum What {
 impl What {
     fn document(&self, seq: u64, at: Time, bytes: &[u8]) -> ApiEvent {
         let document = match self {
-            What::Bytes { event, port } => ApiEvent::of_bytes(at, event, *port, bytes),
+            What::Bytes { event, port } => ApiEvent::of_port(at, event, *port).with_bytes(bytes),
             &What::Answered {
                 port,
                 row,
@@ -76,7 +78,11 @@ impl What {
                 };
                 ApiEvent::from_output(at, &Output::Event(Event::Finding(finding)))
             }
-            What::Input(input) => ApiEvent::from_input(at, input).unwrap_or_default(),
+            What::Connected(port, peer) => ApiEvent {
+                peer: Some(peer.clone()),
+                ..ApiEvent::of_port(at, "connected", *port)
+            },
+            What::Disconnected(port) => ApiEvent::of_port(at, "disconnected", *port),
             What::Output(output) => ApiEvent::from_output(at, output),
             What::Document(event) => (**event).clone(),
         };
@@ -255,11 +261,8 @@ impl Journal {
     /// How often each rule was broken, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for rule in self
-            .kept_findings()
-            .iter()
-            .filter_map(|((_, _, what), _)| what.finding())
-        {
+        let findings = self.kept_findings().into_iter();
+        for rule in findings.filter_map(|((_, _, what), _)| what.finding()) {
             *counts.entry(rule.to_owned()).or_default() += 1;
         }
         counts
@@ -276,16 +279,26 @@ pub struct JournalWriter(pub Arc<Journal>);
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        if !ApiEvent::has_input(input) {
-            return;
-        }
+        let (what, bytes): (What, &[u8]) = match input {
+            Input::Received { port, bytes } => {
+                let (event, port) = ("received", *port);
+                (What::Bytes { event, port }, bytes)
+            }
+            Input::Connected { port, peer } => (What::Connected(*port, peer.clone()), &[]),
+            Input::Disconnected { port } => (What::Disconnected(*port), &[]),
+            // Panel actions are reported by their effects, ticks not at all.
+            Input::Tick
+            | Input::SerialOpened { .. }
+            | Input::SerialPurged { .. }
+            | Input::SerialErrors { .. }
+            | Input::SecondPeer { .. }
+            | Input::Backlogged { .. }
+            | Input::Persisted(_)
+            | Input::Panel(_)
+            | Input::Action(_) => return,
+        };
         let count = |metrics: &mut Metrics| metrics.count_input(input);
-        if let Input::Received { port, bytes } = input {
-            let (event, port) = ("received", *port);
-            self.0.push(at, What::Bytes { event, port }, bytes, count);
-        } else {
-            self.0.push(at, What::Input(Box::new(input.clone())), &[], count);
-        }
+        self.0.push(at, what, bytes, count);
     }
 
     fn output(&mut self, mut at: Time, output: &Output) {

@@ -1,7 +1,7 @@
 //! The HTTP control interface: tests read and change everything about the robot that a real controller does not let
 //! them reach.
 //!
-//! Each resource has a file that adds its routes to the `route_table`. A call becomes a request in the driver's
+//! Each resource has a file with its handlers, which the table of `calls` names. A call becomes a request in the driver's
 //! queue and waits for the result; nothing here owns or changes a controller. Requests pass `guard` first. Start
 //! with `panel`, the simplest resource.
 
@@ -20,8 +20,6 @@ pub mod client;
 mod clock;
 mod coverage;
 mod decode;
-#[cfg(test)]
-mod document;
 pub mod event;
 mod events;
 mod faults;
@@ -49,6 +47,8 @@ mod settings;
 mod snapshots;
 mod state;
 mod status_frame;
+#[cfg(test)]
+mod tests;
 mod transcript;
 mod variables;
 mod wires;
@@ -65,12 +65,11 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, H
 use axum::response::{IntoResponse as _, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
-use guard::Guard;
-pub use handle::DriverHandle;
+pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
 use robots::{OfRobot, Robots};
-use route_table::RouteTable;
+use route_table::{Call, calls};
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -97,46 +96,47 @@ const REQUIRED_TOKEN: &str = "\"security\": [\n";
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// Every call there is.
-fn route_table() -> RouteTable {
-    let resources = [
-        robots::add,
-        wires::add,
-        state::add,
-        status_frame::add,
-        panel::add,
-        breakpoints::add,
-        pendant::add,
-        arm::add,
-        jog::add,
-        alarms::add,
-        lines::add,
-        variables::add,
-        files::add,
-        check::add,
-        channels::add,
-        decode::add,
-        parameters::add,
-        clock::add,
-        power::add,
-        faults::add,
-        snapshots::add,
-        events::add,
-        transcript::add,
-        service::add,
-        coverage::add,
-        scenario::add,
-    ];
-    resources
-        .into_iter()
-        .fold(RouteTable::new(), |table, add| add(table))
+/// Every call there is, by the resources.
+fn calls() -> Vec<Call> {
+    calls! {
+        robots: get_robots get_robot;
+        wires: get_wires put_outside;
+        state: get_state;
+        status_frame: get_status_frame;
+        panel: get_key_switch put_key_switch get_control_right put_control_right get_emergency_stop
+            put_emergency_stop get_safety_switch put_safety_switch get_servo put_servo get_feed_hold put_feed_hold
+            press_feed_hold get_machine_lock put_machine_lock get_battery put_battery get_override put_override
+            get_run_mode put_run_mode get_program start stop;
+        breakpoints: get_breakpoints put_breakpoints step run_to;
+        pendant: get_pendant press_keys;
+        arm: get_arm get_pose;
+        jog: jog stop_jog;
+        alarms: get_alarms raise_alarm reset_alarms get_alarm_table get_alarm_row;
+        lines: get_lines get_inputs get_input put_input pulse_input force_input release_input get_outputs get_output
+            put_output pulse_output force_output release_output;
+        variables: get_variables get_variable put_variable get_positions get_position put_position teach_position;
+        files: get_files get_file put_file delete_file select_file;
+        check: check;
+        channels: get_channels get_channel inject drop_peer;
+        decode: decode;
+        parameters: get_parameters;
+        clock: get_clock put_clock advance advance_until wait;
+        power: get_power power_off power_on power_cycle reset;
+        faults: get_faults arm_fault clear_faults get_fault_kinds get_fault disarm_fault;
+        snapshots: get_snapshots get_named put_snapshot delete_snapshot restore_snapshot get_snapshot load_snapshot;
+        events: get_events;
+        transcript: get_transcript;
+        service: get_health get_version get_metrics get_findings;
+        coverage: get_coverage;
+        scenario: get_scenario;
+    }
 }
 
 /// The bound socket of the interface; it answers once it is served.
 pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
-    guard: Guard,
+    settings: ControlSettings,
 }
 
 impl Server {
@@ -149,16 +149,10 @@ impl Server {
         socket.set_nonblocking(true)?;
         let listener = TcpListener::from_std(socket)?;
         let address = listener.local_addr()?;
-        let hosts = settings.hosts.iter().map(|host| host.to_ascii_lowercase());
-        let guard = Guard {
-            token: settings.token.clone(),
-            hosts: hosts.collect(),
-            open: settings.open,
-        };
         Ok(Server {
             listener,
             address,
-            guard,
+            settings: settings.clone(),
         })
     }
 
@@ -173,7 +167,7 @@ impl Server {
             // The table of calls takes long to build beside everything else of a start: a robot whose interface nobody
             // asks is up without it.
             let listener = BoundedListener::after_first_connection(self.listener).await;
-            let router = router(robots, self.guard);
+            let router = router(robots, self.settings);
             let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
@@ -182,11 +176,10 @@ impl Server {
     }
 }
 
-fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
-    let needs_token = guard.token.is_some();
+fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
+    let needs_token = settings.token.is_some();
     let open_api = async move || ([(CONTENT_TYPE, "application/json")], open_api_text(needs_token));
-    let calls = route_table()
-        .into_router()
+    let calls = route_table::router(calls())
         .route("/openapi.json", get(open_api))
         .route("/", get(front_page))
         .route(
@@ -198,7 +191,7 @@ fn router(robots: Arc<dyn Robots>, guard: Guard) -> Router {
         .fallback_service(calls)
         .layer(axum::middleware::from_fn_with_state(robots, robots::find))
         .layer(axum::middleware::from_fn_with_state(
-            Arc::new(guard),
+            Arc::new(settings),
             guard::check,
         ))
         .layer(axum::middleware::map_response(with_security_headers))
@@ -256,29 +249,4 @@ async fn with_security_headers(mut response: Response) -> Response {
         headers.insert(name, HeaderValue::from_static(value));
     }
     response
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{open_api_text, route_table};
-
-    fn written(needs_token: bool) -> String {
-        let document = route_table().into_document(needs_token);
-        serde_json::to_string_pretty(&serde_json::to_value(document).unwrap()).unwrap() + "\n"
-    }
-
-    #[test]
-    fn the_binary_carries_the_document_of_its_calls() {
-        for needs_token in [false, true] {
-            let stale = "assets/openapi.json is stale; write it with -- --ignored bless_openapi";
-            assert!(open_api_text(needs_token) == written(needs_token), "{stale}");
-        }
-    }
-
-    #[test]
-    #[ignore = "writes assets/openapi.json"]
-    fn bless_openapi() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/openapi.json");
-        std::fs::write(path, written(false)).unwrap();
-    }
 }

@@ -4,8 +4,7 @@
 
 use super::body::Seconds;
 use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, IntoParams, Json, NoBody, Path, Problem, RouteTable,
-    Serialize, ToSchema, View, routes,
+    Answer, Deserialize, Handle, IntoParams, Json, NoBody, Path, Problem, Serialize, ToSchema, View,
 };
 use ts3100_controller::signals::Signals;
 use ts3100_controller::{Action, IoKind, PanelAction, line_name};
@@ -84,7 +83,7 @@ fn default_on() -> bool {
 #[derive(Deserialize, IntoParams)]
 #[serde(transparent)]
 #[into_params(parameter_in = Path)]
-struct Din {
+pub struct Din {
     /// Din number
     #[param(minimum = 1, maximum = 264)]
     line: u16,
@@ -94,7 +93,7 @@ struct Din {
 #[derive(Deserialize, IntoParams)]
 #[serde(transparent)]
 #[into_params(parameter_in = Path)]
-struct Dout {
+pub struct Dout {
     /// Dout number
     #[param(minimum = 1, maximum = 264)]
     line: u16,
@@ -158,18 +157,18 @@ pub fn require_line(line: u16) -> Result<(), Problem> {
     Err(Problem::not_found("line", "1-64, 101-164 or 201-264", line))
 }
 
-async fn look(handle: &DriverHandle, side: IoKind, line: u16) -> Answer<LineStatus> {
+async fn look(handle: &Handle, side: IoKind, line: u16) -> Answer<LineStatus> {
     require_line(line)?;
     let look = move |view: &View<'_>| LineStatus::new(view, side, line);
     handle.query(look).await.map(Json)
 }
 
-async fn act(handle: &DriverHandle, side: IoKind, line: u16, action: Action) -> Answer<LineStatus> {
+async fn act(handle: &Handle, side: IoKind, line: u16, action: Action) -> Answer<LineStatus> {
     let look = move |view: &View<'_>| LineStatus::new(view, side, line);
     handle.act(action, look).await.map(Json)
 }
 
-async fn pulse(handle: &DriverHandle, side: IoKind, line: u16, body: PulseRequest) -> Answer<LineStatus> {
+async fn pulse(handle: &Handle, side: IoKind, line: u16, body: PulseRequest) -> Answer<LineStatus> {
     let pulse = Action::Pulse {
         side,
         line,
@@ -179,40 +178,22 @@ async fn pulse(handle: &DriverHandle, side: IoKind, line: u16, body: PulseReques
     act(handle, side, line, pulse).await
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "lines",
-            "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
-        )
-        .routes(routes!(get_lines))
-        .routes(routes!(get_inputs))
-        .routes(routes!(get_input, put_input))
-        .routes(routes!(pulse_input))
-        .routes(routes!(force_input, release_input))
-        .routes(routes!(get_outputs))
-        .routes(routes!(get_output, put_output))
-        .routes(routes!(pulse_output))
-        .routes(routes!(force_output, release_output))
-}
-
 /// List all inputs and outputs with their names
 #[utoipa::path(get, path = "/lines", responses((status = 200, body = LineTable)))]
-async fn get_lines(handle: Handle) -> Answer<LineTable> {
+pub async fn get_lines(handle: Handle) -> Answer<LineTable> {
     handle.query(LineTable::new).await.map(Json)
 }
 
 /// List the inputs that are on or forced
 #[utoipa::path(get, path = "/inputs", responses((status = 200, body = LineList)))]
-async fn get_inputs(handle: Handle) -> Answer<LineList> {
+pub async fn get_inputs(handle: Handle) -> Answer<LineList> {
     let look = |view: &View<'_>| LineList::new(view, IoKind::Input);
     handle.query(look).await.map(Json)
 }
 
 /// Get an input
 #[utoipa::path(get, path = "/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))]
-async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
+pub async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
     look(&handle, IoKind::Input, line).await
 }
 
@@ -220,7 +201,7 @@ async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<Line
 ///
 /// As a device wired to it would. It keeps its state until it is set again.
 #[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
-async fn put_input(
+pub async fn put_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
     Json(body): Json<SetLine>,
@@ -233,7 +214,7 @@ async fn put_input(
 ///
 /// Sets it for a time, then to the opposite state.
 #[utoipa::path(post, path = "/inputs/{line}/pulse", params(Din), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
-async fn pulse_input(
+pub async fn pulse_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
     Json(body): Json<PulseRequest>,
@@ -245,7 +226,7 @@ async fn pulse_input(
 ///
 /// It shows this state, whatever is wired to it, until it is released.
 #[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
-async fn force_input(
+pub async fn force_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
     Json(body): Json<SetLine>,
@@ -256,21 +237,21 @@ async fn force_input(
 
 /// Release a forced input
 #[utoipa::path(delete, path = "/inputs/{line}/force", params(Din), responses((status = 200, body = LineStatus)))]
-async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
+pub async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Input;
     act(&handle, side, line, Action::Release { side, line }).await
 }
 
 /// List the outputs that are on or forced
 #[utoipa::path(get, path = "/outputs", responses((status = 200, body = LineList)))]
-async fn get_outputs(handle: Handle) -> Answer<LineList> {
+pub async fn get_outputs(handle: Handle) -> Answer<LineList> {
     let look = |view: &View<'_>| LineList::new(view, IoKind::Output);
     handle.query(look).await.map(Json)
 }
 
 /// Get an output
 #[utoipa::path(get, path = "/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))]
-async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
+pub async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
     look(&handle, IoKind::Output, line).await
 }
 
@@ -278,7 +259,7 @@ async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<L
 ///
 /// As the command IW does. User outputs are 1-64, 101-164 and 201-208.
 #[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
-async fn put_output(
+pub async fn put_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
     Json(body): Json<SetLine>,
@@ -291,7 +272,7 @@ async fn put_output(
 ///
 /// Turns it on for a time, then off.
 #[utoipa::path(post, path = "/outputs/{line}/pulse", params(Dout), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
-async fn pulse_output(
+pub async fn pulse_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
     Json(body): Json<PulseRequest>,
@@ -303,7 +284,7 @@ async fn pulse_output(
 ///
 /// It shows this state, whatever the program does, until it is released or the power goes off.
 #[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
-async fn force_output(
+pub async fn force_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
     Json(body): Json<SetLine>,
@@ -314,7 +295,11 @@ async fn force_output(
 
 /// Release a forced output
 #[utoipa::path(delete, path = "/outputs/{line}/force", params(Dout), responses((status = 200, body = LineStatus)))]
-async fn release_output(handle: Handle, Path(Dout { line }): Path<Dout>, _: NoBody) -> Answer<LineStatus> {
+pub async fn release_output(
+    handle: Handle,
+    Path(Dout { line }): Path<Dout>,
+    _: NoBody,
+) -> Answer<LineStatus> {
     let side = IoKind::Output;
     act(&handle, side, line, Action::Release { side, line }).await
 }

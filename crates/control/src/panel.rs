@@ -4,9 +4,7 @@
 
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
 use super::body::whole;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{self, PanelAction};
 use ts3100_proto::command::RunMode;
@@ -109,29 +107,6 @@ impl ProgramStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "panel",
-            "Operating panel: key switch, control right, switches, START and STOP.",
-        )
-        .routes(routes!(get_key_switch, put_key_switch))
-        .routes(routes!(get_control_right, put_control_right))
-        .routes(routes!(get_emergency_stop, put_emergency_stop))
-        .routes(routes!(get_safety_switch, put_safety_switch))
-        .routes(routes!(get_servo, put_servo))
-        .routes(routes!(get_feed_hold, put_feed_hold))
-        .routes(routes!(press_feed_hold))
-        .routes(routes!(get_machine_lock, put_machine_lock))
-        .routes(routes!(get_battery, put_battery))
-        .routes(routes!(get_override, put_override))
-        .routes(routes!(get_run_mode, put_run_mode))
-        .routes(routes!(get_program))
-        .routes(routes!(start))
-        .routes(routes!(stop))
-}
-
 /// The two calls of each switch: one reads it, the other sets it. A row has the path, the document with the field of the
 /// panel's state that it shows, and what sets it.
 macro_rules! switches {
@@ -140,14 +115,14 @@ macro_rules! switches {
     $(#[$put_doc:meta])* $put:ident)*) => {$(
         $(#[$get_doc])*
         #[utoipa::path(get, path = $path, responses((status = 200, body = $document)))]
-        async fn $get(handle: Handle) -> Answer<$document> {
+        pub async fn $get(handle: Handle) -> Answer<$document> {
             let state = |view: &View<'_>| $document { $field: view.controller.state().$state };
             handle.query(state).await.map(Json)
         }
 
         $(#[$put_doc])*
         #[utoipa::path(put, path = $path, request_body = $document, responses((status = 200, body = $document)))]
-        async fn $put(handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
+        pub async fn $put(handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
             let state = |view: &View<'_>| $document { $field: view.controller.state().$state };
             handle.act($set, state).await.map(Json)
         }
@@ -231,7 +206,7 @@ switches! {
 ///
 /// It turns feed hold on, or off if it is on.
 #[utoipa::path(post, path = "/feed-hold/press", responses((status = 200, body = Switch)))]
-async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
+pub async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
     let state = |view: &View<'_>| Switch {
         on: view.controller.state().feed_hold,
     };
@@ -240,7 +215,7 @@ async fn press_feed_hold(handle: Handle, _: NoBody) -> Answer<Switch> {
 
 /// Get the speed override
 #[utoipa::path(get, path = "/override", responses((status = 200, body = Override)))]
-async fn get_override(handle: Handle) -> Answer<Override> {
+pub async fn get_override(handle: Handle) -> Answer<Override> {
     handle.query(speed_override).await.map(Json)
 }
 
@@ -253,7 +228,7 @@ fn speed_override(view: &View<'_>) -> Override {
 ///
 /// The motion under way goes on with it. The command `EC,OVRD` does the same.
 #[utoipa::path(put, path = "/override", request_body = Override, responses((status = 200, body = Override)))]
-async fn put_override(handle: Handle, Json(body): Json<Override>) -> Answer<Override> {
+pub async fn put_override(handle: Handle, Json(body): Json<Override>) -> Answer<Override> {
     if !(1..=100).contains(&body.percent) {
         return Err(Problem::invalid("percent", "1 to 100", body.percent));
     }
@@ -264,7 +239,7 @@ async fn put_override(handle: Handle, Json(body): Json<Override>) -> Answer<Over
 
 /// Get the selected program and its status
 #[utoipa::path(get, path = "/program", responses((status = 200, body = ProgramStatus)))]
-async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
+pub async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
     handle.query(ProgramStatus::new).await.map(Json)
 }
 
@@ -272,7 +247,7 @@ async fn get_program(handle: Handle) -> Answer<ProgramStatus> {
 ///
 /// The selected program starts or continues, whoever has the control right.
 #[utoipa::path(post, path = "/program/start", operation_id = "start_program", responses((status = 200, body = ProgramStatus)))]
-async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+pub async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
     handle.press(PanelAction::Start, ProgramStatus::new).await
 }
 
@@ -280,6 +255,6 @@ async fn start(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
 ///
 /// The program stops after its current step.
 #[utoipa::path(post, path = "/program/stop", operation_id = "stop_program", responses((status = 200, body = ProgramStatus)))]
-async fn stop(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
+pub async fn stop(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
     handle.press(PanelAction::Stop, ProgramStatus::new).await
 }

@@ -2,7 +2,7 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
 use ts3100_proto::parameter::SerialSettings;
@@ -111,20 +111,10 @@ impl Parameters {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "parameters",
-            "The parameters in effect: USER.PAR and ETHERNET.PAR at the last power-on.",
-        )
-        .routes(routes!(get_parameters))
-}
-
 /// Get the parameters in effect
 ///
 /// To change them, write the files USER.PAR and ETHERNET.PAR, then cycle the power.
 #[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
-async fn get_parameters(handle: Handle) -> Answer<Parameters> {
+pub async fn get_parameters(handle: Handle) -> Answer<Parameters> {
     handle.query(Parameters::new).await.map(Json)
 }

@@ -2,9 +2,7 @@
 //!
 //! The pages are made by the controller.
 
-use super::resource::{
-    Answer, Deserialize, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::state::{PendantPage, ether_pages};
 use ts3100_controller::PanelAction;
 
@@ -40,17 +38,9 @@ impl PendantStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("pendant", "What the teach pendant shows, and its keys.")
-        .routes(routes!(get_pendant))
-        .routes(routes!(press_keys))
-}
-
 /// Get what the teach pendant shows
 #[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
-async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
+pub async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
     handle.query(PendantStatus::new).await.map(Json)
 }
 
@@ -58,7 +48,7 @@ async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
 ///
 /// The statement INPUT without a channel reads them.
 #[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
-async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
+pub async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();
     if keys.is_empty() || keys.len() > MAX_KEYS || !keys.chars().all(typed) {

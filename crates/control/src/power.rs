@@ -3,9 +3,7 @@
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
 use super::clock::time_mode;
-use super::resource::{
-    Answer, Deserialize, Handle, Json, NoBody, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, ToSchema, View};
 use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{LinkAction, Request};
 
@@ -53,20 +51,9 @@ impl PowerStatus {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("power", "Power off, on and cycle; reset between tests.")
-        .routes(routes!(get_power))
-        .routes(routes!(power_off))
-        .routes(routes!(power_on))
-        .routes(routes!(power_cycle))
-        .routes(routes!(reset))
-}
-
 /// Get the power state
 #[utoipa::path(get, path = "/power", responses((status = 200, body = PowerStatus)))]
-async fn get_power(handle: Handle) -> Answer<PowerStatus> {
+pub async fn get_power(handle: Handle) -> Answer<PowerStatus> {
     handle.query(PowerStatus::new).await.map(Json)
 }
 
@@ -74,7 +61,7 @@ async fn get_power(handle: Handle) -> Answer<PowerStatus> {
 ///
 /// Closes every connection and every port.
 #[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerStatus)))]
-async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+pub async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOff, PowerStatus::new).await.map(Json)
 }
 
@@ -82,13 +69,13 @@ async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
 ///
 /// The controller starts up. Files, posture and selection are kept.
 #[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerStatus)))]
-async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+pub async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOn, PowerStatus::new).await.map(Json)
 }
 
 /// Turn the power off and on again
 #[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
-async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
+pub async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.press(PanelAction::PowerCycle, PowerStatus::new).await
 }
 
@@ -98,7 +85,7 @@ async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
 /// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay, unless `mode` names another; events
 /// and counters continue.
 #[utoipa::path(post, path = "/reset", operation_id = "reset_emulator", request_body = Option<ResetRequest>, responses((status = 200, body = PowerStatus)))]
-async fn reset(handle: Handle, Json(body): Json<ResetRequest>) -> Answer<PowerStatus> {
+pub async fn reset(handle: Handle, Json(body): Json<ResetRequest>) -> Answer<PowerStatus> {
     // Before the reset, after which a stopped clock stands at 0.
     if let Some(mode) = body.mode {
         let action = LinkAction::TimeMode(time_mode(mode)?);

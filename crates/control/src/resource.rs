@@ -1,13 +1,10 @@
-//! What the file of every resource uses: its extractors, its answers, the table of calls, and how its documents are
-//! described.
+//! What the file of every resource uses: its extractors, its answers, and how its documents are described.
 //!
 //! Begin with `panel`, the simplest resource.
 
 pub use super::body::{Json, NoBody, Path};
-pub use super::handle::{Answer, DriverHandle, Handle};
+pub use super::handle::{Answer, Handle};
 pub use super::problem::Problem;
-pub use super::route_table::RouteTable;
-pub(crate) use super::route_table::routes;
 pub use serde::{Deserialize, Serialize};
 pub use ts3100_driver::driver::request::View;
 pub use utoipa::{IntoParams, ToSchema};

@@ -3,9 +3,7 @@
 //!
 //! What runs a robot is not known here; see [`Robots`].
 
-use super::resource::{
-    Answer, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes,
-};
+use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -37,9 +35,9 @@ pub trait Robots: Send + Sync {
     /// What is known of a robot without asking it.
     fn info(&self, name: &str) -> Option<RobotInfo>;
     /// The way to a robot, which starts if it has not yet, or why it cannot; `None` if there is none of this name.
-    fn start(&self, name: &str) -> Option<Result<DriverHandle, CannotStart>>;
+    fn start(&self, name: &str) -> Option<Result<Handle, CannotStart>>;
     /// The way to a robot that has started.
-    fn running(&self, name: &str) -> Option<DriverHandle>;
+    fn running(&self, name: &str) -> Option<Handle>;
     /// The wires between them, if there are some.
     fn wires(&self) -> Option<Vec<WireInfo>>;
     /// Sets lines from outside.
@@ -98,7 +96,7 @@ impl<S: Sync> FromRequestParts<S> for Fleet {
 /// Whom a call is for that can also be for all robots.
 pub enum Scope {
     /// For one.
-    One(DriverHandle),
+    One(Handle),
     /// For each robot.
     All(Arc<dyn Robots>),
 }
@@ -107,7 +105,7 @@ impl<S: Sync> FromRequestParts<S> for Scope {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Scope, Problem> {
-        match parts.extensions.get::<DriverHandle>() {
+        match parts.extensions.get::<Handle>() {
             Some(handle) => Ok(Scope::One(handle.clone())),
             None => Fleet::from_request_parts(parts, state)
                 .await
@@ -118,7 +116,7 @@ impl<S: Sync> FromRequestParts<S> for Scope {
 
 impl Scope {
     /// The robots by name, all of them started.
-    pub fn started(&self) -> Result<Vec<(String, DriverHandle)>, Problem> {
+    pub fn started(&self) -> Result<Vec<(String, Handle)>, Problem> {
         match self {
             Scope::One(handle) => Ok(vec![(String::new(), handle.clone())]),
             Scope::All(robots) => {
@@ -137,12 +135,9 @@ impl<S: Sync> FromRequestParts<S> for Handle {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Handle, Problem> {
-        match parts.extensions.get::<DriverHandle>() {
-            Some(handle) => Ok(Handle(handle.clone())),
-            None => {
-                let Fleet(robots) = Fleet::from_request_parts(parts, state).await?;
-                Err(robot_needed(robots.as_ref(), parts.uri.path()))
-            }
+        match Scope::from_request_parts(parts, state).await? {
+            Scope::One(handle) => Ok(handle),
+            Scope::All(robots) => Err(robot_needed(robots.as_ref(), parts.uri.path())),
         }
     }
 }
@@ -172,7 +167,7 @@ fn no_such_robot(robots: &dyn Robots, name: &str) -> Problem {
     Problem::expected_found(StatusCode::NOT_FOUND, "robot", expected, name).told(told)
 }
 
-fn start(robots: &dyn Robots, name: &str) -> Result<DriverHandle, Problem> {
+fn start(robots: &dyn Robots, name: &str) -> Result<Handle, Problem> {
     let started = robots.start(name).ok_or_else(|| no_such_robot(robots, name))?;
     started.map_err(|reason| Problem::new(StatusCode::SERVICE_UNAVAILABLE, reason).at(name))
 }
@@ -220,20 +215,9 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
     Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "robots",
-            "The robots of this process. Every other path also exists below `/robots/NAME`.",
-        )
-        .routes(routes!(get_robots))
-        .routes(routes!(get_robot))
-}
-
 /// List the robots
 #[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
-async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
+pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
     let names = robots.names();
     let robots = names.iter().filter_map(|name| robots.info(name)).collect();
     Json(RobotList { robots })
@@ -242,7 +226,7 @@ async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
 /// Get the addresses of a robot
 #[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
     responses((status = 200, body = RobotInfo)))]
-async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
+pub async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
     info.map(Json)
         .ok_or_else(|| no_such_robot(robots.as_ref(), &name))

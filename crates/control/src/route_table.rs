@@ -1,10 +1,8 @@
-//! The table of all routes. A resource adds its handlers; the router and the OpenAPI document are both made from
-//! the `#[utoipa::path]` at each handler, so they cannot disagree.
+//! What the table of all calls is made of, which is in the head of the crate. The router and the OpenAPI document are both
+//! made from the `#[utoipa::path]` at each handler, so they cannot disagree.
 //!
-//! The binary carries the document as a file; only the test that compares them makes it (`document`).
+//! The binary carries the document as a file; only the test that compares them makes it (`tests/document.rs`).
 
-#[cfg(test)]
-use super::document::DocumentParts;
 use super::problem::Problem;
 use axum::Router;
 use axum::extract::Request;
@@ -12,97 +10,59 @@ use axum::http::{Method, StatusCode, Uri};
 use axum::response::Response;
 use axum::routing::MethodRouter;
 use futures_util::future::BoxFuture;
-
-/// All calls.
-pub struct RouteTable {
-    router: Router,
-    #[cfg(test)]
-    document: DocumentParts,
-}
+use utoipa::openapi::HttpMethod;
+use utoipa_axum::PathItemExt as _;
 
 /// A handler with its extractors, of one type for all calls: the router is compiled for it once, and not for each.
 pub type AnyHandler = fn(Request) -> BoxFuture<'static, Response>;
 
-/// The handlers of one path: what [`routes!`] makes of them.
-pub struct PathRoutes {
+/// A call: what [`calls!`] makes of a handler.
+pub struct Call {
     /// The path, with its parameters in braces.
     pub path: String,
-    /// The handlers by their methods.
+    /// The handler by its method.
     pub methods: MethodRouter,
+    /// The module of its resource.
+    #[cfg(test)]
+    pub resource: &'static str,
     /// The same for the document.
     #[cfg(test)]
     pub described: utoipa_axum::router::UtoipaMethodRouter,
 }
 
-/// Makes [`PathRoutes`] of handlers with `#[utoipa::path]` that share a path.
-macro_rules! routes {
-    ($first:ident $(, $more:ident)*) => {{
-        use utoipa::Path as _;
-        let methods = axum::routing::MethodRouter::new();
-        utoipa_axum::paste! {
-            let path = [<__path_ $first>]::path();
-            let methods = $crate::route_table::routes!(@add [<__path_ $first>] $first methods);
-            $(let methods = $crate::route_table::routes!(@add [<__path_ $more>] $more methods);)*
-        }
-        $crate::route_table::PathRoutes {
-            path,
-            methods,
-            #[cfg(test)]
-            described: utoipa_axum::routes!($first $(, $more)*),
-        }
-    }};
-    (@add $description:ident $handler:ident $methods:ident) => {
-        $description::methods().iter().fold($methods, |methods, method| {
+/// Makes a [`Call`] of each handler with `#[utoipa::path]` of these modules.
+macro_rules! calls {
+    ($($module:ident: $($handler:ident)+;)+) => { utoipa_axum::paste! {
+        vec![$($({
             let handler: $crate::route_table::AnyHandler =
-                |request| Box::pin(axum::handler::Handler::call($handler, request, ()));
-            methods.on(utoipa_axum::PathItemExt::to_method_filter(method), handler)
-        })
-    };
+                |request| Box::pin(axum::handler::Handler::call($module::$handler, request, ()));
+            $crate::route_table::Call {
+                path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
+                methods: $crate::route_table::methods(&<$module::[<__path_ $handler>] as utoipa::Path>::methods(), handler),
+                #[cfg(test)]
+                resource: stringify!($module),
+                #[cfg(test)]
+                described: utoipa_axum::routes!($module::$handler),
+            }
+        }),+),+]
+    }};
 }
-pub(crate) use routes;
+pub(crate) use calls;
 
-impl RouteTable {
-    /// Empty.
-    pub fn new() -> RouteTable {
-        RouteTable {
-            router: Router::new(),
-            #[cfg(test)]
-            document: DocumentParts::new(),
-        }
-    }
+/// The handler by the methods that its `#[utoipa::path]` names.
+pub fn methods(names: &[HttpMethod], handler: AnyHandler) -> MethodRouter {
+    names.iter().fold(MethodRouter::new(), |methods, name| {
+        methods.on(name.to_method_filter(), handler)
+    })
+}
 
-    /// The calls added from now on belong together.
-    #[cfg_attr(
-        not(test),
-        expect(unused_variables, unused_mut, reason = "for the document only")
-    )]
-    pub fn group(mut self, name: &str, description: &str) -> RouteTable {
-        #[cfg(test)]
-        self.document.group(name, description);
-        self
-    }
-
-    /// Adds the handlers of one path.
-    #[must_use]
-    pub fn routes(mut self, routes: PathRoutes) -> RouteTable {
-        self.router = self.router.route(&routes.path, routes.methods);
-        #[cfg(test)]
-        self.document.add(routes.described);
-        self
-    }
-
-    /// The router of all calls.
-    pub fn into_router(self) -> Router {
-        self.router
-            .fallback(no_such_path)
-            .method_not_allowed_fallback(no_such_method)
-    }
-
-    /// The document of all calls.
-    #[cfg(test)]
-    pub fn into_document(self, needs_token: bool) -> utoipa::openapi::OpenApi {
-        self.document.build(needs_token)
-    }
+/// The router of these calls.
+pub fn router(calls: Vec<Call>) -> Router {
+    let add = |router: Router, call: Call| router.route(&call.path, call.methods);
+    let router = calls.into_iter().fold(Router::new(), add);
+    router
+        .fallback(no_such_path)
+        .method_not_allowed_fallback(no_such_method)
 }
 
 async fn no_such_path(uri: Uri) -> Problem {

@@ -3,7 +3,7 @@
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
 use super::event::seconds;
-use super::resource::{Answer, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use ts3100_controller::Time;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
@@ -15,7 +15,8 @@ pub struct ScenarioDocument {
     /// Name of its file, without directories.
     file: String,
     /// `running` while a step waits, `passed` when none does, `failed` as soon as one has failed.
-    state: &'static str,
+    #[schema(value_type = String)]
+    state: ScenarioState,
     /// Its expectations and what it does, in the order of the file.
     steps: Vec<ScenarioStep>,
 }
@@ -28,7 +29,8 @@ pub struct ScenarioStep {
     /// Its line of the file, from 1; 0 for what belongs to no line.
     line: usize,
     /// `waiting`, `passed` (it came as expected, or was done), `failed`.
-    state: &'static str,
+    #[schema(value_type = String)]
+    state: EntryState,
     /// Virtual time in seconds from the beginning to its verdict, or at which it was last done; absent while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     t: Option<f64>,
@@ -41,11 +43,7 @@ impl From<ScenarioProgress> for ScenarioDocument {
     fn from(progress: ScenarioProgress) -> ScenarioDocument {
         ScenarioDocument {
             file: progress.file,
-            state: match progress.state {
-                ScenarioState::Running => "running",
-                ScenarioState::Passed => "passed",
-                ScenarioState::Failed => "failed",
-            },
+            state: progress.state,
             steps: progress.entries.into_iter().map(ScenarioStep::from).collect(),
         }
     }
@@ -56,27 +54,18 @@ impl From<EntryProgress> for ScenarioStep {
         ScenarioStep {
             name: entry.name,
             line: entry.line,
-            state: match entry.state {
-                EntryState::Waiting => "waiting",
-                EntryState::Passed => "passed",
-                EntryState::Failed => "failed",
-            },
+            state: entry.state,
             t: entry.time.map(|time| seconds(Time::ZERO + time)),
             message: entry.message,
         }
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_scenario))
-}
-
 /// Get how far the scenario is
 ///
 /// The one that `ts3100 serve --scenario FILE` plays to this robot.
 #[utoipa::path(get, path = "/scenario", responses((status = 200, body = ScenarioDocument)))]
-async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
+pub async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
     let Some(play) = handle.scenario.clone() else {
         let told = "no scenario is played; start the emulator with `ts3100 serve --scenario FILE`";
         let problem = Problem::expected_found(StatusCode::NOT_FOUND, "scenario", "--scenario FILE", "none");

@@ -4,9 +4,7 @@
 
 use super::event::{ApiEvent, seconds};
 use super::metrics::{self, Gauge, Sample};
-use super::resource::{
-    Answer, DriverHandle, Handle, Json, Problem, RouteTable, Serialize, ToSchema, View, routes,
-};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::robots::{Robots, Scope};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -77,22 +75,9 @@ pub struct Version {
     model: Option<String>,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "service",
-            "Monitoring of the emulator, and findings about its hosts.",
-        )
-        .routes(routes!(get_health))
-        .routes(routes!(get_version))
-        .routes(routes!(get_metrics))
-        .routes(routes!(get_findings))
-}
-
 /// Check that the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
-async fn get_health(scope: Scope) -> Answer<Health> {
+pub async fn get_health(scope: Scope) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
         power: Some(view.controller.state().powered),
@@ -122,25 +107,23 @@ async fn get_health(scope: Scope) -> Answer<Health> {
 }
 
 /// The robots that have started.
-fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, DriverHandle)> {
+fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, Handle)> {
     let names = robots.names().into_iter();
     names.filter_map(|name| robots.running(&name).map(|handle| (name, handle)))
 }
 
 /// Get the version of the emulator
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
-async fn get_version(scope: Scope) -> Answer<Version> {
+pub async fn get_version(scope: Scope) -> Answer<Version> {
     let look = |view: &View<'_>| {
         let config = view.controller.config();
         (config.controller.name(), config.model.name.clone())
     };
-    let (controller, model) = match scope {
-        Scope::One(handle) => handle
-            .query(look)
-            .await
-            .map(|(controller, model)| (Some(controller), Some(model)))?,
-        Scope::All(_) => (None, None),
+    let robot = match scope {
+        Scope::One(handle) => Some(handle.query(look).await?),
+        Scope::All(_) => None,
     };
+    let (controller, model) = robot.unzip();
     Ok(Json(Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
@@ -155,7 +138,7 @@ async fn get_version(scope: Scope) -> Answer<Version> {
 #[utoipa::path(get, path = "/metrics",
     responses((status = 200, description = "Counters and gauges in the text format of Prometheus.", body = String,
     content_type = "text/plain")))]
-async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
+pub async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
     let mut samples = Vec::new();
     match scope {
         Scope::One(handle) => samples.push(sample(None, &handle).await?),
@@ -168,7 +151,7 @@ async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
     Ok(([(CONTENT_TYPE, PROMETHEUS)], metrics::to_prometheus(&samples)))
 }
 
-async fn sample(robot: Option<String>, handle: &DriverHandle) -> Result<Sample, Problem> {
+async fn sample(robot: Option<String>, handle: &Handle) -> Result<Sample, Problem> {
     let gauges = handle.query(gauges).await?;
     Ok(Sample {
         robot,
@@ -242,7 +225,7 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
 /// The last 1024, oldest first.
 #[utoipa::path(get, path = "/findings",
     responses((status = 200, description = "The findings, oldest first.", body = Vec<ApiEvent>)))]
-async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
+pub async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;
     let findings = handle.journal.findings();

@@ -5,11 +5,12 @@
 
 use super::body::SnapshotText;
 use super::event::seconds;
-use super::resource::{Answer, Json, NoBody, Path, Problem, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use super::robots::Scope;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
+use std::iter::repeat_with;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
@@ -50,24 +51,11 @@ impl SnapshotList {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "snapshots",
-            "Save the whole state of the controller, and restore it.",
-        )
-        .routes(routes!(get_snapshots))
-        .routes(routes!(get_named, put_snapshot, delete_snapshot))
-        .routes(routes!(restore_snapshot))
-        .routes(routes!(get_snapshot, load_snapshot))
-}
-
 /// List the named snapshots
 ///
 /// Of several robots: those that every robot has.
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
-async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
+pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     let mut common: Option<SnapshotList> = None;
     for (_, handle) in scope.started()? {
         let of_robot = handle.query(SnapshotList::new).await?;
@@ -76,17 +64,16 @@ async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     Ok(Json(common.unwrap_or_default()))
 }
 
-/// Does something about a named snapshot of each robot.
-async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<SnapshotList> {
-    let mut last = None;
-    for (_, handle) in scope.started()? {
-        last = Some(
-            handle
-                .change(Request::Snapshot, task(), SnapshotList::new)
-                .await?,
-        );
+/// Does something about a snapshot of each robot; the answer is that of the last.
+async fn change(
+    robots: Vec<(String, Handle)>,
+    tasks: impl Iterator<Item = SnapshotTask>,
+) -> Answer<SnapshotList> {
+    let mut last = SnapshotList::default();
+    for ((_, handle), task) in robots.into_iter().zip(tasks) {
+        last = handle.change(Request::Snapshot, task, SnapshotList::new).await?;
     }
-    Ok(Json(last.unwrap_or_default()))
+    Ok(Json(last))
 }
 
 /// Save the current state under a name
@@ -94,8 +81,8 @@ async fn change(scope: &Scope, task: impl Fn() -> SnapshotTask) -> Answer<Snapsh
 /// Replaces a snapshot with the same name. Of several robots: the state of each.
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(&scope, || SnapshotTask::Save(name.clone())).await
+pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+    change(scope.started()?, repeat_with(|| SnapshotTask::Save(name.clone()))).await
 }
 
 /// Restore a named snapshot
@@ -104,7 +91,7 @@ async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answ
 /// Pending waits end unreached. Of several robots: the state of each.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     // All or none: a robot without it would stay as it is.
     for (_, handle) in scope.started()? {
         let wanted = name.clone();
@@ -113,14 +100,22 @@ async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> 
             .await?;
         found.map_err(SnapshotRequestError::from)?;
     }
-    change(&scope, || SnapshotTask::Restore(name.clone())).await
+    change(
+        scope.started()?,
+        repeat_with(|| SnapshotTask::Restore(name.clone())),
+    )
+    .await
 }
 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
-async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(&scope, || SnapshotTask::Remove(name.clone())).await
+pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
+    change(
+        scope.started()?,
+        repeat_with(|| SnapshotTask::Remove(name.clone())),
+    )
+    .await
 }
 
 /// States as a file has them: that of one robot, or of each by its name.
@@ -137,7 +132,7 @@ fn snapshot_file(scope: &Scope, states: &[(String, Controller)]) -> impl IntoRes
 /// `serve --restore` accepts it.
 #[utoipa::path(get, path = "/snapshots/{name}", operation_id = "get_named_snapshot", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
+pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
         let wanted = name.clone();
@@ -151,7 +146,7 @@ async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoRe
 ///
 /// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
-async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
+pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
         states.push((robot, handle.query(|view| view.controller.clone()).await?));
@@ -163,21 +158,17 @@ async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
 ///
 /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
-async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
-    let mut last = None;
+pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let robots = scope.started()?;
-    let mut states = match &scope {
+    let states = match &scope {
         Scope::One(_) => vec![snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?],
         Scope::All(_) => {
             let names: Vec<String> = robots.iter().map(|(name, _)| name.clone()).collect();
             snapshot::cell::from_json(&text, &names).map_err(SnapshotRequestError::Parse)?
         }
     };
-    for ((_, handle), controller) in robots.iter().zip(states.drain(..)) {
-        let task = SnapshotTask::Replace(Box::new(controller));
-        last = Some(handle.change(Request::Snapshot, task, SnapshotList::new).await?);
-    }
-    Ok(Json(last.unwrap_or_default()))
+    let states = states.into_iter().map(Box::new);
+    change(robots, states.map(SnapshotTask::Replace)).await
 }
 
 impl From<SnapshotRequestError> for Problem {

@@ -11,7 +11,7 @@ use super::files::DriveStatus;
 use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use super::variables::{self, VariableInfo};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -305,18 +305,11 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("state", "The whole state at one moment.")
-        .routes(routes!(get_state))
-}
-
 /// Get the whole state
 ///
 /// Everything at one moment: mode, status, panel, lines, arm, channels, tasks, alarms.
 #[utoipa::path(get, path = "/state", responses((status = 200, body = ControllerState)))]
-async fn get_state(handle: Handle) -> Answer<ControllerState> {
+pub async fn get_state(handle: Handle) -> Answer<ControllerState> {
     let journal = Arc::clone(&handle.journal);
     let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule());
     handle.query(look).await.map(Json)

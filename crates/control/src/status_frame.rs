@@ -3,7 +3,7 @@
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
 
-use super::resource::{Answer, Handle, Json, RouteTable, Serialize, ToSchema, View, routes};
+use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{IoKind, Port, line_name};
 use ts3100_proto::dissect::{DissectedField, dissect};
@@ -115,16 +115,11 @@ fn names_of_lines(lines: &str, kind: IoKind) -> Option<String> {
     (!names.is_empty()).then(|| names.join(" "))
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table.routes(routes!(get_status_frame))
-}
-
 /// Get what the command SF would answer now
 ///
 /// For the host on IP0, or on HOST if only that one is connected. Nothing is sent, and `su-request` stays as it is.
 #[utoipa::path(get, path = "/status-frame", responses((status = 200, description = "The fields of SF in the order of their bytes.", body = Vec<StatusField>)))]
-async fn get_status_frame(handle: Handle) -> Answer<Vec<StatusField>> {
+pub async fn get_status_frame(handle: Handle) -> Answer<Vec<StatusField>> {
     handle.query(StatusField::all).await.map(Json)
 }
 

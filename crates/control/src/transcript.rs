@@ -3,7 +3,7 @@
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::Query;
-use super::resource::{Deserialize, Handle, IntoParams, Problem, RouteTable, routes};
+use super::resource::{Deserialize, Handle, IntoParams, Problem};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use ts3100_recording::transcript::Format;
@@ -23,7 +23,7 @@ pub enum FormatName {
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-struct TranscriptQuery {
+pub struct TranscriptQuery {
     /// `text` for people and for `ts3100 diff`, `jsonl` for programs, `pcapng` for Wireshark.
     #[serde(default)]
     #[param(schema_with = format_schema, required = false)]
@@ -48,23 +48,13 @@ impl FormatName {
     }
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "transcript",
-            "The traffic of all ports and every action at the controller.",
-        )
-        .routes(routes!(get_transcript))
-}
-
 /// Get the transcript
 ///
 /// Everything since the start or the last reset, at most the last 16,384 records; a remark at the beginning tells how
 /// many are missing. `--transcript FILE` writes the same to a file.
 #[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, description = "The transcript in the format asked for.", content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
-async fn get_transcript(
+pub async fn get_transcript(
     handle: Handle,
     Query(query): Query<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {

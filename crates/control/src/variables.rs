@@ -3,10 +3,7 @@
 //! Values are checked and stored by the controller as for the command MW.
 
 use super::noise::numbers;
-use super::resource::{
-    Answer, Deserialize, DriverHandle, Handle, Json, Path, Problem, RouteTable, Serialize, ToSchema, View,
-    routes,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, ToSchema, View};
 use scol_mini::ValueKind;
 use serde::Deserializer;
 use ts3100_controller::action::Action;
@@ -147,12 +144,7 @@ impl VariableInfo {
     }
 }
 
-async fn set(
-    handle: &DriverHandle,
-    name: String,
-    body: SetValueRequest,
-    position: bool,
-) -> Answer<VariableInfo> {
+async fn set(handle: &Handle, name: String, body: SetValueRequest, position: bool) -> Answer<VariableInfo> {
     if body.value.is_empty() || body.value.len() > MAX_VALUES {
         let expected = format!("1 to {MAX_VALUES} numbers");
         return Err(Problem::invalid("value", expected, body.value.len()));
@@ -167,20 +159,6 @@ async fn set(
     handle.act(action, find()).await?.map(Json)
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group(
-            "variables",
-            "GLOBAL and DATA variables of the selected file, and its positions.",
-        )
-        .routes(routes!(get_variables))
-        .routes(routes!(get_variable, put_variable))
-        .routes(routes!(get_positions))
-        .routes(routes!(get_position, put_position))
-        .routes(routes!(teach_position))
-}
-
 /// All of the selected file.
 pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
     let variables = view.controller.variables().into_iter();
@@ -189,7 +167,7 @@ pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
 
 /// List the variables of the selected file
 #[utoipa::path(get, path = "/variables", responses((status = 200, description = "GLOBAL and DATA variables, positions included.", body = Vec<VariableInfo>)))]
-async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
+pub async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
     handle.query(all).await.map(Json)
 }
 
@@ -197,7 +175,7 @@ async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
 #[utoipa::path(get, path = "/variables/{name}",
     params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
+pub async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, false)).await?.map(Json)
 }
 
@@ -207,7 +185,7 @@ async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<Variab
 #[utoipa::path(put, path = "/variables/{name}", request_body = SetValueRequest,
     params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
     responses((status = 200, body = VariableInfo)))]
-async fn put_variable(
+pub async fn put_variable(
     handle: Handle,
     Path(name): Path<String>,
     Json(body): Json<SetValueRequest>,
@@ -217,7 +195,7 @@ async fn put_variable(
 
 /// List the positions of the selected file
 #[utoipa::path(get, path = "/positions", responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))]
-async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
+pub async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
     let mut found = handle.query(all).await?;
     found.retain(|document| document.kind == Some(Kind(ValueKind::Position)));
     Ok(Json(found))
@@ -226,14 +204,14 @@ async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
 /// Get a position
 #[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Name of the position")),
     responses((status = 200, body = VariableInfo)))]
-async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
+pub async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, true)).await?.map(Json)
 }
 
 /// Set a position
 #[utoipa::path(put, path = "/positions/{name}", request_body = SetValueRequest,
     params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
-async fn put_position(
+pub async fn put_position(
     handle: Handle,
     Path(name): Path<String>,
     Json(body): Json<SetValueRequest>,
@@ -246,7 +224,7 @@ async fn put_position(
 /// It takes the current position of the arm.
 #[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
     params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
-async fn teach_position(
+pub async fn teach_position(
     handle: Handle,
     Path(name): Path<String>,
     Json(body): Json<TeachRequest>,

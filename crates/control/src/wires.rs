@@ -2,7 +2,7 @@
 //!
 //! What a wire does is [`ts3100_driver::driver::wired`].
 
-use super::resource::{Answer, Deserialize, Json, Path, Problem, RouteTable, Serialize, ToSchema, routes};
+use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema};
 use super::robots::{Fleet, Robots, WireInfo};
 
 /// The wires.
@@ -21,14 +21,6 @@ pub struct SetOutside {
     on: bool,
 }
 
-/// Adds the calls of this file.
-pub fn add(table: RouteTable) -> RouteTable {
-    table
-        .group("wires", "Wires between the robots of this process.")
-        .routes(routes!(get_wires))
-        .routes(routes!(put_outside))
-}
-
 fn list(robots: &dyn Robots) -> WireList {
     let wires = robots.wires().unwrap_or_default();
     WireList { wires }
@@ -36,7 +28,7 @@ fn list(robots: &dyn Robots) -> WireList {
 
 /// List the wires
 #[utoipa::path(get, path = "/wires", responses((status = 200, body = WireList)))]
-async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
+pub async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
     Json(list(robots.as_ref()))
 }
 
@@ -45,7 +37,7 @@ async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
 /// A line at which a wire begins. Everything that follows from it at once has happened when the call returns.
 #[utoipa::path(put, path = "/wires/outside/{name}", params(("name" = String, Path, description = "Name of the line")),
     request_body = SetOutside, responses((status = 200, body = WireList)))]
-async fn put_outside(
+pub async fn put_outside(
     Fleet(robots): Fleet,
     Path(name): Path<String>,
     Json(body): Json<SetOutside>,

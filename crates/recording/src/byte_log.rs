@@ -60,11 +60,6 @@ impl<T> ByteLog<T> {
         Some((entry, length))
     }
 
-    /// The entries without their bytes, oldest first.
-    pub fn entries(&self) -> impl DoubleEndedIterator<Item = &T> {
-        self.entries.iter().map(|(entry, _)| entry)
-    }
-
     /// The entries with their bytes, oldest first, but for the first `skipped`.
     pub fn iter_from(&self, skipped: usize) -> impl Iterator<Item = (&T, &[u8])> {
         let skipped = skipped.min(self.entries.len());
@@ -94,7 +89,7 @@ mod tests {
                 assert_eq!(log.pop(), Some((entry - 10, (entry - 10) % 7)));
             }
             let expected: Vec<usize> = (entry.saturating_sub(9)..=entry).collect();
-            assert!(log.entries().eq(&expected));
+            assert_eq!(log.first().map(|(entry, _)| entry), expected.first());
             for skipped in [0, 3, 10, 11] {
                 let found: Vec<_> = log
                     .iter_from(skipped)

@@ -15,6 +15,7 @@ pub mod diff;
 pub mod faults;
 pub mod reports;
 pub mod scenario;
+mod table_error;
 pub mod tap;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]

@@ -155,15 +155,14 @@ pub(super) struct RecordedEvent {
 pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
     let mut events = Vec::new();
     let mut splitters: BTreeMap<PeerId, AnswerSplitter> = BTreeMap::new();
+    let new = |line| AnswerSplitter::new(line, options);
     let mut left_by_host = BTreeSet::new();
     for (record, &file_line) in recording.records.iter().zip(&recording.lines) {
         let at = record.at;
         let place = |event| RecordedEvent { at, file_line, event };
         match &record.kind {
             RecordKind::FromRobot { line, bytes } => {
-                let splitter = splitters
-                    .entry(*line)
-                    .or_insert_with(|| AnswerSplitter::new(*line, options));
+                let splitter = splitters.entry(*line).or_insert_with(|| new(*line));
                 let answers = splitter.push_robot(at, file_line, bytes);
                 events.extend(answers.into_iter().map(|answer| answer_event(*line, answer)));
             }
@@ -191,12 +190,10 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Recorde
                 match input {
                     RecordKind::Connected { line, .. } => {
                         left_by_host.remove(line);
-                        splitters.insert(*line, AnswerSplitter::new(*line, options));
+                        splitters.insert(*line, new(*line));
                     }
                     RecordKind::FromHost { line, bytes } => {
-                        let splitter = splitters
-                            .entry(*line)
-                            .or_insert_with(|| AnswerSplitter::new(*line, options));
+                        let splitter = splitters.entry(*line).or_insert_with(|| new(*line));
                         splitter.push_host(bytes);
                     }
                     RecordKind::Ended { line, .. } => {

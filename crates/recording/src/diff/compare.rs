@@ -4,7 +4,7 @@
 use super::Tolerance;
 use serde::Serialize;
 use std::mem::discriminant;
-use ts3100_proto::dissect::{DissectedField, dissect};
+use ts3100_proto::dissect::dissect;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{ETX, STX};
 
@@ -49,7 +49,14 @@ pub(super) fn compare(
         let other = place.map(|place| new.remove(place));
         let theirs = other.as_ref().and_then(|other| emulated.get(other.range.clone()));
         if theirs != recorded.get(part.range.clone()) {
-            differing.push(part_difference(part, other));
+            differing.push(PartDifference {
+                key: part.key,
+                name: part.name,
+                first: part.range.start,
+                end: part.range.end,
+                recorded: Some(part.value),
+                emulated: other.map(|other| other.value),
+            });
         }
     }
     differing.extend(new.into_iter().map(|part| PartDifference {
@@ -68,17 +75,6 @@ pub(super) fn compare(
         differing.push(whole_difference("text", recorded, emulated));
     }
     (differing, ignored)
-}
-
-fn part_difference(part: DissectedField, other: Option<DissectedField>) -> PartDifference {
-    PartDifference {
-        key: part.key,
-        name: part.name,
-        first: part.range.start,
-        end: part.range.end,
-        recorded: Some(part.value),
-        emulated: other.map(|other| other.value),
-    }
 }
 
 fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {

@@ -1,7 +1,6 @@
 //! What is not compared (`--ignore`): named groups for values that always differ between two controllers, and keys of
 //! single parts.
 
-use std::str::FromStr;
 use ts3100_proto::command::COMMANDS;
 
 /// Groups: name and keys. `*` stands for one word of a key; a key stands for all that begin with it.
@@ -54,11 +53,10 @@ impl Ignore {
     /// The first word that is neither.
     pub fn add(&mut self, words: &[String]) -> Result<(), IgnoreError> {
         for word in words {
-            let key = word.parse::<Key>()?;
-            match key {
-                Key::Time => self.time = true,
-                Key::Sp => self.sp = true,
-                Key::Patterns(patterns) => self.patterns.extend(patterns),
+            match word.as_str() {
+                TIME => self.time = true,
+                SP => self.sp = true,
+                word => self.patterns.extend(patterns(word)?),
             }
         }
         Ok(())
@@ -76,40 +74,22 @@ impl Ignore {
     }
 }
 
-enum Key {
-    Time,
-    Sp,
-    Patterns(Vec<String>),
-}
-
-impl FromStr for Key {
-    type Err = IgnoreError;
-
-    fn from_str(word: &str) -> Result<Key, IgnoreError> {
-        if word == TIME {
-            return Ok(Key::Time);
-        }
-        if word == SP {
-            return Ok(Key::Sp);
-        }
-        if let Some((_, keys)) = GROUPS.iter().find(|(name, _)| *name == word) {
-            return Ok(Key::Patterns(keys.iter().map(ToString::to_string).collect()));
-        }
-        let first = word.split('.').next().unwrap_or_default();
-        let letters = COMMANDS.iter().map(|row| row.letters);
-        let mut known = letters
-            .map(str::to_ascii_lowercase)
-            .chain(OTHERS.map(str::to_owned));
-        if known.any(|known| known == first) && !word.split('.').any(str::is_empty) {
-            return Ok(Key::Patterns(vec![word.to_owned()]));
-        }
-        let groups = GROUPS.iter().map(|(name, _)| *name);
-        let groups: Vec<&str> = groups.chain([TIME, SP]).collect();
-        Err(IgnoreError {
-            expected: groups.join(", "),
-            found: word.to_owned(),
-        })
+/// The keys of a group, or the key itself.
+fn patterns(word: &str) -> Result<Vec<String>, IgnoreError> {
+    if let Some((_, keys)) = GROUPS.iter().find(|(name, _)| *name == word) {
+        return Ok(keys.iter().map(ToString::to_string).collect());
     }
+    let first = word.split('.').next().unwrap_or_default();
+    let mut known = COMMANDS.iter().map(|row| row.letters).chain(OTHERS);
+    if known.any(|known| known.to_ascii_lowercase() == first) && !word.split('.').any(str::is_empty) {
+        return Ok(vec![word.to_owned()]);
+    }
+    let groups = GROUPS.iter().map(|(name, _)| *name);
+    let groups: Vec<&str> = groups.chain([TIME, SP]).collect();
+    Err(IgnoreError {
+        expected: groups.join(", "),
+        found: word.to_owned(),
+    })
 }
 
 #[cfg(test)]

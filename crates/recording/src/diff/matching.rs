@@ -74,10 +74,6 @@ fn shifts(most: Duration) -> impl Iterator<Item = Duration> {
         .map(Duration::from_millis)
 }
 
-fn whole_micros(duration: Duration) -> u64 {
-    u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
-}
-
 /// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
 fn is_after_recording(line: PeerId, robot_event: &RobotEvent, end: Time) -> bool {
     match robot_event {
@@ -231,8 +227,7 @@ impl<'a> Matching<'a> {
         if most.is_zero() || !differs(answer) {
             return None;
         }
-        let earliest = question.at.as_micros().saturating_sub(whole_micros(most));
-        let earliest = question.before.now().max(Time::from_micros(earliest));
+        let earliest = question.before.now().max(question.at - most);
         let ends = [earliest, question.at + most].map(|moment| question.ask_at(moment, patience));
         // Where nothing moves there is no other moment.
         let mut others = ends.iter().flatten();
@@ -241,8 +236,8 @@ impl<'a> Matching<'a> {
         }
         let later = shifts(most).map(|step| Some(question.at + step));
         let earlier = shifts(most).map(|step| {
-            let micros = question.at.as_micros().checked_sub(whole_micros(step))?;
-            Some(Time::from_micros(micros)).filter(|moment| *moment >= earliest)
+            let moment = Time::ZERO + question.at.since(Time::ZERO).checked_sub(step)?;
+            (moment >= earliest).then_some(moment)
         });
         let moments = later.zip(earlier).flat_map(|(later, earlier)| [later, earlier]);
         let (player, answer) = moments

@@ -121,17 +121,13 @@ pub struct Difference {
     /// Line of the file of the recording.
     pub file_line: usize,
     /// Time of the recording.
-    #[serde(rename = "t_us", serialize_with = "micros_of")]
+    #[serde(rename = "t_us")]
     pub at: Time,
     /// Where.
     #[serde(serialize_with = "as_text::serialize")]
     pub line: PeerId,
     /// The host's text before it, as far as it is worth showing; empty if there was none.
     pub question: String,
-}
-
-fn micros_of<S: Serializer>(time: &Time, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_u64(time.as_micros())
 }
 
 /// Result of a replay.

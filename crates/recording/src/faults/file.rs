@@ -1,5 +1,7 @@
 //! Fault files: TOML with one table `[[fault]]` for each fault and the keys of a fault specification.
 
+use crate::table_error::{TableError, line_of};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -53,83 +55,69 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<Fault>, FaultFileError> {
         path: path.to_path_buf(),
         reason: error,
     })?;
-    let file = Source { path, text };
+    faults(table.get_ref()).map_err(|TableError(place, reason)| FaultFileError::Content {
+        path: path.to_path_buf(),
+        line: line_of(text, place.start),
+        reason,
+    })
+}
+
+fn faults(table: &DeTable<'_>) -> Result<Vec<Fault>, TableError> {
     let mut faults = Vec::new();
-    for (key, value) in table.get_ref() {
+    for (key, value) in table {
         if key.get_ref() != "fault" {
             let found = format!("`{}`", key.get_ref());
-            return Err(file.form(key.span().start, "[[fault]]", &found));
+            return Err(form(key.span(), "[[fault]]", &found));
         }
         let DeValue::Array(tables) = value.get_ref() else {
-            return Err(file.form(value.span().start, "[[fault]]", value.get_ref().type_str()));
+            return Err(form(value.span(), "[[fault]]", value.get_ref().type_str()));
         };
         for table in tables {
-            faults.push(file.fault(table)?);
+            faults.push(fault(table)?);
         }
     }
     Ok(faults)
 }
 
-struct Source<'a> {
-    path: &'a Path,
-    text: &'a str,
+fn form(place: Range<usize>, expected: &str, found: &str) -> TableError {
+    TableError(place, format!("expected {expected}, found {found}"))
 }
 
-impl Source<'_> {
-    fn line(&self, at: usize) -> usize {
-        let before = self.text.get(..at).unwrap_or(self.text);
-        before.matches('\n').count() + 1
-    }
-
-    fn error(&self, at: usize, reason: String) -> FaultFileError {
-        FaultFileError::Content {
-            path: self.path.to_path_buf(),
-            line: self.line(at),
-            reason,
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
+fn fault(table: &Spanned<DeValue<'_>>) -> Result<Fault, TableError> {
+    let DeValue::Table(keys) = table.get_ref() else {
+        return Err(form(table.span(), "a table", table.get_ref().type_str()));
+    };
+    let (mut kind, mut pairs, mut places) = (None, Vec::new(), Vec::new());
+    for (key, value) in keys {
+        let text = match value.get_ref() {
+            DeValue::String(text) => text.to_string(),
+            DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.to_string(),
+            other => return Err(form(value.span(), "a text or a number", other.type_str())),
+        };
+        if key.get_ref() == "kind" {
+            kind = Some(text);
+        } else {
+            pairs.push((key.get_ref().to_string(), text));
+            places.push(key.span());
         }
     }
-
-    fn form(&self, at: usize, expected: &str, found: &str) -> FaultFileError {
-        self.error(at, format!("expected {expected}, found {found}"))
-    }
-
-    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-    fn fault(&self, table: &Spanned<DeValue<'_>>) -> Result<Fault, FaultFileError> {
-        let at = table.span().start;
-        let DeValue::Table(keys) = table.get_ref() else {
-            return Err(self.form(at, "a table", table.get_ref().type_str()));
-        };
-        let (mut kind, mut pairs, mut places) = (None, Vec::new(), Vec::new());
-        for (key, value) in keys {
-            let text = match value.get_ref() {
-                DeValue::String(text) => text.to_string(),
-                DeValue::Integer(number) => number.to_string(),
-                DeValue::Float(number) => number.to_string(),
-                other => return Err(self.form(value.span().start, "a text or a number", other.type_str())),
-            };
-            if key.get_ref() == "kind" {
-                kind = Some(text);
-            } else {
-                pairs.push((key.get_ref().to_string(), text));
-                places.push(key.span().start);
+    let Some(kind) = kind else {
+        return Err(form(table.span(), "kind", "a fault without one"));
+    };
+    Fault::from_pairs(&kind, &pairs).map_err(|reason| {
+        let key = match &reason {
+            FaultError::UnknownKey { key, .. }
+            | FaultError::InvalidValue { key, .. }
+            | FaultError::DuplicateKey { key, .. } => pairs.iter().position(|(name, _)| name == key),
+            FaultError::UnknownKind { .. } | FaultError::Syntax { .. } | FaultError::NeverFires { .. } => {
+                None
             }
-        }
-        let Some(kind) = kind else {
-            return Err(self.form(at, "kind", "a fault without one"));
         };
-        Fault::from_pairs(&kind, &pairs).map_err(|reason| {
-            let key = match &reason {
-                FaultError::UnknownKey { key, .. }
-                | FaultError::InvalidValue { key, .. }
-                | FaultError::DuplicateKey { key, .. } => pairs.iter().position(|(name, _)| name == key),
-                FaultError::UnknownKind { .. }
-                | FaultError::Syntax { .. }
-                | FaultError::NeverFires { .. } => None,
-            };
-            let at = key.and_then(|key| places.get(key)).copied().unwrap_or(at);
-            self.error(at, reason.to_string())
-        })
-    }
+        let place = key.and_then(|key| places.get(key)).cloned();
+        TableError(place.unwrap_or(table.span()), reason.to_string())
+    })
 }
 
 #[cfg(test)]

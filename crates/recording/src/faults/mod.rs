@@ -39,8 +39,7 @@ pub fn kinds_text() -> String {
             "\n{}\n  {}\n  A robust host: {}\n",
             kind.name, kind.summary, kind.remedy
         );
-        let points: Vec<&str> = kind.points.iter().map(|point| point.description()).collect();
-        text += &format!("  Waits for: {}{}\n", points.join("; "), defaults(kind));
+        text += &format!("  Waits for: {}{}\n", points(kind).join("; "), defaults(kind));
         for parameter in kind.parameters {
             let default = parameter.default.map(|default| format!(" [default: {default}]"));
             text += &format!(
@@ -60,6 +59,11 @@ pub fn kinds_text() -> String {
         );
     }
     text
+}
+
+/// What a fault of this kind waits for.
+pub fn points(kind: &FaultKind) -> Vec<&'static str> {
+    kind.points.iter().map(|point| point.description()).collect()
 }
 
 fn defaults(kind: &FaultKind) -> String {

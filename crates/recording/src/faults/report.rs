@@ -1,7 +1,7 @@
 //! The outcome of the faults of a run: logged at the end, and written as JSON or JUnit XML. In addition to the counts of
 //! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
-use super::fault_json;
+use super::{fault_json, points};
 use crate::reports::{junit, seconds, write_report};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -64,13 +64,7 @@ impl FaultLog {
 
 /// Describes what triggers a fault.
 fn trigger_description(fault: &Fault) -> String {
-    let points: Vec<&str> = fault
-        .kind
-        .points
-        .iter()
-        .map(|point| point.description())
-        .collect();
-    let mut words = points.join(", or ");
+    let mut words = points(fault.kind).join(", or ");
     if let Some(command) = &fault.filter.command {
         let _ = write!(words, "; command {command}");
     }

@@ -71,7 +71,7 @@ impl CoverageReport {
             port: cell.port.name().to_owned(),
             command: cell.row().to_owned(),
             mode: cell.mode.as_str().to_owned(),
-            outcome: verdict_word(cell.verdict).to_owned(),
+            outcome: cell.verdict.as_str().to_owned(),
             count,
             reachable,
         });
@@ -138,21 +138,11 @@ fn table_position(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]
         .chain(&EXTENSION_ROWS)
         .position(|row| *row == cell.command);
     let mode = MasterMode::ALL.iter().position(|mode| mode.as_str() == cell.mode);
-    let verdict = VERDICTS
+    let verdict = Verdict::ALL
         .iter()
-        .position(|verdict| verdict_word(*verdict) == cell.outcome);
+        .position(|verdict| verdict.as_str() == cell.outcome);
     let names = [&cell.port, &cell.command, &cell.mode, &cell.outcome].map(Clone::clone);
     (known(port), known(row), known(mode), known(verdict), names)
-}
-
-const VERDICTS: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
-
-fn verdict_word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Served => "served",
-        Verdict::NotValid => "not-valid",
-        Verdict::Refused => "refused",
-    }
 }
 
 #[cfg(test)]

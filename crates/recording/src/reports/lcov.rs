@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use ts3100_controller::statement_coverage::FileVersion;
 use ts3100_controller::{Config, StatementCoverage};
 use ts3100_driver::files::{self, PathError, cannot};
-use ts3100_driver::pc_file::MAX_PC_FILE;
-use ts3100_driver::pc_file::{drive_content, drive_name};
+use ts3100_driver::pc_file::{MAX_PC_FILE, drive_content, drive_name};
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
 

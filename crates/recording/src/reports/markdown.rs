@@ -28,15 +28,10 @@ pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> St
             cell(broken.remedy)
         );
     }
-    let CoverageReport {
-        percent,
-        reached,
-        reachable,
-        ..
-    } = coverage;
     let _ = writeln!(
         out,
-        "\n{percent} % of the permission tables used: {reached} of {reachable} cells."
+        "\n{} % of the permission tables used: {} of {} cells.",
+        coverage.percent, coverage.reached, coverage.reachable
     );
     if !findings.assumptions.is_empty() {
         out += "\nThis run rested on what nobody knows of a real controller:\n\n";

@@ -1,7 +1,6 @@
 //! Findings as SARIF 2.1.0 for code-scanning viewers: every rule with its help, and each recorded finding as a result.
 
-use super::findings::FindingView;
-use super::findings::FindingsView;
+use super::findings::{FindingView, FindingsView};
 use crate::book;
 use serde_json::{Value, json};
 use ts3100_controller::findings::{Findings, RULES, Rule};

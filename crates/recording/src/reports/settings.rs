@@ -188,18 +188,12 @@ impl Reports {
         run: &RunRecord,
         config: &Config,
     ) -> String {
+        let view = || FindingsView::of_run(findings, &run.command_coverage(), &run.executed());
         match format {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
-            FindingsFormat::Markdown => {
-                let coverage = run.command_coverage();
-                let view = FindingsView::of_run(findings, &coverage, &run.executed());
-                markdown::document(&view, &CoverageReport::new(&coverage, config))
-            }
-            FindingsFormat::Json => {
-                let coverage = run.command_coverage();
-                pretty(&FindingsView::of_run(findings, &coverage, &run.executed()))
-            }
+            FindingsFormat::Markdown => markdown::document(&view(), &run.coverage(config)),
+            FindingsFormat::Json => pretty(&view()),
         }
     }
 }

@@ -19,7 +19,7 @@ pub enum ScenarioActionError {
     Word(#[from] UnexpectedWord),
     /// The end.
     #[error("expected {0}, found nothing")]
-    Nothing(String),
+    Nothing(&'static str),
     /// A line that the controller does not have.
     #[error("expected line 1-64, 101-164 or 201-264, found {0}")]
     Line(u16),
@@ -151,8 +151,7 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
 fn parse_bytes(text: &str) -> Result<Vec<u8>, ScenarioActionError> {
     let bytes = escape::parse(text)?;
     if bytes.is_empty() {
-        let expected = "text, with control codes as <CR>";
-        return Err(ScenarioActionError::Nothing(expected.to_owned()));
+        return Err(ScenarioActionError::Nothing("text, with control codes as <CR>"));
     }
     Ok(bytes)
 }

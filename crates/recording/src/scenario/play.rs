@@ -6,7 +6,7 @@
 use super::action::ScenarioAction;
 use super::progress::{EntryProgress, EntryState, ScenarioProgress};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
-use super::{Expectation, ExpectationKind, Scenario, StepTrigger};
+use super::{Expectation, ExpectationKind, Scenario, Step, StepTrigger};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -20,28 +20,15 @@ const MAX_SCHEDULED: usize = 10_000;
 /// Most actions at one virtual time: steps that trigger each other would never end.
 const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 
-/// Progress of a step that waits for a condition.
+/// Progress of a step.
 #[derive(Debug)]
 struct StepState {
-    line: usize,
-    condition: ConditionWatch,
-    /// How long after its condition it happens.
-    after: Duration,
-    /// How often at most; 0 without a limit.
-    times: u32,
-    actions: Vec<ScenarioAction>,
+    step: Step,
+    /// The condition that it waits for; none of a step at a time after the start.
+    condition: Option<ConditionWatch>,
     runs: u32,
     /// When it is done for the last of them.
     last_due: Option<Time>,
-}
-
-/// A step at a time after the start.
-#[derive(Debug)]
-struct TimedStep {
-    line: usize,
-    at: Duration,
-    /// Its actions as the file has them.
-    words: String,
 }
 
 /// Progress of an expectation.
@@ -64,10 +51,9 @@ struct PlayState {
     /// Name of the file, without directories.
     file: String,
     started: Option<Time>,
-    /// What happens at times after the start.
-    planned: Vec<(Duration, ScenarioAction)>,
+    /// What is done at the start.
+    first: Vec<ScenarioAction>,
     steps: Vec<StepState>,
-    timed: Vec<TimedStep>,
     expectations: Vec<ExpectationState>,
     /// Scheduled actions with their times, in order.
     scheduled: VecDeque<(Time, ScenarioAction)>,
@@ -86,30 +72,15 @@ pub struct Play(Arc<Mutex<PlayState>>);
 impl Play {
     /// A scenario that has not started.
     pub fn new(scenario: Scenario) -> Play {
-        let start = scenario.start.actions.into_iter();
-        let mut planned: Vec<_> = start.map(|action| (Duration::ZERO, action)).collect();
-        let (mut steps, mut timed) = (Vec::new(), Vec::new());
-        for step in scenario.steps {
-            match step.trigger {
-                StepTrigger::At(time) => {
-                    timed.push(TimedStep {
-                        line: step.line,
-                        at: time,
-                        words: words_of(&step.actions),
-                    });
-                    planned.extend(step.actions.into_iter().map(|action| (time, action)));
-                }
-                StepTrigger::When(condition, after) => steps.push(StepState {
-                    line: step.line,
-                    condition: ConditionWatch::new(condition),
-                    after,
-                    times: step.times,
-                    actions: step.actions,
-                    runs: 0,
-                    last_due: None,
-                }),
-            }
-        }
+        let steps = scenario.steps.into_iter().map(|step| StepState {
+            condition: match &step.trigger {
+                StepTrigger::At(_) => None,
+                StepTrigger::When(condition, _) => Some(ConditionWatch::new(condition.clone())),
+            },
+            step,
+            runs: 0,
+            last_due: None,
+        });
         let expected = scenario
             .expectations
             .into_iter()
@@ -130,9 +101,8 @@ impl Play {
             name: scenario.name,
             file: file.to_string_lossy().into_owned(),
             started: None,
-            planned,
-            steps,
-            timed,
+            first: scenario.start.actions,
+            steps: steps.collect(),
             expectations: expected.collect(),
             scheduled: VecDeque::new(),
             actions_at_time: (Time::ZERO, 0),
@@ -157,10 +127,13 @@ impl Play {
         let state = &mut *self.state();
         let now = controller.now();
         state.started = Some(now);
-        let planned = std::mem::take(&mut state.planned).into_iter();
-        state
-            .scheduled
-            .extend(planned.map(|(time, action)| (now + time, action)));
+        let first = std::mem::take(&mut state.first).into_iter();
+        state.scheduled.extend(first.map(|action| (now, action)));
+        for step in &mut state.steps {
+            if let StepTrigger::At(time) = step.step.trigger {
+                state.scheduled.extend(step.schedule(now + time));
+            }
+        }
         state.sort();
         for expected in &mut state.expectations {
             expected.since = expected.after.is_none().then_some(now);
@@ -199,9 +172,9 @@ impl Play {
                 verdict,
             }
         });
-        let steps = state.steps.iter().map(|step| Entry {
-            name: format!("do when {}", step.condition.condition()),
-            line: step.line,
+        let steps = state.waiting_steps().map(|step| Entry {
+            name: step.name(),
+            line: step.step.line,
             time: now.since(begun),
             verdict: match step.runs {
                 0 => Verdict::Skipped("its condition never happened".to_owned()),
@@ -230,9 +203,10 @@ impl Play {
         let begun = state.started.unwrap_or(now);
         let expectations = state.expectations.iter();
         let expectations = expectations.map(|expected| expected.progress(begun, now));
-        let steps = state.steps.iter().map(|step| step.progress(begun, now));
+        let steps = state.waiting_steps().map(|step| step.progress(begun, now));
         let until = state.runaway.unwrap_or(now);
-        let timed = state.timed.iter().map(|step| step.progress(begun, until));
+        let timed = state.steps.iter().filter(|step| step.condition.is_none());
+        let timed = timed.map(|step| step.progress(begun, until));
         let runaway = state.runaway.map(|at| EntryProgress {
             name: "do".to_owned(),
             line: 0,
@@ -273,7 +247,7 @@ impl ActionSource for Play {
         if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
             state.runaway = Some(now);
             state.scheduled.clear();
-            state.steps.clear();
+            state.steps.retain(|step| step.condition.is_none());
         }
         let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
         let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
@@ -309,7 +283,7 @@ impl Subscriber for Play {
 
 impl PlayState {
     fn conditions(&mut self) -> impl Iterator<Item = &mut ConditionWatch> {
-        let steps = self.steps.iter_mut().map(|step| &mut step.condition);
+        let steps = self.steps.iter_mut().filter_map(|step| step.condition.as_mut());
         let expected = self.expectations.iter_mut().flat_map(|expected| {
             let ExpectationState {
                 what, after, until, ..
@@ -317,6 +291,11 @@ impl PlayState {
             std::iter::once(what).chain(after).chain(until)
         });
         steps.chain(expected)
+    }
+
+    /// The steps that a condition triggers.
+    fn waiting_steps(&self) -> impl Iterator<Item = &StepState> {
+        self.steps.iter().filter(|step| step.condition.is_some())
     }
 
     /// Converts a time of the controller to scenario time.
@@ -345,17 +324,18 @@ impl PlayState {
         let at = self.scenario_time(at);
         let mut added = false;
         for step in &mut self.steps {
-            if !occurs(&mut step.condition) || (step.times > 0 && step.runs >= step.times) {
+            let (Some(condition), StepTrigger::When(_, after)) = (&mut step.condition, &step.step.trigger)
+            else {
+                continue;
+            };
+            if !occurs(condition) || (step.step.times > 0 && step.runs >= step.step.times) {
                 continue;
             }
-            if self.scheduled.len() + step.actions.len() > MAX_SCHEDULED {
+            if self.scheduled.len() + step.step.actions.len() > MAX_SCHEDULED {
                 continue;
             }
-            step.runs = step.runs.saturating_add(1);
-            let due = at + step.after;
-            step.last_due = Some(due);
-            let actions = step.actions.iter().cloned();
-            self.scheduled.extend(actions.map(|action| (due, action)));
+            let due = at + *after;
+            self.scheduled.extend(step.schedule(due));
             added = true;
         }
         if added {
@@ -367,33 +347,30 @@ impl PlayState {
     }
 }
 
-impl TimedStep {
-    /// At `now`, or at the time at which all steps were given up.
-    fn progress(&self, begun: Time, now: Time) -> EntryProgress {
-        let done = begun + self.at <= now;
-        EntryProgress {
-            name: format!("do at {}", seconds(self.at)),
-            line: self.line,
-            state: if done {
-                EntryState::Passed
-            } else {
-                EntryState::Waiting
-            },
-            time: done.then_some(self.at),
-            message: Some(self.words.clone()),
+impl StepState {
+    /// Its actions with the time at which they are to be done once more.
+    fn schedule(&mut self, due: Time) -> impl Iterator<Item = (Time, ScenarioAction)> {
+        self.runs = self.runs.saturating_add(1);
+        self.last_due = Some(due);
+        self.step.actions.iter().map(move |action| (due, action.clone()))
+    }
+
+    fn name(&self) -> String {
+        match &self.step.trigger {
+            StepTrigger::At(time) => format!("do at {}", seconds(*time)),
+            StepTrigger::When(condition, _) => format!("do when {condition}"),
         }
     }
-}
 
-impl StepState {
+    /// At `now`, or at the time at which all steps were given up.
     fn progress(&self, begun: Time, now: Time) -> EntryProgress {
         let done = self.last_due.filter(|due| *due <= now);
         EntryProgress {
-            name: format!("do when {}", self.condition.condition()),
-            line: self.line,
+            name: self.name(),
+            line: self.step.line,
             state: done.map_or(EntryState::Waiting, |_| EntryState::Passed),
             time: done.map(|due| due.since(begun)),
-            message: Some(words_of(&self.actions)),
+            message: Some(words_of(&self.step.actions)),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How far a scenario is while it is played, for people who watch it. The outcome at its end is in `results`.
 
+use serde::Serialize;
 use std::time::Duration;
 
 /// How far a scenario is.
@@ -14,7 +15,8 @@ pub struct ScenarioProgress {
 }
 
 /// How far a scenario is all in all.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ScenarioState {
     /// An entry waits.
     Running,
@@ -40,7 +42,8 @@ pub struct EntryProgress {
 }
 
 /// How far an entry is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EntryState {
     /// It can still come either way.
     Waiting,

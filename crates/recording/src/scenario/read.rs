@@ -4,6 +4,7 @@
 use super::action::ScenarioAction;
 use super::keys::TABLES;
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
+use crate::table_error::{TableError, line_of};
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -37,9 +38,6 @@ pub enum ScenarioError {
         reason: String,
     },
 }
-
-/// Something wrong at a place of the text.
-struct TableError(Range<usize>, String);
 
 type ReadResult<T> = Result<T, TableError>;
 type Value<'a> = Spanned<DeValue<'a>>;
@@ -81,11 +79,6 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> TableError {
         return TableError(0..0, reason.to_owned());
     }
     TableError(error.span().unwrap_or(0..0), error.message().to_owned())
-}
-
-fn line_of(text: &str, at: usize) -> usize {
-    let before = text.as_bytes().get(..at).unwrap_or(text.as_bytes());
-    1 + before.iter().filter(|byte| **byte == b'\n').count()
 }
 
 fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenario> {
@@ -137,10 +130,10 @@ fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
     let mut actions = Vec::new();
     if let Some(value) = table.get("key-switch") {
-        actions.push(PanelAction::Key(word(value, "teaching, internal or ext")?));
+        actions.push(PanelAction::Key(word(value)?));
     }
     if let Some(value) = table.get("control-right") {
-        actions.push(PanelAction::ControlRight(word(value, "sig, rs232c or ether")?));
+        actions.push(PanelAction::ControlRight(word(value)?));
     }
     if let Some(value) = table.get("inputs") {
         for value in array(value)? {
@@ -243,12 +236,8 @@ fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>
 
 /// Every key of the table is one of those of its name.
 fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
-    let row = TABLES.iter().find(|row| row.name == name);
-    let keys: Vec<&str> = row
-        .map_or(&[][..], |row| row.keys)
-        .iter()
-        .map(|key| key.name)
-        .collect();
+    let rows = TABLES.iter().filter(|row| row.name == name);
+    let keys: Vec<&str> = rows.flat_map(|row| row.keys).map(|key| key.name).collect();
     for (key, _) in table {
         let found = key.get_ref();
         if keys.contains(&found.as_ref()) {
@@ -289,8 +278,8 @@ fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError {
     TableError(value.span(), error.to_string())
 }
 
-fn word<T: Word>(value: &Value<'_>, what: &str) -> ReadResult<T> {
-    T::from_word(&string(value)?).ok_or_else(|| expected(value, what))
+fn word<T: Word>(value: &Value<'_>) -> ReadResult<T> {
+    T::read(&string(value)?).map_err(|error| wrong_words(value, error))
 }
 
 fn string(value: &Value<'_>) -> ReadResult<String> {

@@ -44,17 +44,14 @@ async fn carry(line: PeerId, host: &TcpStream, robot: &TcpStream, log: &TapLog) 
         done = &mut to_host => done.map(|()| Side::Robot)?,
     };
     // Nobody reads from a side that has closed its half; that it resets the rest has to be seen otherwise.
-    match first {
-        Side::Host => tokio::select! {
-            biased;
-            done = &mut to_host => done,
-            () = until_failed(host) => Err(ResetBy(Side::Host)),
-        },
-        Side::Robot => tokio::select! {
-            biased;
-            done = &mut to_robot => done,
-            () = until_failed(robot) => Err(ResetBy(Side::Robot)),
-        },
+    let (closed, rest) = match first {
+        Side::Host => (host, to_host),
+        Side::Robot => (robot, to_robot),
+    };
+    tokio::select! {
+        biased;
+        done = rest => done,
+        () = until_failed(closed) => Err(ResetBy(first)),
     }
 }
 

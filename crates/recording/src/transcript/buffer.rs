@@ -1,7 +1,6 @@
 //! The last records of a run in memory, while the control interface is open, so that a test can fetch the transcript of a
 //! running emulator. Files of unlimited length are written by `recorder`.
 
-use super::recorder::Writer;
 use super::{Format, Header, LinkRecord, PeerId, Record, RecordKind, Side};
 use crate::byte_log::ByteLog;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -173,8 +172,8 @@ impl TranscriptBuffer {
     /// The transcript in a file format. A remark in front says how many records were discarded.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
         let pages = self.state();
-        let missing = pages.records.entries().next().filter(|_| pages.discarded > 0);
-        let missing = missing.map(|first| Record {
+        let missing = pages.records.first().filter(|_| pages.discarded > 0);
+        let missing = missing.map(|(first, _)| Record {
             at: first.at(),
             kind: RecordKind::Remark(format!(
                 "{} records before this one are no longer kept",
@@ -187,7 +186,7 @@ impl TranscriptBuffer {
             .map(|(record, bytes)| record.record(bytes.to_vec()));
         let records = missing.into_iter().chain(records);
         let mut out = Vec::new();
-        let mut writer = Writer::new(format, Duration::ZERO);
+        let mut writer = format.writer(Duration::ZERO);
         writer.header(&pages.header, &mut out);
         records.for_each(|record| writer.record(&record, &mut out));
         out

@@ -1,7 +1,9 @@
 //! Transcripts as JSON lines: one object for the start, then one for each record. `hex` holds the bytes, `text` the same in
 //! the notation of [`ts3100_proto::escape`]; `t_us` are microseconds since the start.
 
-use super::{EndReason, Header, LineError, LinkRecord, PeerId, Record, RecordKind, Recording, Side, text};
+use super::{
+    EndReason, Header, LineError, LinkRecord, PeerId, Record, RecordKind, Recording, Side, Writer, text,
+};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use ts3100_controller::{Action, Time};
@@ -38,7 +40,8 @@ struct File {
 /// Any other line.
 #[derive(Serialize, Deserialize)]
 struct Line {
-    t_us: u64,
+    #[serde(rename = "t_us")]
+    at: Time,
     #[serde(flatten)]
     event: Event,
 }
@@ -64,7 +67,8 @@ enum Event {
         action: Action,
     },
     Restored {
-        to_us: u64,
+        #[serde(rename = "to_us")]
+        at: Time,
         snapshot: Value,
     },
     Link {
@@ -132,46 +136,51 @@ fn write(line: &impl Serialize, out: &mut Vec<u8>) {
     out.push(b'\n');
 }
 
-/// The line of the header.
-pub fn write_header(header: &Header, out: &mut Vec<u8>) {
-    let file = |(name, content): &(String, Vec<u8>)| File {
-        name: name.clone(),
-        hex: content.clone(),
-    };
-    let start = Start {
-        event: "start",
-        format: FORMAT.to_owned(),
-        version: VERSION,
-        origin: header.origin.clone(),
-        calendar: header.calendar.map(|calendar| calendar.to_string()),
-        flags: header.flags.clone(),
-        files: header.files.iter().map(file).collect(),
-        select: header.select.clone(),
-    };
-    write(&start, out);
-}
+/// Writes a transcript, a line for each record.
+pub(super) struct JsonWriter;
 
-/// The line of a record.
-pub fn write_record(record: &Record, out: &mut Vec<u8>) {
-    let event = match record.kind.clone() {
-        RecordKind::Connected { line, peer } => Event::Connected {
-            line,
-            peer: Some(peer),
-        },
-        RecordKind::FromHost { line, bytes } => Event::FromHost(Bytes::new(line, &bytes)),
-        RecordKind::FromRobot { line, bytes } => Event::FromRobot(Bytes::new(line, &bytes)),
-        RecordKind::Ended { line, by, how } => Event::Ended { line, by, how },
-        RecordKind::Action(action) => Event::Action { action },
-        RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
-            to_us: at.as_micros(),
-            // One that is no JSON is nobody's: it is written as it is.
-            snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
-        },
-        RecordKind::Link(link) => Event::Link { link },
-        RecordKind::Remark(remark) => Event::Remark { remark },
-    };
-    let t_us = record.at.as_micros();
-    write(&Line { t_us, event }, out);
+impl Writer for JsonWriter {
+    /// The line of the header.
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
+        let file = |(name, content): &(String, Vec<u8>)| File {
+            name: name.clone(),
+            hex: content.clone(),
+        };
+        let start = Start {
+            event: "start",
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            origin: header.origin.clone(),
+            calendar: header.calendar.map(|calendar| calendar.to_string()),
+            flags: header.flags.clone(),
+            files: header.files.iter().map(file).collect(),
+            select: header.select.clone(),
+        };
+        write(&start, out);
+    }
+
+    /// The line of a record.
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
+        let event = match record.kind.clone() {
+            RecordKind::Connected { line, peer } => Event::Connected {
+                line,
+                peer: Some(peer),
+            },
+            RecordKind::FromHost { line, bytes } => Event::FromHost(Bytes::new(line, &bytes)),
+            RecordKind::FromRobot { line, bytes } => Event::FromRobot(Bytes::new(line, &bytes)),
+            RecordKind::Ended { line, by, how } => Event::Ended { line, by, how },
+            RecordKind::Action(action) => Event::Action { action },
+            RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
+                at,
+                // One that is no JSON is nobody's: it is written as it is.
+                snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
+            },
+            RecordKind::Link(link) => Event::Link { link },
+            RecordKind::Remark(remark) => Event::Remark { remark },
+        };
+        let at = record.at;
+        write(&Line { at, event }, out);
+    }
 }
 
 /// Reads a transcript.
@@ -221,7 +230,7 @@ fn read_header(line: &str) -> Result<Header, LineError> {
 
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn read_record(line: &str) -> serde_json::Result<Record> {
-    let Line { t_us, event } = serde_json::from_str(line)?;
+    let Line { at, event } = serde_json::from_str(line)?;
     let kind = match event {
         Event::Connected { line, peer } => RecordKind::Connected {
             line,
@@ -237,8 +246,8 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         }
         Event::Ended { line, by, how } => RecordKind::Ended { line, by, how },
         Event::Action { action } => RecordKind::Action(action),
-        Event::Restored { to_us, snapshot } => RecordKind::Link(LinkRecord::Restored {
-            at: Time::from_micros(to_us),
+        Event::Restored { at, snapshot } => RecordKind::Link(LinkRecord::Restored {
+            at,
             snapshot: match snapshot {
                 Value::String(words) => words,
                 snapshot => snapshot.to_string(),
@@ -247,6 +256,5 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         Event::Link { link } => RecordKind::Link(link),
         Event::Remark { remark } => RecordKind::Remark(remark),
     };
-    let at = Time::from_micros(t_us);
     Ok(Record { at, kind })
 }

@@ -177,7 +177,9 @@ impl FromStr for LinkRecord {
     fn from_str(words: &str) -> Result<LinkRecord, LineError> {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let (first, behind) = rest.split_once(' ').unwrap_or((rest, ""));
-        let port = |word: &str| Port::from_word(word).ok_or_else(|| LineError::Port(word.to_owned()));
+        let port = |word: &str| {
+            Port::from_word(word).ok_or_else(|| LineError::expected("a port such as HOST", word))
+        };
         Ok(match name {
             "line" => LinkRecord::Settings {
                 port: port(first)?,

@@ -23,6 +23,7 @@ use core::fmt;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 use ts3100_controller::{Action, ActionParseError, Bytes, Port, Time};
 use ts3100_proto::calendar::{CalendarError, CalendarTime};
 use ts3100_proto::escape::EscapeError;
@@ -184,10 +185,6 @@ pub enum LineError {
     FileSize(u64),
     #[error("expected bytes: a recording has no line for what did not come")]
     Nothing,
-    #[error("expected us, ms or s after @+, found {0:?}")]
-    DurationUnit(String),
-    #[error("expected a number after @+, found {0:?}")]
-    DurationNumber(String),
     #[error("expected at most a hundred years, found {0}")]
     LongPause(String),
     #[error("{0} is not a byte")]
@@ -196,8 +193,6 @@ pub enum LineError {
     PeerNumber(String),
     #[error("expected a port such as IP0, found {0}")]
     PeerPort(String),
-    #[error("expected a port such as HOST, found {0:?}")]
-    Port(String),
     #[error("unknown event {0:?}")]
     NoLink(String),
     #[error("the first line is not the object of the start")]
@@ -259,6 +254,15 @@ pub enum Format {
 }
 
 impl Format {
+    /// A writer of this format; `base` is the time of the first moment since 1970 in a capture.
+    fn writer(self, base: Duration) -> Box<dyn Writer> {
+        match self {
+            Format::Text => Box::new(text::TextWriter::default()),
+            Format::Json => Box::new(json::JsonWriter),
+            Format::Pcapng => Box::new(pcapng::CaptureWriter::new(base)),
+        }
+    }
+
     /// The format for a file extension; text without one.
     pub fn from_path(path: &Path) -> Option<Format> {
         match files::extension(path).as_str() {
@@ -269,6 +273,14 @@ impl Format {
             _ => None,
         }
     }
+}
+
+/// Writes the lines or packets of one format.
+trait Writer: Send {
+    /// What comes before the first record.
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>);
+    /// A record.
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>);
 }
 
 /// A target file for a transcript.

@@ -1,9 +1,9 @@
 //! Writes transcripts to files during a run. After [`Recorder::flush`] all records have left the process, so that a killed
 //! process leaves a complete transcript. An error of the disk ends the transcript, never the run.
 
-use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
+use super::{Format, Header, Record, TranscriptFile, Writer};
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing::error;
 use ts3100_driver::files::{self, PathError, cannot};
@@ -11,76 +11,35 @@ use ts3100_driver::files::{self, PathError, cannot};
 /// Largest transcript that is written, in bytes; it ends there.
 pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;
 
-/// What fails when a transcript cannot be begun.
-const BEGIN: &str = "write the transcript";
-
-/// Writes the lines or packets of one format.
-#[derive(Debug)]
-pub(super) enum Writer {
-    Text(text::Writer),
-    Json,
-    Pcapng(Box<pcapng::Writer>),
-}
-
-impl Writer {
-    /// `base` is the time of the first moment since 1970 in a capture.
-    pub(super) fn new(format: Format, base: Duration) -> Writer {
-        match format {
-            Format::Text => Writer::Text(text::Writer::default()),
-            Format::Json => Writer::Json,
-            Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
-        }
-    }
-
-    pub(super) fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
-        match self {
-            Writer::Text(writer) => writer.header(header, out),
-            Writer::Json => json::write_header(header, out),
-            Writer::Pcapng(writer) => writer.header(header, out),
-        }
-    }
-
-    pub(super) fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
-        match self {
-            Writer::Text(writer) => writer.record(record, out),
-            Writer::Json => json::write_record(record, out),
-            Writer::Pcapng(writer) => writer.record(record, out),
-        }
-    }
-}
-
 struct Output {
     path: PathBuf,
     file: Box<dyn Write + Send>,
-    writer: Writer,
+    writer: Box<dyn Writer>,
     /// Not written yet: what came since the last flush.
     unflushed: Vec<u8>,
     written: u64,
 }
 
 impl Output {
-    fn create(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
-        let writer = Writer::new(target.format, base);
-        let file = Box::new(files::create(&target.path)?);
-        Output::with_writer(target.path.clone(), file, writer, header)
-    }
-
-    fn with_writer(
-        path: PathBuf,
-        file: Box<dyn Write + Send>,
-        writer: Writer,
+    fn begin(
+        path: &Path,
+        file: io::Result<impl Write + Send + 'static>,
+        writer: Box<dyn Writer>,
         header: &Header,
-    ) -> io::Result<Output> {
-        let mut output = Output {
-            path,
-            file,
-            writer,
-            unflushed: Vec::new(),
-            written: 0,
-        };
-        output.writer.header(header, &mut output.unflushed);
-        output.flush()?;
-        Ok(output)
+    ) -> Result<Output, PathError> {
+        let begun = file.and_then(|file| {
+            let mut output = Output {
+                path: path.to_path_buf(),
+                file: Box::new(file),
+                writer,
+                unflushed: Vec::new(),
+                written: 0,
+            };
+            output.writer.header(header, &mut output.unflushed);
+            output.flush()?;
+            Ok(output)
+        });
+        begun.map_err(cannot("write the transcript", path))
     }
 
     fn record(&mut self, record: &Record) {
@@ -120,7 +79,8 @@ impl Recorder {
         base: Duration,
     ) -> Result<Recorder, PathError> {
         let begin = |target: &TranscriptFile| {
-            Output::create(target, header, base).map_err(cannot(BEGIN, &target.path))
+            let (path, writer) = (&target.path, target.format.writer(base));
+            Output::begin(path, files::create(path), writer, header)
         };
         let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
         Ok(Recorder { outputs })
@@ -131,10 +91,8 @@ impl Recorder {
     /// # Errors
     /// stdout cannot be written.
     pub fn on_stdout(header: &Header) -> Result<Recorder, PathError> {
-        let path = PathBuf::from("stdout");
-        let writer = Writer::Text(text::Writer::default());
-        let output = Output::with_writer(path.clone(), Box::new(io::stdout()), writer, header);
-        let output = output.map_err(cannot(BEGIN, &path))?;
+        let writer = Format::Text.writer(Duration::ZERO);
+        let output = Output::begin(Path::new("stdout"), Ok(io::stdout()), writer, header)?;
         Ok(Recorder {
             outputs: vec![output],
         })

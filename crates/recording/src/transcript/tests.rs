@@ -86,20 +86,19 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
     (sample_header(), records.collect())
 }
 
-fn as_text(header: &Header, records: &[Record]) -> String {
-    let (mut writer, mut out) = (text::Writer::default(), Vec::new());
+fn written(format: Format, header: &Header, records: &[Record]) -> String {
+    let (mut writer, mut out) = (format.writer(Duration::ZERO), Vec::new());
     writer.header(header, &mut out);
     records.iter().for_each(|record| writer.record(record, &mut out));
     String::from_utf8(out).unwrap()
 }
 
+fn as_text(header: &Header, records: &[Record]) -> String {
+    written(Format::Text, header, records)
+}
+
 fn as_json(header: &Header, records: &[Record]) -> String {
-    let mut out = Vec::new();
-    json::write_header(header, &mut out);
-    records
-        .iter()
-        .for_each(|record| json::write_record(record, &mut out));
-    String::from_utf8(out).unwrap()
+    written(Format::Json, header, records)
 }
 
 #[test]

@@ -23,7 +23,7 @@
 //! # remark
 //! ```
 
-use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side};
+use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side, Writer};
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_driver::pc_file::MAX_PC_FILE;
@@ -36,13 +36,13 @@ const MAX_PAUSE: u64 = 3_155_760_000_000_000;
 
 /// Writes a transcript line by line.
 #[derive(Debug, Clone, Default)]
-pub struct Writer {
+pub(super) struct TextWriter {
     last: Time,
 }
 
-impl Writer {
+impl Writer for TextWriter {
     /// The lines of the header.
-    pub fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
         let mut text = format!("origin: {}\nclauses: none\n", header.origin);
         if let Some(calendar) = header.calendar {
             text += &format!("calendar: {calendar}\n");
@@ -70,7 +70,7 @@ impl Writer {
     }
 
     /// The lines of a record.
-    pub fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let pause = record.at.since(self.last).as_micros();
         self.last = self.last.max(record.at);
         let mut text = match pause {
@@ -257,9 +257,9 @@ fn parse_action(words: &str) -> Result<RecordKind, LineError> {
 /// Another unit, no number, more than a hundred years.
 pub fn parse_duration(text: &str) -> Result<Duration, LineError> {
     let split = split_duration(text, &["us", "ms", "s"]);
-    let (number, micros) = split.ok_or_else(|| LineError::DurationUnit(text.to_owned()))?;
+    let (number, micros) = split.ok_or_else(|| LineError::expected("us, ms or s after @+", text))?;
     let count = number.parse::<u64>();
-    let count = count.map_err(|_| LineError::DurationNumber(number.to_owned()))?;
+    let count = count.map_err(|_| LineError::expected("a number after @+", number))?;
     let pause = count
         .checked_mul(micros.into())
         .filter(|pause| *pause <= MAX_PAUSE);

@@ -7,7 +7,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side};
+use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side, Writer};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -45,30 +45,16 @@ const IF_NAME: u16 = 2;
 const IF_DESCRIPTION: u16 = 3;
 const IF_TSRESOL: u16 = 9;
 const EPB_FLAGS: u16 = 2;
+const INBOUND: u32 = 1;
+const OUTBOUND: u32 = 2;
 /// Times are in microseconds.
 const MICROSECONDS: u8 = 6;
 /// Longest piece of a serial line in one packet.
 const MAX_SERIAL: usize = 65_535;
 
-/// Seen from the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Direction {
-    Inbound = 1,
-    Outbound = 2,
-}
-
-impl From<Side> for Direction {
-    fn from(sender: Side) -> Direction {
-        match sender {
-            Side::Host => Direction::Inbound,
-            Side::Robot => Direction::Outbound,
-        }
-    }
-}
-
 /// Writes a capture block by block.
 #[derive(Debug, Clone, Default)]
-pub struct Writer {
+pub(super) struct CaptureWriter {
     /// Added to all times.
     base: Duration,
     flows: BTreeMap<PeerId, Flow>,
@@ -78,17 +64,19 @@ pub struct Writer {
     frames: u16,
 }
 
-impl Writer {
+impl CaptureWriter {
     /// The time of the first moment of the transcript since 1970 is `base`; zero for virtual time.
-    pub fn new(base: Duration) -> Writer {
-        Writer {
+    pub(super) fn new(base: Duration) -> CaptureWriter {
+        CaptureWriter {
             base,
-            ..Writer::default()
+            ..CaptureWriter::default()
         }
     }
+}
 
+impl Writer for CaptureWriter {
     /// The blocks in front of the first packet.
-    pub fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
+    fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
         let mut section = Vec::new();
         section.extend(BYTE_ORDER.to_le_bytes());
         section.extend(1_u16.to_le_bytes());
@@ -119,7 +107,7 @@ impl Writer {
     }
 
     /// The packets of a record.
-    pub fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
+    fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let at = self.base + Duration::from_micros(record.at.as_micros());
         match &record.kind {
             RecordKind::Connected { line, peer } => self.connect(at, *line, peer, out),
@@ -128,7 +116,7 @@ impl Writer {
             RecordKind::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
             RecordKind::Action(action) => {
                 let words = action.to_string();
-                packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
+                packet(out, PANEL, at, words.as_bytes(), Side::Host, "");
             }
             RecordKind::Link(link) => {
                 // A capture is for reading; the state itself is in the other forms.
@@ -137,7 +125,7 @@ impl Writer {
                 } else {
                     link.to_string()
                 };
-                packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
+                packet(out, PANEL, at, words.as_bytes(), Side::Host, "");
                 if let Some(begins) = link.new_time() {
                     // Packets stay in the order of their times.
                     self.base = at.saturating_sub(Duration::from_micros(begins.as_micros()));
@@ -145,11 +133,13 @@ impl Writer {
             }
             RecordKind::Remark(words) => {
                 let words = format!("# {words}");
-                packet(out, PANEL, at, words.as_bytes(), Direction::Outbound, "");
+                packet(out, PANEL, at, words.as_bytes(), Side::Robot, "");
             }
         }
     }
+}
 
+impl CaptureWriter {
     /// The three steps of a connection.
     fn connect(&mut self, at: Duration, line: PeerId, peer: &str, out: &mut Vec<u8>) {
         if line.port.ethernet_index().is_none() {
@@ -183,7 +173,7 @@ impl Writer {
             }
         };
         for piece in bytes.chunks(MAX_SERIAL) {
-            packet(out, interface, at, piece, by.into(), "");
+            packet(out, interface, at, piece, by, "");
         }
     }
 
@@ -224,11 +214,11 @@ impl Writer {
         };
         let bytes = flow.frame(by, flags, data, self.frames);
         self.frames = self.frames.wrapping_add(1);
-        packet(out, ETHERNET, at, &bytes, by.into(), comment);
+        packet(out, ETHERNET, at, &bytes, by, comment);
     }
 }
 
-fn packet(out: &mut Vec<u8>, interface: u32, at: Duration, data: &[u8], direction: Direction, comment: &str) {
+fn packet(out: &mut Vec<u8>, interface: u32, at: Duration, data: &[u8], by: Side, comment: &str) {
     let micros = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
     let time = micros.to_le_bytes();
     // The upper half of the time stands first.
@@ -244,7 +234,12 @@ fn packet(out: &mut Vec<u8>, interface: u32, at: Duration, data: &[u8], directio
     if !comment.is_empty() {
         option(&mut body, OPT_COMMENT, comment.as_bytes());
     }
-    option(&mut body, EPB_FLAGS, &(direction as u32).to_le_bytes());
+    // Seen from the controller.
+    let direction = match by {
+        Side::Host => INBOUND,
+        Side::Robot => OUTBOUND,
+    };
+    option(&mut body, EPB_FLAGS, &direction.to_le_bytes());
     end_of_options(&mut body);
     block(out, ENHANCED_PACKET, &body);
 }

@@ -59,7 +59,7 @@ fn packet(body: &[u8]) -> Packet {
 }
 
 fn capture(base: Duration, header: &Header, records: &[Record]) -> Vec<u8> {
-    let (mut writer, mut out) = (Writer::new(base), Vec::new());
+    let (mut writer, mut out) = (CaptureWriter::new(base), Vec::new());
     writer.header(header, &mut out);
     records.iter().for_each(|record| writer.record(record, &mut out));
     out

@@ -1,5 +1,5 @@
 //! Makes the OpenAPI document: adds to the description of the calls what no handler knows: the refusals that all share,
-//! servers, security, examples.
+//! groups, servers, security, examples.
 //!
 //! The calls and their schemas come from `route_table`. The examples are a recorded session, `assets/examples.json`;
 //! a test replays it, and `tests/openapi.py` records it again. The result is `assets/openapi.json`, which the binary
@@ -9,7 +9,9 @@
 //! cargo test -p ts3100-control -- --ignored bless_openapi
 //! ```
 
-use super::problem::Problem;
+use crate::DEFAULT_PORT;
+use crate::problem::Problem;
+use crate::route_table::Call;
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use utoipa::openapi::example::ExampleBuilder;
@@ -19,10 +21,9 @@ use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement
 use utoipa::openapi::server::{Server, ServerBuilder, ServerVariableBuilder};
 use utoipa::openapi::{Components, Content, Info, License, OpenApi, Ref, RefOr, ResponseBuilder, Tag};
 use utoipa::{PartialSchema as _, ToSchema as _};
-use utoipa_axum::router::UtoipaMethodRouter;
 
 /// The recorded session.
-const EXAMPLES: &str = include_str!("../assets/examples.json");
+const EXAMPLES: &str = include_str!("../../assets/examples.json");
 const TITLE: &str = "TS3100 control interface";
 const DESCRIPTION: &str = "Do what a real controller won't let you: inspect and set any state, and control the clock.\n\n\
     A call is done when it returns, with everything that follows from it at once. Durations and moments are seconds \
@@ -31,6 +32,73 @@ const TOKEN_DESCRIPTION: &str = "The token of `--control-token`. Without one, ca
     the interface listens on the loopback only.";
 /// Name of the security scheme.
 const TOKEN: &str = "token";
+
+/// The groups of calls, by the resource that begins one: a resource without a row belongs to the group before it.
+const GROUPS: [(&str, &str); 21] = [
+    (
+        "robots",
+        "The robots of this process. Every other path also exists below `/robots/NAME`.",
+    ),
+    ("wires", "Wires between the robots of this process."),
+    ("state", "The whole state at one moment."),
+    (
+        "panel",
+        "Operating panel: key switch, control right, switches, START and STOP.",
+    ),
+    (
+        "breakpoints",
+        "Stop the selected program at a line, and run it step by step.",
+    ),
+    ("pendant", "What the teach pendant shows, and its keys."),
+    ("arm", "The arm: its model, posture, coordinate systems and path."),
+    (
+        "jog",
+        "Move the arm by hand, as with the keys of the teach pendant.",
+    ),
+    (
+        "alarms",
+        "Active alarms, the error history, and the table with text, cause and remedy.",
+    ),
+    (
+        "lines",
+        "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
+    ),
+    (
+        "variables",
+        "GLOBAL and DATA variables of the selected file, and its positions.",
+    ),
+    ("files", "Files on the RAM drive."),
+    (
+        "channels",
+        "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
+    ),
+    (
+        "parameters",
+        "The parameters in effect: USER.PAR and ETHERNET.PAR at the last power-on.",
+    ),
+    (
+        "clock",
+        "Virtual time: how it passes, advancing it, and waiting for a condition.",
+    ),
+    ("power", "Power off, on and cycle; reset between tests."),
+    (
+        "faults",
+        "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
+    ),
+    (
+        "snapshots",
+        "Save the whole state of the controller, and restore it.",
+    ),
+    ("events", "Live stream of everything that happens."),
+    (
+        "transcript",
+        "The traffic of all ports and every action at the controller.",
+    ),
+    (
+        "service",
+        "Monitoring of the emulator, and findings about its hosts.",
+    ),
+];
 
 /// A call of the session.
 #[derive(Debug, Deserialize)]
@@ -49,86 +117,64 @@ struct RecordedCall {
     response: Option<Value>,
 }
 
-/// What the resources say of their calls.
-pub struct DocumentParts {
-    paths: Paths,
-    schemas: Vec<(String, RefOr<Schema>)>,
-    tags: Vec<Tag>,
-}
-
-impl DocumentParts {
-    /// Empty.
-    pub fn new() -> DocumentParts {
-        DocumentParts {
-            paths: Paths::new(),
-            schemas: vec![(Problem::name().into_owned(), Problem::schema())],
-            tags: Vec::new(),
+/// The document of these calls.
+pub fn document(calls: Vec<Call>, needs_token: bool) -> OpenApi {
+    let mut components = Components::new();
+    let problem = (Problem::name().into_owned(), Problem::schema());
+    components.schemas.extend([problem]);
+    let mut paths = Paths::new();
+    let mut tags: Vec<Tag> = Vec::new();
+    for call in calls {
+        let is_other = tags.last().is_none_or(|tag| tag.name != call.resource);
+        let mut groups = GROUPS.iter().filter(|_| is_other);
+        if let Some((name, description)) = groups.find(|(name, _)| *name == call.resource) {
+            let mut tag = Tag::new(*name);
+            tag.description = Some((*description).to_owned());
+            tags.push(tag);
         }
-    }
-
-    /// The calls added from now on belong together.
-    pub fn group(&mut self, name: &str, description: &str) {
-        let mut tag = Tag::new(name);
-        tag.description = Some(description.to_owned());
-        self.tags.push(tag);
-    }
-
-    /// Adds the calls of one path.
-    pub fn add(&mut self, (schemas, mut paths, _): UtoipaMethodRouter) {
-        self.schemas.extend(schemas);
-        let tag = self.tags.last().map(|tag| vec![tag.name.clone()]);
-        for item in paths.paths.values_mut() {
+        let tag = tags.last().map(|tag| vec![tag.name.clone()]);
+        let (schemas, mut described, _) = call.described;
+        components.schemas.extend(schemas);
+        for item in described.paths.values_mut() {
             for (method, operation) in operations(item) {
                 operation.tags.clone_from(&tag);
                 add_error_responses(operation, method != "GET");
             }
         }
-        self.paths.merge(paths);
+        paths.merge(described);
     }
+    components
+        .schemas
+        .values_mut()
+        .for_each(forbid_additional_properties);
+    let scheme = HttpBuilder::new()
+        .scheme(HttpAuthScheme::Bearer)
+        .description(Some(TOKEN_DESCRIPTION))
+        .build();
+    components.add_security_scheme(TOKEN, SecurityScheme::Http(scheme));
 
-    /// The document.
-    pub fn build(self, needs_token: bool) -> OpenApi {
-        let DocumentParts {
-            mut paths,
-            schemas,
-            tags,
-        } = self;
-        let mut components = Components::new();
-        components.schemas.extend(schemas);
-        components
-            .schemas
-            .values_mut()
-            .for_each(forbid_additional_properties);
-        let scheme = HttpBuilder::new()
-            .scheme(HttpAuthScheme::Bearer)
-            .description(Some(TOKEN_DESCRIPTION))
-            .build();
-        components.add_security_scheme(TOKEN, SecurityScheme::Http(scheme));
-
-        // The file is part of the source and a test reads it: there is nothing to report to whoever asks for the document.
-        let examples: Vec<RecordedCall> = serde_json::from_str(EXAMPLES).unwrap_or_default();
-        for (path, item) in &mut paths.paths {
-            for (method, operation) in operations(item) {
-                let call = format!("{method} {path}");
-                describe_success(operation, &components);
-                for example in examples.iter().filter(|example| example.call == call) {
-                    add_example(operation, example);
-                }
+    let examples: Vec<RecordedCall> = serde_json::from_str(EXAMPLES).unwrap();
+    for (path, item) in &mut paths.paths {
+        for (method, operation) in operations(item) {
+            let call = format!("{method} {path}");
+            describe_success(operation, &components);
+            for example in examples.iter().filter(|example| example.call == call) {
+                add_example(operation, example);
             }
         }
-
-        let mut info = Info::new(TITLE, env!("CARGO_PKG_VERSION"));
-        info.description = Some(DESCRIPTION.to_owned());
-        let mut license = License::new("MIT OR Apache-2.0");
-        license.identifier = Some("MIT OR Apache-2.0".to_owned());
-        info.license = Some(license);
-        let mut document = OpenApi::new(info, paths);
-        document.components = Some(components);
-        document.tags = Some(tags);
-        document.servers = Some(servers());
-        document.security = Some(security(needs_token));
-        document
     }
+
+    let mut info = Info::new(TITLE, env!("CARGO_PKG_VERSION"));
+    info.description = Some(DESCRIPTION.to_owned());
+    let mut license = License::new("MIT OR Apache-2.0");
+    license.identifier = Some("MIT OR Apache-2.0".to_owned());
+    info.license = Some(license);
+    let mut document = OpenApi::new(info, paths);
+    document.components = Some(components);
+    document.tags = Some(tags);
+    document.servers = Some(servers());
+    document.security = Some(security(needs_token));
+    document
 }
 
 /// The calls of a path with their methods.
@@ -151,7 +197,7 @@ fn servers() -> Vec<Server> {
         .description(Some("The emulator that served this document"))
         .build();
     let default = ServerBuilder::new()
-        .url(format!("http://127.0.0.1:{}", super::DEFAULT_PORT))
+        .url(format!("http://127.0.0.1:{}", DEFAULT_PORT))
         .description(Some("The default of ts3100 serve"))
         .build();
     let name = ServerVariableBuilder::new()

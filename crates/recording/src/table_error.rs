@@ -1,0 +1,13 @@
+//! What is wrong in a TOML file that people write, and where: scenarios and fault files are read by hand, so that their
+//! messages say what was expected.
+
+use std::ops::Range;
+
+/// Something wrong at a place of the text.
+pub(crate) struct TableError(pub(crate) Range<usize>, pub(crate) String);
+
+/// The line of a place of the text, from 1.
+pub(crate) fn line_of(text: &str, at: usize) -> usize {
+    let before = text.as_bytes().get(..at).unwrap_or(text.as_bytes());
+    1 + before.iter().filter(|byte| **byte == b'\n').count()
+}
