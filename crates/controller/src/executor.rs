@@ -25,10 +25,10 @@ pub use task::{Task, TaskState, TaskView};
 
 use crate::arm::Arm;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program};
 use ts3100_proto::status::ExecutionStatus;
 

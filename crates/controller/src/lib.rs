@@ -56,6 +56,7 @@ mod parameters;
 pub mod pendant_pages;
 mod persistence;
 pub mod port;
+mod prelude;
 pub mod queries;
 mod robot;
 #[cfg(feature = "serde")]

@@ -5,7 +5,7 @@
 
 use crate::limits;
 use crate::panel::{ControlRight, KeySwitch};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::time::Duration;
 use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;

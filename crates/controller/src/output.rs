@@ -5,8 +5,8 @@
 use crate::action::error::ActionError;
 use crate::findings::finding::Finding;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;

@@ -5,8 +5,8 @@
 
 use crate::limits::SERVO_ONS;
 use crate::output::Event;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};

@@ -6,8 +6,7 @@
 use crate::drive::{Drive, DriveError};
 use crate::network::NetworkConfig;
 use crate::port::Port;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use thiserror::Error;
 use ts3100_proto::name::NameError;
 use ts3100_proto::parameter::{

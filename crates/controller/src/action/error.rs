@@ -1,6 +1,6 @@
 //! Why an action had no effect. The control interface makes a problem document of it, scenarios a line of their report.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::fmt::Display;
 use thiserror::Error;
 

@@ -12,9 +12,9 @@ use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::Output;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
 

@@ -4,8 +4,8 @@
 use crate::findings::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use ts3100_proto::file::{FlReceiver, FlSender, Received};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;

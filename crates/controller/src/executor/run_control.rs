@@ -7,8 +7,8 @@ use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
 use crate::io::line_names::dout;
 use crate::output::Event;
+use crate::prelude::*;
 use crate::robot::{Robot, RunNotice};
-use alloc::string::String;
 use ts3100_proto::status::AlarmLevel;
 
 impl Robot {

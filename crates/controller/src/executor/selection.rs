@@ -2,11 +2,10 @@
 
 use crate::executor::{Executor, Standstill, TaskState};
 use crate::output::Event;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::string::{String, ToString};
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use scol_mini::{
     AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
 };

@@ -7,12 +7,11 @@ use super::step::{Step, alarm_of};
 use crate::alarm::AlarmCode;
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::prelude::*;
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
-use alloc::boxed::Box;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use core::fmt::Display;
 use core::time::Duration;
 use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};

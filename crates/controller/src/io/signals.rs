@@ -3,9 +3,9 @@
 //! Lines have the numbers of the manual's SF tables. A line can be forced to a state, outputs can be pulsed, and inputs
 //! can be scheduled to change. What a line means to the controller (RUN, STOP, ACK ...) is in `system_signals`.
 
+use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::vec::Vec;
 use ts3100_proto::status::io::{LineWords, WORDS};
 use ts3100_proto::words::Word;
 

@@ -8,7 +8,7 @@ use super::pose::Transform;
 use super::profile::{Ability, PathState, Profile, Rates};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
-use alloc::boxed::Box;
+use crate::prelude::*;
 use core::time::Duration;
 use libm::ceil;
 

@@ -95,8 +95,8 @@ impl Robot {
 
 #[cfg(test)]
 mod tests {
+    use crate::prelude::*;
     use crate::{Config, Controller, Dialect, Input, Port, Time};
-    use alloc::vec::Vec;
 
     #[test]
     fn time_is_not_jumped_over_while_a_host_has_promised_to_be_heard() {

@@ -3,9 +3,8 @@
 use crate::alarm;
 use crate::drive::DriveError;
 use crate::parameters::{ETHERNET_PAR, ParameterError, USER_PAR};
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::{Edition, EthernetParameters, ParameterProblem, UserParameters, rewrite};
 

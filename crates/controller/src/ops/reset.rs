@@ -5,8 +5,8 @@ use crate::SelectError;
 use crate::executor::Standstill;
 use crate::findings::rules;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::ToString;
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 

@@ -3,10 +3,9 @@
 use super::{CommandContext, Outcome};
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::status::eu::{ErrorEntry, encode_history};
@@ -152,7 +151,7 @@ impl Robot {
 
 /// A record whose checksum is the sum of the package version's characters and the name's: it tells two
 /// versions of the emulator apart, as the real one tells two versions of the software.
-fn version(name: alloc::string::String) -> VersionRecord {
+fn version(name: String) -> VersionRecord {
     let text = name.bytes().chain(env!("CARGO_PKG_VERSION").bytes());
     let checksum = text.fold(0u16, |sum, byte| sum.rotate_left(3).wrapping_add(u16::from(byte)));
     VersionRecord {

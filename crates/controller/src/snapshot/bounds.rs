@@ -15,11 +15,10 @@ use crate::limits::{
 use crate::options::Config;
 use crate::panel::KeySwitch;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;
 use alloc::collections::BTreeSet;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 use core::time::Duration;

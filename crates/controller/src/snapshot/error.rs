@@ -1,6 +1,6 @@
 //! Why a snapshot cannot be restored, and the check that says so.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use scol_mini::RestoreError;
 use thiserror::Error;
 

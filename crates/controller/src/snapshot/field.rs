@@ -4,9 +4,8 @@
 //! The modules are for `serde(with = ...)`.
 
 use crate::alarm::AlarmCode;
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use ts3100_proto::command::COMMANDS;

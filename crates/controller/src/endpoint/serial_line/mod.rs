@@ -8,9 +8,8 @@ mod clock;
 pub mod direction;
 pub mod uart;
 
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use core::fmt;
 use direction::Direction;
 use ts3100_proto::parameter::{Parity, SerialSettings};

@@ -3,7 +3,7 @@
 //!
 //! With equal settings every character arrives as sent. `direction` adds the time.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// What is wrong with a character as received.

@@ -3,7 +3,7 @@
 use super::{KEEP, distance, down, planned, point, posture, seconds, teaching, top_speed};
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Limits, Motion, Target, Transform};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::time::Duration;
 
 const NO_TOOL: Transform = Transform::IDENTITY;
