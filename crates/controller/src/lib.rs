@@ -87,7 +87,6 @@ pub use io::signals;
 pub use network::{ChannelConfig, NetworkConfig};
 pub use options::{Config, ControllerType, Dialect, Options};
 pub use output::{Event, Output, Verdict};
-pub use parameters::ParameterError;
 pub use port::Port;
 #[cfg(feature = "serde")]
 pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHeader};

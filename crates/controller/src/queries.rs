@@ -15,7 +15,6 @@ use crate::network::NetworkConfig;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::panel::PanelState;
-use crate::parameters::ParameterError;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
@@ -336,20 +335,5 @@ impl Controller {
     /// The current position file of the SCARA edition (S28); no command is known that asks for it.
     pub fn current_position(&self) -> CurrentPosition {
         self.robot.current_position()
-    }
-
-    /// Changes one value of a parameter file, comments and order kept. It acts after a power cycle
-    /// (PAR-FILE-03). An empty `key` is the first value of the section.
-    ///
-    /// # Errors
-    /// See [`ParameterError`].
-    pub fn set_parameter(
-        &mut self,
-        file: &str,
-        section: &str,
-        key: &str,
-        value: &str,
-    ) -> Result<(), ParameterError> {
-        self.robot.set_parameter(file, section, key, value)
     }
 }
