@@ -1,6 +1,6 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Executor, Standstill, TaskState};
+use crate::executor::{Executor, TaskState};
 use crate::output::Event;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -210,9 +210,7 @@ impl Robot {
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;
         self.executor.breakpoints.clear();
-        self.executor.main = None;
-        self.executor.drop_tasks();
-        self.executor.operation.stand(Standstill::FirstStep);
+        self.executor.rewind(self.now);
         self.outputs.event(Event::Selected(None));
     }
 }

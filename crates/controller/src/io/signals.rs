@@ -95,6 +95,20 @@ impl Signals {
         ranges.any(|(first, last)| (first..=last).contains(&line))
     }
 
+    /// Switches all of these user outputs, or none. `Err` gives one that a program or IW may not set.
+    pub(crate) fn set_user_outputs(
+        &mut self,
+        states: impl Iterator<Item = (u16, bool)> + Clone,
+    ) -> Result<(), u16> {
+        if let Some((other, _)) = states.clone().find(|(line, _)| !Signals::is_user_output(*line)) {
+            return Err(other);
+        }
+        for (line, on) in states {
+            self.set_output(line, on);
+        }
+        Ok(())
+    }
+
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.
     pub fn drive_input(&mut self, line: u16, on: bool) -> bool {
         let exists = Signals::exists(line);

@@ -75,12 +75,11 @@ impl Robot {
 
     /// Sets a user output as IW does.
     pub(crate) fn set_user_output(&mut self, line: u16, on: bool) -> Result<(), ActionError> {
-        if !Signals::is_user_output(line) {
+        let set = self.signals.set_user_outputs([(line, on)].into_iter());
+        set.map_err(|line| {
             let sentence = format!("cannot set output {line}: user outputs are 1-64, 101-164 and 201-208");
-            return Err(ActionError::missing("output", sentence));
-        }
-        self.signals.set_output(line, on);
-        Ok(())
+            ActionError::missing("output", sentence)
+        })
     }
 
     pub(crate) fn pulse_line(

@@ -64,14 +64,10 @@ impl Robot {
 
     /// HO: outputs from one number.
     pub(super) fn op_write_outputs(&mut self, first: u16, count: u8, value: u32) -> Outcome {
-        let lines = lines(first, count);
-        if let Some(line) = lines.clone().find(|line| !Signals::is_user_output(*line)) {
-            return no_such_line(line);
-        }
-        for (bit, line) in lines.enumerate() {
-            self.signals.set_output(line, value >> bit & 1 == 1);
-        }
-        Outcome::Ok
+        let lines = lines(first, count).enumerate();
+        let states = lines.map(|(bit, line)| (line, value >> bit & 1 == 1));
+        let set = self.signals.set_user_outputs(states);
+        set.map_or_else(no_such_line, |()| Outcome::Ok)
     }
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.

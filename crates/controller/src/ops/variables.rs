@@ -94,10 +94,14 @@ impl Robot {
         let kind = kind.ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
         self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
-        let changed = if write.restore {
-            Some(self.rewritten(&write.variable, &value, room)?)
-        } else {
-            None
+        // The file is on the drive before the value counts (CMD-MW-02).
+        let changed = match self.executor.selected().filter(|_| write.restore) {
+            Some(selected) => {
+                let source = selected.rewritten(&write.variable, &value)?;
+                let program = self.stored(&source, room)?;
+                Some((source, program))
+            }
+            None => None,
         };
         self.executor.set_global(&write.variable, value)?;
         if let Some((source, program)) = changed {
@@ -126,19 +130,6 @@ impl Robot {
         let program = self.stored(&source, None)?;
         self.take_rewritten(source, program);
         Ok(())
-    }
-
-    /// The file with the value restored into it, and its program (CMD-MW-02); the file is on the drive then.
-    fn rewritten(
-        &mut self,
-        variable: &VariableName,
-        value: &Value,
-        room: Option<usize>,
-    ) -> Result<(String, Arc<scol_mini::Program>), VariableError> {
-        let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
-        let source = selected.rewritten(variable, value)?;
-        let program = self.stored(&source, room)?;
-        Ok((source, program))
     }
 
     /// Stores the selected file with new initial values on the drive; its program.
