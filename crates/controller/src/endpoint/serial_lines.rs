@@ -6,7 +6,7 @@
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
 use crate::endpoint::serial_line::uart::{Character, CharacterError};
-use crate::endpoint::serial_line::{HostEnd, SerialLine};
+use crate::endpoint::serial_line::{HostEnd, SerialLine, describe};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
@@ -237,7 +237,7 @@ impl Endpoints {
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
-            crate::endpoint::serial_line::SettingsText(own)
+            describe(own)
         );
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {
