@@ -3,6 +3,7 @@
 //!
 //! What a change does to the arm and the program is in `ops::panel`.
 
+use crate::alarm::{self, AlarmCode};
 use crate::limits::SERVO_ONS;
 use crate::output::Event;
 use crate::prelude::*;
@@ -303,6 +304,15 @@ impl Panel {
 
     pub(crate) fn state(&self) -> &PanelState {
         &self.state
+    }
+
+    /// What raises an alarm when it begins and when the power comes on: whether it lasts, and the alarm.
+    pub(crate) fn alarm_causes(&self) -> [(bool, AlarmCode); 3] {
+        [
+            (self.state.emergency_stop, alarm::EMERGENCY_STOP),
+            (self.state.safety_open, alarm::SAFETY_STOP),
+            (self.state.battery_low, alarm::BATTERY),
+        ]
     }
 
     /// Power off: what is turned or pressed by hand stays, and the operation mode.

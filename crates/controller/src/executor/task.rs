@@ -179,11 +179,11 @@ impl Task {
 
     /// The next cycle: to the label `RCYCLE`, or to step 1.
     pub(super) fn begin_cycle(&mut self) {
-        if !self.go_to_rcycle() {
+        if !self.machine.go_to_rcycle() {
             self.machine.restart();
-            self.enter(TaskState::Ready);
-            self.handler = None;
         }
+        self.enter(TaskState::Ready);
+        self.handler = None;
     }
 
     /// To the label `RCYCLE`; false (and nothing done) without one.

@@ -8,7 +8,7 @@ use crate::arm::ArmPose;
 use crate::io::line_names::din;
 use crate::io::signals::Signals;
 use crate::motion::Pose;
-use crate::ops::status::NOISE;
+use crate::ops::status::quiet;
 use crate::prelude::*;
 use crate::robot::Robot;
 use core::time::Duration;
@@ -84,7 +84,7 @@ impl Robot {
                 (coordinates(&pose, &pose.work), Some(config))
             }
         };
-        Outcome::file(encode_position(&quiet(values), config))
+        position(values.into_iter(), config)
     }
 
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
@@ -92,18 +92,16 @@ impl Robot {
         let conditions = self.executor.memory().conditions();
         let (early, late) = (self.now, self.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
-        let (before, after) = (self.arm.pose(early, conditions), self.arm.pose(late, conditions));
-        let (before, after) = if which == 0 {
-            (before.joints.to_vec(), after.joints.to_vec())
-        } else {
-            (
-                coordinates(&before, &before.world),
-                coordinates(&after, &after.world),
-            )
+        let place = |at| {
+            let pose = self.arm.pose(at, conditions);
+            match which {
+                0 => pose.joints.to_vec(),
+                _ => coordinates(&pose, &pose.world),
+            }
         };
+        let (before, after) = (place(early), place(late));
         let speed = |(before, after): (&f64, &f64)| (after - before) / seconds;
-        let values: Vec<f64> = before.iter().zip(&after).map(speed).collect();
-        Outcome::file(encode_position(&quiet(values), None))
+        position(before.iter().zip(&after).map(speed), None)
     }
 
     /// ZS: the work coordinate or the tool, by name and values.
@@ -127,6 +125,11 @@ impl Robot {
         }
         Outcome::Ok
     }
+}
+
+/// FL with values of the arm.
+fn position(values: impl Iterator<Item = f64>, config: Option<i64>) -> Outcome {
+    Outcome::file(encode_position(&values.map(quiet).collect::<Vec<_>>(), config))
 }
 
 /// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
@@ -156,10 +159,4 @@ pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome
         at: alarm.at,
     });
     Outcome::file(encode_alarms(&records.collect::<Vec<_>>()))
-}
-
-/// Without the rounding noise of the kinematics, which would print as `-0.000`.
-fn quiet(values: Vec<f64>) -> Vec<f64> {
-    let quiet = |value: f64| if value.abs() < NOISE { 0.0 } else { value };
-    values.into_iter().map(quiet).collect()
 }

@@ -162,7 +162,12 @@ fn version(name: String) -> VersionRecord {
 }
 
 /// Below this, in mm or degrees, a coordinate is rounding noise of the kinematics and shown as zero.
-pub(super) const NOISE: f64 = 1e-9;
+const NOISE: f64 = 1e-9;
+
+/// A coordinate without that noise, which would be printed as `-0.000`.
+pub(super) fn quiet(value: f64) -> f64 {
+    if value.abs() < NOISE { 0.0 } else { value }
+}
 
 /// SF has the first sixteen words of each direction; reserved ones of the six-axis edition are 0 as nothing drives
 /// their lines.
@@ -172,5 +177,5 @@ fn sf_words(words: [u16; WORDS]) -> [u16; 16] {
 
 /// SF carries single floats.
 fn single(values: [f64; 8]) -> [f32; 8] {
-    values.map(|value| if value.abs() < NOISE { 0.0 } else { value as f32 })
+    values.map(|value| quiet(value) as f32)
 }
