@@ -3,7 +3,7 @@
 //! A row says a value and its code once. The enum, the list of its values and the ways to the code and back are derived
 //! from the rows.
 
-/// Derives an enum with codes from its rows:
+/// Derives an enum with codes, or with words, from its rows:
 ///
 /// ```text
 /// /// Documentation of the enum.
@@ -16,6 +16,7 @@
 /// /// Documentation of the function from code to value, if there is one.
 /// fn from_code;
 /// ```
+#[macro_export]
 macro_rules! codes {
     (
         $(#[$attribute:meta])*
