@@ -5,7 +5,6 @@
 use core::fmt;
 use scol_mini::Channel;
 use ts3100_proto::permission::ProtocolPort;
-use ts3100_proto::words::Word;
 
 ts3100_proto::codes! {
     /// A communication port.
@@ -31,6 +30,7 @@ ts3100_proto::codes! {
     }
     /// The manual's name of the port.
     fn name -> &'static str;
+    impl Word;
 }
 
 impl Port {
@@ -72,14 +72,6 @@ impl Port {
             Port::Ip3 => Some(3),
             Port::Host | Port::Com1 => None,
         }
-    }
-}
-
-impl Word for Port {
-    const ALL: &'static [Port] = &Port::ALL;
-
-    fn word(self) -> &'static str {
-        self.name()
     }
 }
 

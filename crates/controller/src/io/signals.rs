@@ -7,7 +7,6 @@ use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use ts3100_proto::status::io::{LineWords, WORDS};
-use ts3100_proto::words::Word;
 
 /// Ranges of line numbers: first, last, and index of the first word in IO (SF-25 to SF-38, ste80722 S27).
 ///
@@ -24,25 +23,19 @@ const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
 const RESET_OUTPUTS: (u16, u16) = (1, 24);
 
-/// Which way a line leads, seen from the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum IoKind {
-    /// Din.
-    Input,
-    /// Dout.
-    Output,
-}
-
-impl Word for IoKind {
-    const ALL: &'static [IoKind] = &[IoKind::Input, IoKind::Output];
-
-    fn word(self) -> &'static str {
-        match self {
-            IoKind::Input => "input",
-            IoKind::Output => "output",
-        }
+ts3100_proto::codes! {
+    /// Which way a line leads, seen from the controller.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum IoKind {
+        /// Din.
+        Input = "input",
+        /// Dout.
+        Output = "output",
     }
+    /// Its word.
+    fn as_str -> &'static str;
+    impl Word;
 }
 
 /// State of all digital lines.
