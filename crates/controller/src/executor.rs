@@ -319,13 +319,12 @@ impl Executor {
     pub(crate) fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
         let mut place = Standstill::InsideStep;
         for id in self.order() {
-            let Some(mut task) = self.take_task(id) else {
-                continue;
-            };
-            if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
-                place = Standstill::BetweenSteps;
+            if let Some(mut task) = self.take_task(id) {
+                if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
+                    place = Standstill::BetweenSteps;
+                }
+                self.put_task(task);
             }
-            self.put_task(task);
         }
         place
     }

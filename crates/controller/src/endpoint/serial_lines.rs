@@ -93,15 +93,13 @@ impl Endpoints {
         self.receive_from_lines(robot);
         let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let Some((own, line)) = self.line(robot, port) else {
-                continue;
-            };
-            if !line.outbound.is_busy() {
-                continue;
+            if let Some((own, line)) = self.line(robot, port)
+                && line.outbound.is_busy()
+            {
+                let far = line.host_settings(own).unwrap_or(own);
+                let read = line.outbound.take(now, far);
+                send_read(robot, port, read.into_iter().map(|arrival| arrival.character));
             }
-            let far = line.host_settings(own).unwrap_or(own);
-            let read = line.outbound.take(now, far);
-            send_read(robot, port, read.into_iter().map(|arrival| arrival.character));
         }
     }
 
@@ -290,16 +288,11 @@ impl Endpoints {
 
     /// Says so once when bytes go over a line whose two ends do not agree.
     fn compare_settings(&mut self, robot: &mut Robot, port: Port, own: SerialSettings) {
-        let Some(line) = self.lines.get_mut(&port) else {
-            return;
-        };
-        let HostEnd::Modelled(host) = line.host else {
-            return;
-        };
-        if line.reported_mismatch == Some(host) {
-            return;
-        }
-        if let Some(message) = host.difference(port.name(), own) {
+        if let Some(line) = self.lines.get_mut(&port)
+            && let HostEnd::Modelled(host) = line.host
+            && line.reported_mismatch != Some(host)
+            && let Some(message) = host.difference(port.name(), own)
+        {
             line.reported_mismatch = Some(host);
             robot.report(&rules::LINE_SETTINGS, port, &[], message);
         }

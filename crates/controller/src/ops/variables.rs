@@ -56,27 +56,8 @@ impl Robot {
     fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, VariableError> {
         self.executor.selected().ok_or(VariableError::NoFile)?;
         let value = self.executor.global(variable)?;
-        self.check_kind(variable, kind, value.kind())?;
+        check_kind(variable, kind, value.kind())?;
         Ok(value)
-    }
-
-    /// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
-    fn check_kind(
-        &self,
-        variable: &VariableName,
-        kind: VariableKind,
-        found: ValueKind,
-    ) -> Result<(), VariableError> {
-        let Some(asked) = kind_of(kind) else { return Ok(()) };
-        if asked != found {
-            let name = variable.name.clone();
-            return Err(VariableError::Kind { name, found, asked });
-        }
-        if kind.is_array() == variable.subscripts.is_empty() {
-            let (code, name) = (kind.code(), variable.name.clone());
-            return Err(VariableError::Subscripts { code, name });
-        }
-        Ok(())
     }
 
     /// MW (CMD-MW-01 to CMD-MW-06).
@@ -92,7 +73,7 @@ impl Robot {
         let info = info.ok_or_else(|| VariableError::Unknown(name.clone()))?;
         let kind = kind_of(write.kind).or(info.kind);
         let kind = kind.ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
-        self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
+        check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
         // The file is on the drive before the value counts (CMD-MW-02).
         let changed = match self.executor.selected().filter(|_| write.restore) {
@@ -166,6 +147,20 @@ impl Robot {
             content: source.into_bytes().into(),
         });
     }
+}
+
+/// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
+fn check_kind(variable: &VariableName, kind: VariableKind, found: ValueKind) -> Result<(), VariableError> {
+    let Some(asked) = kind_of(kind) else { return Ok(()) };
+    if asked != found {
+        let name = variable.name.clone();
+        return Err(VariableError::Kind { name, found, asked });
+    }
+    if kind.is_array() == variable.subscripts.is_empty() {
+        let (code, name) = (kind.code(), variable.name.clone());
+        return Err(VariableError::Subscripts { code, name });
+    }
+    Ok(())
 }
 
 fn kind_of(kind: VariableKind) -> Option<ValueKind> {

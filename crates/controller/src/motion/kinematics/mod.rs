@@ -65,10 +65,8 @@ impl ArmModel {
                 return Err(Unreachable::NotFitted { axis, value });
             }
         }
-        for (index, limits) in self.axes.iter().enumerate() {
-            let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
-                continue;
-            };
+        let axes = self.axes.iter().zip(&mut joints).zip(near);
+        for (index, ((limits, joint), near)) in axes.enumerate() {
             let class = match (&self.kind, index) {
                 (ArmKind::SixAxis(_), 3) => Some((config[3], wanted[3])),
                 (ArmKind::SixAxis(_), 5) => Some((config[4], wanted[4])),
