@@ -4,6 +4,9 @@ use crate::prelude::*;
 use core::fmt::Display;
 use thiserror::Error;
 
+/// Whether an action had its effect.
+pub(crate) type ActionResult = Result<(), ActionError>;
+
 /// Why an action had no effect.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{sentence}")]

@@ -6,6 +6,7 @@
 use super::Endpoints;
 use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
+use crate::action::error::ActionResult;
 use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
 use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
@@ -170,7 +171,7 @@ impl Endpoints {
     ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> Result<(), ActionError> {
+    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> ActionResult {
         match action {
             FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());

@@ -9,7 +9,7 @@ use crate::prelude::*;
 use crate::robot::Robot;
 use alloc::sync::Arc;
 use bytes::Bytes;
-use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
+use scol_mini::{AccessError, Arm, Payload, Position, Program, Trans, Value, ValueKind};
 use thiserror::Error;
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::name::VariableName;
@@ -44,6 +44,8 @@ pub(crate) enum VariableError {
     Drive(#[from] DriveError),
 }
 
+type VariableResult<T> = Result<T, VariableError>;
+
 impl Robot {
     /// MR (CMD-MR-01 to CMD-MR-06, MR-01 to MR-05).
     pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
@@ -53,7 +55,7 @@ impl Robot {
         }
     }
 
-    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, VariableError> {
+    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> VariableResult<Value> {
         self.executor.selected().ok_or(VariableError::NoFile)?;
         let value = self.executor.global(variable)?;
         check_kind(variable, kind, value.kind())?;
@@ -65,7 +67,7 @@ impl Robot {
         &mut self,
         write: &VariableWrite,
         room: Option<usize>,
-    ) -> Result<(), VariableError> {
+    ) -> VariableResult<()> {
         let arm = self.arm.kind();
         let name = &write.variable.name;
         self.executor.selected().ok_or(VariableError::NoFile)?;
@@ -105,7 +107,7 @@ impl Robot {
         }
     }
 
-    fn restored(&mut self, names: &[String]) -> Result<(), VariableError> {
+    fn restored(&mut self, names: &[String]) -> VariableResult<()> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         let source = selected.restored(names)?;
         let program = self.stored(&source, None)?;
@@ -114,11 +116,7 @@ impl Robot {
     }
 
     /// Stores the selected file with new initial values on the drive; its program.
-    fn stored(
-        &mut self,
-        source: &str,
-        room: Option<usize>,
-    ) -> Result<Arc<scol_mini::Program>, VariableError> {
+    fn stored(&mut self, source: &str, room: Option<usize>) -> VariableResult<Arc<Program>> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         if selected.is_stale() {
             return Err(VariableError::Stale);
@@ -139,7 +137,7 @@ impl Robot {
     }
 
     /// What runs goes on in the rewritten file, and the edge keeps it.
-    fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
+    fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let name = self.executor.file().to_string();
         self.executor.take_rewritten(source.clone(), program);
         self.outputs.push(Output::Stored {
@@ -150,7 +148,7 @@ impl Robot {
 }
 
 /// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
-fn check_kind(variable: &VariableName, kind: VariableKind, found: ValueKind) -> Result<(), VariableError> {
+fn check_kind(variable: &VariableName, kind: VariableKind, found: ValueKind) -> VariableResult<()> {
     let Some(asked) = kind_of(kind) else { return Ok(()) };
     if asked != found {
         let name = variable.name.clone();
@@ -192,7 +190,7 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 }
 
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
-fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, VariableError> {
+fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     let wrong = |expected| VariableError::Value {

@@ -43,13 +43,11 @@ impl SnapshotError {
     }
 }
 
+/// Whether something of a snapshot can occur.
+pub(crate) type CheckResult = Result<(), SnapshotError>;
+
 /// Fails unless `holds`, with the place, what could stand there, and what does.
-pub(crate) fn check(
-    holds: bool,
-    place: &str,
-    expected: &str,
-    found: impl ToString,
-) -> Result<(), SnapshotError> {
+pub(crate) fn check(holds: bool, place: &str, expected: &str, found: impl ToString) -> CheckResult {
     if holds {
         return Ok(());
     }

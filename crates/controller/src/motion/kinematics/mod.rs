@@ -28,6 +28,9 @@ const ELBOW_ROUNDING: f64 = 1e-12;
 /// Highest configuration digit (DATA-04).
 const MAX_DIGIT: u8 = 2;
 
+/// The joints of a place, or why there are none.
+type PostureResult = Result<Joints, Unreachable>;
+
 impl ArmModel {
     /// Pose of the flange and configuration digits of a posture.
     ///
@@ -46,16 +49,11 @@ impl ArmModel {
     ///
     /// # Errors
     /// [`Unreachable`] names the axis and its limit, the reach, or the value that does not fit the arm.
-    pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> Result<Joints, Unreachable> {
+    pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> PostureResult {
         self.inverse_of(&(pose.transform(), pose.uv), config, near)
     }
 
-    pub(crate) fn inverse_of(
-        &self,
-        flange: &Place,
-        config: [u8; 5],
-        near: &Joints,
-    ) -> Result<Joints, Unreachable> {
+    pub(crate) fn inverse_of(&self, flange: &Place, config: [u8; 5], near: &Joints) -> PostureResult {
         let wanted = self.resolved(config, near)?;
         let mut joints = solve(&self.kind, flange, wanted, near)?;
         for (axis, joint) in (1..).zip(&mut joints).skip(self.axes.len()) {
@@ -141,12 +139,7 @@ pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
 
 /// The posture of the shoulder, elbow and wrist in `digits`, every turning axis on the turn next to `near`,
 /// limits aside: for points of a path, where the axes go on from where they are.
-pub(crate) fn follow(
-    kind: &ArmKind,
-    flange: &Place,
-    digits: [u8; 5],
-    near: &Joints,
-) -> Result<Joints, Unreachable> {
+pub(crate) fn follow(kind: &ArmKind, flange: &Place, digits: [u8; 5], near: &Joints) -> PostureResult {
     let mut joints = solve(kind, flange, digits, near)?;
     for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {
         if !is_linear(kind, index) {
@@ -181,12 +174,7 @@ pub(crate) fn is_linear(kind: &ArmKind, index: usize) -> bool {
     }
 }
 
-fn solve(
-    kind: &ArmKind,
-    (flange, uv): &Place,
-    digits: [u8; 5],
-    near: &Joints,
-) -> Result<Joints, Unreachable> {
+fn solve(kind: &ArmKind, (flange, uv): &Place, digits: [u8; 5], near: &Joints) -> PostureResult {
     let place = flange.origin.iter().chain(flange.rotation.iter().flatten());
     if place.chain(uv).any(|value| !value.is_finite()) {
         return Err(Unreachable::NotFinite);
