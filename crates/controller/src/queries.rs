@@ -242,11 +242,6 @@ impl Controller {
         self.robot.outputs.trace(on);
     }
 
-    /// Whether texts have a checksum.
-    pub fn checksum(&self) -> ts3100_proto::text::Checksum {
-        self.robot.config.options.text.checksum
-    }
-
     /// The files of the RAM drive in alphabetical order, each with its content without EOF.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.robot.drive.files()
