@@ -152,16 +152,10 @@ pub(crate) fn follow(kind: &ArmKind, flange: &Place, digits: [u8; 5], near: &Joi
 /// Longest distance in mm between an axis and the flange.
 pub(crate) fn reach(kind: &ArmKind) -> f64 {
     match kind {
-        ArmKind::SixAxis(g) => [
-            g.shoulder_offset,
-            g.upper_arm,
-            g.elbow_offset,
-            g.forearm,
-            g.flange,
-        ]
-        .iter()
-        .map(|link| link.abs())
-        .sum(),
+        ArmKind::SixAxis(g) => {
+            let upper = g.shoulder_offset.abs() + g.upper_arm.abs();
+            upper + g.elbow_offset.abs() + g.forearm.abs() + g.flange.abs()
+        }
         ArmKind::Scara(g) => g.first_arm.abs() + g.second_arm.abs(),
     }
 }
