@@ -39,7 +39,9 @@ fuzz_target!(|data: &[u8]| {
     let mut robot = Robot::new(true);
     for name in ["ETHERNET.PAR", "USER.PAR"] {
         let _ = robot.cell.controller.put_file(name, content);
-        let _ = robot.cell.controller.set_parameter(name, section, &key, &value);
+        if let Ok(changed) = rewrite(content, section, &key, &value) {
+            let _ = robot.cell.controller.put_file(name, &changed);
+        }
     }
     let stored = |name: &str| {
         let mut files = robot.cell.controller.files();

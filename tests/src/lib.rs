@@ -152,6 +152,16 @@ impl Robot {
         self.feed(Input::Panel(panel));
     }
 
+    /// A value of USER.PAR is changed on the drive; it acts after a power cycle.
+    ///
+    /// # Panics
+    /// The file has no such value.
+    pub fn set_parameter(&mut self, section: &str, key: &str, value: &str) {
+        let content = self.cell.controller.drive().get("USER.PAR").unwrap();
+        let changed = ts3100_proto::parameter::rewrite(content, section, key, value).unwrap();
+        self.cell.controller.put_file("USER.PAR", &changed).unwrap();
+    }
+
     /// Bytes come in on a port, as one segment.
     pub fn raw(&mut self, port: Port, bytes: &[u8]) {
         self.feed(Input::received(port, bytes.to_vec()));

@@ -9,8 +9,7 @@ pub use self::error::{ActionError, ActionErrorKind};
 use crate::faults::FaultAction;
 pub use crate::io::signals::IoKind;
 use crate::panel::PanelAction;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::time::Duration;
 use ts3100_proto::command::Number;
 

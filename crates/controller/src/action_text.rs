@@ -7,12 +7,11 @@
 use crate::action::{Action, IoKind};
 use crate::faults::{Fault, FaultAction, FaultError};
 use crate::input::{ControlRight, JogMode, KeySwitch, PanelAction};
+use crate::prelude::*;
 use crate::text_form::{single_word, split};
 use crate::time::parse_duration;
 use alloc::borrow::Cow;
-use alloc::boxed::Box;
-use alloc::string::{FromUtf8Error, String, ToString};
-use alloc::vec::Vec;
+use alloc::string::FromUtf8Error;
 use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::{Number, RunMode};
@@ -428,8 +427,6 @@ fn fault_action(rest: &str) -> ParseResult<FaultAction> {
 mod tests {
     use super::*;
     use alloc::borrow::ToOwned;
-    use alloc::vec::Vec;
-
     use core::time::Duration;
 
     #[test]

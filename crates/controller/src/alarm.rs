@@ -5,9 +5,8 @@
 //! decision D6.
 
 use crate::limits::{MAX_ALARMS, MAX_HISTORY};
+use crate::prelude::*;
 use alloc::collections::VecDeque;
-use alloc::string::String;
-use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::sf::alarm_word;

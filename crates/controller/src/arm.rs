@@ -8,12 +8,10 @@ mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
+use crate::prelude::*;
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
-use alloc::boxed::Box;
-use alloc::string::String;
-use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position};
 

@@ -5,8 +5,8 @@
 use crate::options::Config;
 use crate::output::{Event, Verdict};
 use crate::port::Port;
+use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::vec::Vec;
 use ts3100_proto::permission::{EXTENSION_ROWS, Permission, ROWS};
 use ts3100_proto::status::MasterMode;
 

@@ -9,8 +9,7 @@ use crate::controller::Controller;
 use crate::input::Input;
 use crate::output::{Event, Output};
 use crate::port::Port;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::status::ExecutionStatus;
 
 /// Something that may happen.

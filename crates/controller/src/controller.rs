@@ -10,11 +10,9 @@ use crate::input::Input;
 use crate::options::Config;
 use crate::output::Output;
 use crate::persistence::PendingChange;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::boxed::Box;
-use alloc::string::String;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::name::FileName;
 

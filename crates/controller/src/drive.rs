@@ -5,9 +5,8 @@
 //! restart (see `persistence`).
 
 use crate::limits::{MAX_FILE, MAX_FILES};
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::error_text;
 use ts3100_proto::file::{FileError, FileRule, check_file};

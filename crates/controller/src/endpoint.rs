@@ -20,11 +20,11 @@ use crate::endpoint::session::Session;
 use crate::faults::Faults;
 use crate::options::Config;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use ts3100_proto::text::TextOptions;
 
 /// The ports with their peers.

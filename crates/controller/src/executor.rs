@@ -25,10 +25,10 @@ pub use task::{Task, TaskState, TaskView};
 
 use crate::arm::Arm;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program};
 use ts3100_proto::status::ExecutionStatus;
 
@@ -319,13 +319,12 @@ impl Executor {
     pub(crate) fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
         let mut place = Standstill::InsideStep;
         for id in self.order() {
-            let Some(mut task) = self.take_task(id) else {
-                continue;
-            };
-            if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
-                place = Standstill::BetweenSteps;
+            if let Some(mut task) = self.take_task(id) {
+                if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
+                    place = Standstill::BetweenSteps;
+                }
+                self.put_task(task);
             }
-            self.put_task(task);
         }
         place
     }

@@ -8,8 +8,7 @@ use crate::endpoint::serial_line::HostEnd;
 use crate::faults::FaultAction;
 pub use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
 use crate::port::Port;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use bytes::Bytes;
 
 /// One thing that happened outside.

@@ -110,12 +110,6 @@ fn per_axis(effort: &Effort, slides: bool) -> [PerAxis; 5] {
         *axis = 0.0;
     }
     let (torque, peak) = (first(effort.torque), first(effort.peak));
-    let load = |square: f64| {
-        if effort.seconds > 0.0 {
-            sqrt(square / effort.seconds)
-        } else {
-            0.0
-        }
-    };
-    [rotation, movement, torque, peak, first(effort.square).map(load)]
+    let load = first(effort.mean(effort.square)).map(sqrt);
+    [rotation, movement, torque, peak, load]
 }

@@ -12,8 +12,7 @@ mod check;
 
 pub use check::ModelError;
 
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Values an SF coordinate block has room for (SF-42).
 pub const AXES: usize = 8;

@@ -5,7 +5,7 @@
 
 use crate::limits;
 use crate::panel::{ControlRight, KeySwitch};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::time::Duration;
 use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;
@@ -306,29 +306,24 @@ impl Options {
     }
 }
 
-/// Which controller it is: only the TS3100 has an INTERNAL position on its key switch (GEN-05; of the TSL3000E assumed).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum ControllerType {
-    /// TS3100.
-    #[default]
-    Ts3100,
-    /// TSL3100.
-    Tsl3100,
-    /// TSL3000E, of whose interface manual two pages are known (S40, S41): it presets `servo.interval`.
-    Tsl3000e,
+ts3100_proto::codes! {
+    /// Which controller it is: only the TS3100 has an INTERNAL position on its key switch (GEN-05; of the TSL3000E assumed).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum ControllerType {
+        /// TS3100.
+        #[default]
+        Ts3100 = "TS3100",
+        /// TSL3100.
+        Tsl3100 = "TSL3100",
+        /// TSL3000E, of whose interface manual two pages are known (S40, S41): it presets `servo.interval`.
+        Tsl3000e = "TSL3000E",
+    }
+    /// Its name, as VR tells it.
+    fn name -> &'static str;
 }
 
 impl ControllerType {
-    /// Its name, as VR tells it.
-    pub const fn name(self) -> &'static str {
-        match self {
-            ControllerType::Ts3100 => "TS3100",
-            ControllerType::Tsl3100 => "TSL3100",
-            ControllerType::Tsl3000e => "TSL3000E",
-        }
-    }
-
     /// Whether its key switch has the position INTERNAL.
     pub const fn has_internal(self) -> bool {
         matches!(self, ControllerType::Ts3100)

@@ -5,8 +5,8 @@
 use crate::action::error::ActionError;
 use crate::findings::finding::Finding;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;
@@ -75,15 +75,19 @@ pub enum DisconnectMode {
     Close,
 }
 
-/// How a command was answered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Verdict {
-    /// OK or FL.
-    Served,
-    /// NG: the permission table does not have it valid in this mode, or not while the robot runs.
-    NotValid,
-    /// NG for another reason.
-    Refused,
+ts3100_proto::codes! {
+    /// How a command was answered.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Verdict {
+        /// OK or FL.
+        Served = "served",
+        /// NG: the permission table does not have it valid in this mode, or not while the robot runs.
+        NotValid = "not-valid",
+        /// NG for another reason.
+        Refused = "refused",
+    }
+    /// Its word in events and metrics.
+    fn as_str -> &'static str;
 }
 
 /// What happened inside, for logs, transcripts and findings.
@@ -215,20 +219,6 @@ impl Output {
             | Output::PowerCycled
             | Output::PowerOff
             | Output::Pendant(_) => None,
-        }
-    }
-}
-
-impl Verdict {
-    /// All of them.
-    pub const ALL: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
-
-    /// Its word in events and metrics.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Verdict::Served => "served",
-            Verdict::NotValid => "not-valid",
-            Verdict::Refused => "refused",
         }
     }
 }

@@ -3,14 +3,14 @@
 //!
 //! What a change does to the arm and the program is in `ops::panel`.
 
+use crate::alarm::{self, AlarmCode};
 use crate::limits::SERVO_ONS;
 use crate::output::Event;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
-use ts3100_proto::words::Word;
 
 /// Something done at the controller itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,54 +66,40 @@ pub enum PanelAction {
     PowerCycle,
 }
 
-/// Position of the key switch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum KeySwitch {
-    /// Teaching (test run).
-    Teaching,
-    /// Internal automatic operation; the TS3100 only (GEN-05).
-    Internal,
-    /// External automatic operation.
-    #[default]
-    Ext,
-}
-
-/// Who commands the robot in EXT mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum ControlRight {
-    /// The external operation signals.
-    Sig,
-    /// The serial port HOST.
-    Rs232c,
-    /// The Ethernet channel IP0.
-    #[default]
-    Ether,
-}
-
-impl Word for KeySwitch {
-    const ALL: &'static [KeySwitch] = &[KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext];
-
-    fn word(self) -> &'static str {
-        match self {
-            KeySwitch::Teaching => "teaching",
-            KeySwitch::Internal => "internal",
-            KeySwitch::Ext => "ext",
-        }
+ts3100_proto::codes! {
+    /// Position of the key switch.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum KeySwitch {
+        /// Teaching (test run).
+        Teaching = "teaching",
+        /// Internal automatic operation; the TS3100 only (GEN-05).
+        Internal = "internal",
+        /// External automatic operation.
+        #[default]
+        Ext = "ext",
     }
+    /// Its word.
+    fn as_str -> &'static str;
+    impl Word;
 }
 
-impl Word for ControlRight {
-    const ALL: &'static [ControlRight] = &[ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
-
-    fn word(self) -> &'static str {
-        match self {
-            ControlRight::Sig => "sig",
-            ControlRight::Rs232c => "rs232c",
-            ControlRight::Ether => "ether",
-        }
+ts3100_proto::codes! {
+    /// Who commands the robot in EXT mode.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum ControlRight {
+        /// The external operation signals.
+        Sig = "sig",
+        /// The serial port HOST.
+        Rs232c = "rs232c",
+        /// The Ethernet channel IP0.
+        #[default]
+        Ether = "ether",
     }
+    /// Its word.
+    fn as_str -> &'static str;
+    impl Word;
 }
 
 /// Settings for jogging, as SF shows them (SF-14 to SF-16).
@@ -303,6 +289,15 @@ impl Panel {
 
     pub(crate) fn state(&self) -> &PanelState {
         &self.state
+    }
+
+    /// What raises an alarm when it begins and when the power comes on: whether it lasts, and the alarm.
+    pub(crate) fn alarm_causes(&self) -> [(bool, AlarmCode); 3] {
+        [
+            (self.state.emergency_stop, alarm::EMERGENCY_STOP),
+            (self.state.safety_open, alarm::SAFETY_STOP),
+            (self.state.battery_low, alarm::BATTERY),
+        ]
     }
 
     /// Power off: what is turned or pressed by hand stays, and the operation mode.

@@ -6,8 +6,7 @@
 use crate::Controller;
 use crate::network::ChannelConfig;
 use crate::port::Port;
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::parameter::OpenMode;
 
 /// Version of the Ethernet unit's firmware as shown; ours.

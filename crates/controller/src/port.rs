@@ -5,49 +5,39 @@
 use core::fmt;
 use scol_mini::Channel;
 use ts3100_proto::permission::ProtocolPort;
-use ts3100_proto::words::Word;
 
-/// A communication port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(
-    feature = "serde",
-    derive(Serialize, Deserialize),
-    serde(rename_all = "UPPERCASE")
-)]
-pub enum Port {
-    /// Serial port HOST: simple protocol.
-    Host,
-    /// Serial port COM1: SCOL PRINT and INPUT.
-    Com1,
-    /// Ethernet channel IP0: simple protocol.
-    Ip0,
-    /// Ethernet channel IP1: SCOL PRINT and INPUT.
-    Ip1,
-    /// Ethernet channel IP2: SCOL PRINT and INPUT.
-    Ip2,
-    /// Ethernet channel IP3: a dedicated protocol of which nothing is known; bytes are discarded (GEN-04).
-    Ip3,
+ts3100_proto::codes! {
+    /// A communication port.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    #[cfg_attr(
+        feature = "serde",
+        derive(Serialize, Deserialize),
+        serde(rename_all = "UPPERCASE")
+    )]
+    pub enum Port {
+        /// Serial port HOST: simple protocol.
+        Host = "HOST",
+        /// Serial port COM1: SCOL PRINT and INPUT.
+        Com1 = "COM1",
+        /// Ethernet channel IP0: simple protocol.
+        Ip0 = "IP0",
+        /// Ethernet channel IP1: SCOL PRINT and INPUT.
+        Ip1 = "IP1",
+        /// Ethernet channel IP2: SCOL PRINT and INPUT.
+        Ip2 = "IP2",
+        /// Ethernet channel IP3: a dedicated protocol of which nothing is known; bytes are discarded (GEN-04).
+        Ip3 = "IP3",
+    }
+    /// The manual's name of the port.
+    fn name -> &'static str;
+    impl Word;
 }
 
 impl Port {
-    /// All six ports.
-    pub const ALL: [Port; 6] = [Port::Host, Port::Com1, Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
     /// The Ethernet channels in the order of ETHERNET.PAR.
     pub const ETHERNET: [Port; 4] = [Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
     /// The serial ports.
     pub const SERIAL: [Port; 2] = [Port::Host, Port::Com1];
-
-    /// The manual's name of the port.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Port::Host => "HOST",
-            Port::Com1 => "COM1",
-            Port::Ip0 => "IP0",
-            Port::Ip1 => "IP1",
-            Port::Ip2 => "IP2",
-            Port::Ip3 => "IP3",
-        }
-    }
 
     /// The permission table of a port that speaks the simple protocol.
     pub const fn protocol(self) -> Option<ProtocolPort> {
@@ -82,14 +72,6 @@ impl Port {
             Port::Ip3 => Some(3),
             Port::Host | Port::Com1 => None,
         }
-    }
-}
-
-impl Word for Port {
-    const ALL: &'static [Port] = &Port::ALL;
-
-    fn word(self) -> &'static str {
-        self.name()
     }
 }
 

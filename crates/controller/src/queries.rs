@@ -15,11 +15,9 @@ use crate::network::NetworkConfig;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::panel::PanelState;
-use crate::parameters::ParameterError;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
-use alloc::vec::Vec;
 use scol_mini::{Channel, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
@@ -244,11 +242,6 @@ impl Controller {
         self.robot.outputs.trace(on);
     }
 
-    /// Whether texts have a checksum.
-    pub fn checksum(&self) -> ts3100_proto::text::Checksum {
-        self.robot.config.options.text.checksum
-    }
-
     /// The files of the RAM drive in alphabetical order, each with its content without EOF.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.robot.drive.files()
@@ -337,20 +330,5 @@ impl Controller {
     /// The current position file of the SCARA edition (S28); no command is known that asks for it.
     pub fn current_position(&self) -> CurrentPosition {
         self.robot.current_position()
-    }
-
-    /// Changes one value of a parameter file, comments and order kept. It acts after a power cycle
-    /// (PAR-FILE-03). An empty `key` is the first value of the section.
-    ///
-    /// # Errors
-    /// See [`ParameterError`].
-    pub fn set_parameter(
-        &mut self,
-        file: &str,
-        section: &str,
-        key: &str,
-        value: &str,
-    ) -> Result<(), ParameterError> {
-        self.robot.set_parameter(file, section, key, value)
     }
 }

@@ -3,9 +3,8 @@
 //! Statements are reported only after [`Controller::trace`](crate::Controller::trace). The emulator writes the reports.
 
 use crate::output::{Event, Output};
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 
 /// Contents of files that are told apart: a host that downloads a new program for each cycle makes many. Beyond
 /// that the oldest are forgotten.

@@ -1,6 +1,6 @@
 //! How the text forms of actions (`action_text`) and conditions (`condition_text`) are cut into words.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use ts3100_proto::words::UnexpectedWord;
 
 /// The first word, and what follows it.

@@ -9,8 +9,7 @@ use crate::limits::{
     MAX_SEND, MAX_VARIED_BLANKS, MAX_VARIED_GAP_MS, MAX_VARIED_PIECES, MAX_VARIED_REPLY_MS, MAX_VARIED_SP_MS,
     MIN_VARIED_TEXT,
 };
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::status::ca::DirectoryEntry;

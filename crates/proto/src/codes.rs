@@ -3,7 +3,7 @@
 //! A row says a value and its code once. The enum, the list of its values and the ways to the code and back are derived
 //! from the rows.
 
-/// Derives an enum with codes from its rows:
+/// Derives an enum with codes, or with words, from its rows:
 ///
 /// ```text
 /// /// Documentation of the enum.
@@ -15,7 +15,11 @@
 /// fn code -> u8;
 /// /// Documentation of the function from code to value, if there is one.
 /// fn from_code;
+/// impl Word;
 /// ```
+///
+/// The last line is for an enum whose codes are its words, see [`Word`](crate::words::Word).
+#[macro_export]
 macro_rules! codes {
     (
         $(#[$attribute:meta])*
@@ -25,6 +29,7 @@ macro_rules! codes {
         $(#[$to_doc:meta])*
         fn $to:ident -> $type:ty;
         $( $(#[$from_doc:meta])* fn $from:ident; )?
+        $( impl $word:ident; )?
     ) => {
         $(#[$attribute])*
         pub enum $name {
@@ -50,6 +55,16 @@ macro_rules! codes {
                 }
             )?
         }
+
+        $(
+            impl $crate::words::$word for $name {
+                const ALL: &'static [$name] = &$name::ALL;
+
+                fn word(self) -> &'static str {
+                    self.$to()
+                }
+            }
+        )?
     };
 }
 

@@ -1,8 +1,11 @@
 //! Why an action had no effect. The control interface makes a problem document of it, scenarios a line of their report.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use core::fmt::Display;
 use ts3100_proto::error_text;
+
+/// Whether an action had its effect.
+pub(crate) type ActionResult = Result<(), ActionError>;
 
 /// Why an action had no effect.
 #[derive(Debug, Clone, PartialEq, Eq)]

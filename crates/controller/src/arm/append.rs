@@ -4,8 +4,8 @@
 
 use super::{Arm, SpeedLimits, destination_work, transform};
 use crate::motion::MotionError;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::boxed::Box;
 
 impl Arm {
     /// Appends a motion to the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was

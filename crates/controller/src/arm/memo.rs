@@ -6,8 +6,8 @@
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Effort, Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 

@@ -4,8 +4,8 @@
 //! `crate::executor::scol_inputs` passes the answers to the program.
 
 use super::{Arm, Frames};
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::Position;
 

@@ -53,13 +53,7 @@ impl Arm {
     /// motion.
     pub fn torques(&self, now: Time) -> Joints {
         let effort = self.effort_between(now, now + TORQUE_SPAN);
-        effort.torque.map(|torque| {
-            if effort.seconds > 0.0 {
-                torque / effort.seconds
-            } else {
-                0.0
-            }
-        })
+        effort.mean(effort.torque)
     }
 
     /// Counts what the motion under way has done until then. Call it before the motion changes.

@@ -14,8 +14,8 @@ use crate::output::{Event, Output};
 use crate::panel::PanelAction;
 use crate::persistence::PendingChange;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::{String, ToString};
 use ts3100_proto::words::Word as _;
 
 impl Endpoints {

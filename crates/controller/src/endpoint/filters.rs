@@ -6,15 +6,15 @@
 use super::Endpoints;
 use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
+use crate::action::error::ActionResult;
 use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
 use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
 use crate::limits::MAX_FAULTS;
 use crate::output::Event;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::file::FlSender;
@@ -171,7 +171,7 @@ impl Endpoints {
     ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> Result<(), ActionError> {
+    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> ActionResult {
         match action {
             FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());

@@ -124,7 +124,7 @@ impl SendQueue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::vec::Vec;
+    use crate::prelude::*;
 
     fn bytes(text: &[u8]) -> Departure {
         Departure::Bytes(Bytes::copy_from_slice(text))

@@ -6,15 +6,15 @@
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
 use crate::endpoint::serial_line::uart::{Character, CharacterError};
-use crate::endpoint::serial_line::{HostEnd, SerialLine};
+use crate::endpoint::serial_line::{HostEnd, SerialLine, describe};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::Output;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
 
@@ -93,15 +93,13 @@ impl Endpoints {
         self.receive_from_lines(robot);
         let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let Some((own, line)) = self.line(robot, port) else {
-                continue;
-            };
-            if !line.outbound.is_busy() {
-                continue;
+            if let Some((own, line)) = self.line(robot, port)
+                && line.outbound.is_busy()
+            {
+                let far = line.host_settings(own).unwrap_or(own);
+                let read = line.outbound.take(now, far);
+                send_read(robot, port, read.into_iter().map(|arrival| arrival.character));
             }
-            let far = line.host_settings(own).unwrap_or(own);
-            let read = line.outbound.take(now, far);
-            send_read(robot, port, read.into_iter().map(|arrival| arrival.character));
         }
     }
 
@@ -237,7 +235,7 @@ impl Endpoints {
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
-            crate::endpoint::serial_line::SettingsText(own)
+            describe(own)
         );
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {
@@ -290,16 +288,11 @@ impl Endpoints {
 
     /// Says so once when bytes go over a line whose two ends do not agree.
     fn compare_settings(&mut self, robot: &mut Robot, port: Port, own: SerialSettings) {
-        let Some(line) = self.lines.get_mut(&port) else {
-            return;
-        };
-        let HostEnd::Modelled(host) = line.host else {
-            return;
-        };
-        if line.reported_mismatch == Some(host) {
-            return;
-        }
-        if let Some(message) = host.difference(port.name(), own) {
+        if let Some(line) = self.lines.get_mut(&port)
+            && let HostEnd::Modelled(host) = line.host
+            && line.reported_mismatch != Some(host)
+            && let Some(message) = host.difference(port.name(), own)
+        {
             line.reported_mismatch = Some(host);
             robot.report(&rules::LINE_SETTINGS, port, &[], message);
         }

@@ -4,8 +4,8 @@
 use crate::findings::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::String;
 use ts3100_proto::file::{FlReceiver, FlSender, Received};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;
@@ -70,7 +70,10 @@ pub struct Session {
     #[cfg_attr(feature = "serde", serde(default))]
     pub never_told_of_stops: bool,
     /// Letters of the command that is served or was served last; empty before the first.
-    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::letters"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::snapshot::field::letters")
+    )]
     pub asked: Letters,
     /// FL texts of its exchange that have passed, in either direction.
     pub block: u32,

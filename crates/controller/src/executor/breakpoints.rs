@@ -6,8 +6,8 @@
 
 use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::limits::MAX_BREAKPOINTS;
+use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use alloc::vec::Vec;
 
 /// Up to where the program runs once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,10 +5,9 @@
 use super::{Executor, Task};
 use crate::endpoint::Endpoints;
 use crate::executor::step::Step;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use scol_mini::{Diagnostic, Machine, compile_direct};
 use ts3100_proto::status::sm::MAX_ENDED;
 

@@ -3,8 +3,8 @@
 
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
+use crate::prelude::*;
 use crate::snapshot::error::{SnapshotError, check};
-use alloc::string::String;
 use alloc::sync::Arc;
 use scol_mini::{Diagnostic, MAX_TASKS, Program, compile_direct};
 use ts3100_proto::name::FileName;

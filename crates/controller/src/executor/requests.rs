@@ -9,17 +9,15 @@ use crate::executor::step::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
-use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
-use alloc::string::String;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
 use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
@@ -274,14 +272,10 @@ impl Robot {
     }
 
     fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        let mut outputs = switches.iter().map(|(output, _)| *output);
-        if let Some(other) = outputs.find(|output| !Signals::is_user_output(*output)) {
-            return task.give_up(alarm::OUT_OF_RANGE, no_output(other));
+        match self.signals.set_user_outputs(switches.iter().copied()) {
+            Ok(()) => self.executor.done(task),
+            Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
         }
-        for &(output, on) in switches {
-            self.signals.set_output(output, on);
-        }
-        self.executor.done(task)
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.

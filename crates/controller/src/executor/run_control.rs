@@ -3,12 +3,12 @@
 //! Panel, commands and system signals call this module. The state itself is in `run_state`; hosts learn of a stop from
 //! `endpoint::notices`.
 
-use crate::alarm::{self, Alarm, AlarmCode};
+use crate::alarm::{Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
 use crate::io::line_names::dout;
 use crate::output::Event;
+use crate::prelude::*;
 use crate::robot::{Robot, RunNotice};
-use alloc::string::String;
 use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
@@ -95,12 +95,9 @@ impl Robot {
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        let state = self.panel.state();
-        let causes = [
-            (state.emergency_stop, alarm::EMERGENCY_STOP),
-            (state.safety_open, alarm::SAFETY_STOP),
-        ];
-        let persists = |code: &AlarmCode| causes.contains(&(true, *code));
+        // A low battery is told once.
+        let [stop, fence, _] = self.panel.alarm_causes();
+        let persists = |code: &AlarmCode| [stop, fence].contains(&(true, *code));
         if self.alarms.reset(persists) {
             self.outputs.event(Event::AlarmsReset);
         }

@@ -8,8 +8,8 @@ use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::step::{Step, alarm_of};
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::boxed::Box;
 use scol_mini::{MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 

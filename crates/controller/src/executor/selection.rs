@@ -1,12 +1,11 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Executor, Standstill, TaskState};
+use crate::executor::{Executor, TaskState};
 use crate::output::Event;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::string::{String, ToString};
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use scol_mini::{
     AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
 };
@@ -215,9 +214,7 @@ impl Robot {
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;
         self.executor.breakpoints.clear();
-        self.executor.main = None;
-        self.executor.drop_tasks();
-        self.executor.operation.stand(Standstill::FirstStep);
+        self.executor.rewind(self.now);
         self.outputs.event(Event::Selected(None));
     }
 }

@@ -1,8 +1,7 @@
 //! What becomes of a task when it is carried forward by one statement, or one slice of statements.
 
 use crate::alarm::{self, AlarmCode};
-use alloc::string::String;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use scol_mini::FaultKind;
 
 /// How far a task came.

@@ -7,12 +7,11 @@ use super::step::{Step, alarm_of};
 use crate::alarm::AlarmCode;
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::prelude::*;
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
-use alloc::boxed::Box;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use core::fmt::Display;
 use core::time::Duration;
 use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};
@@ -180,11 +179,11 @@ impl Task {
 
     /// The next cycle: to the label `RCYCLE`, or to step 1.
     pub(super) fn begin_cycle(&mut self) {
-        if !self.go_to_rcycle() {
+        if !self.machine.go_to_rcycle() {
             self.machine.restart();
-            self.enter(TaskState::Ready);
-            self.handler = None;
         }
+        self.enter(TaskState::Ready);
+        self.handler = None;
     }
 
     /// To the label `RCYCLE`; false (and nothing done) without one.

@@ -1,6 +1,6 @@
 //! Why a fault was rejected: its specification is wrong, or it can never fire.
 
-use alloc::string::String;
+use crate::prelude::*;
 use ts3100_proto::error_text;
 
 /// Why a fault was rejected.

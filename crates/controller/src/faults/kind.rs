@@ -9,43 +9,32 @@ use crate::endpoint::send_queue::Segment;
 use crate::faults::error::FaultError;
 use crate::input::PanelAction;
 use crate::port::Port;
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use core::fmt;
 use core::time::Duration;
 use ts3100_proto::escape::Escaped;
 
-/// Where a fault can be injected.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InjectionPoint {
-    /// A command, or an FL text of a download, was received whole on HOST or IP0 and is about to be served.
-    Command,
-    /// A text is about to be sent on HOST or IP0.
-    Reply,
-    /// The output of PRINT is about to be sent on COM1, IP1 or IP2.
-    Print,
-    /// Bytes were received, on any port.
-    Bytes,
-    /// Characters were received on a serial line.
-    Character,
-    /// A record for INPUT begins on COM1, IP1 or IP2.
-    Record,
-}
-
-impl InjectionPoint {
-    /// The phrase for lists and messages.
-    pub const fn description(self) -> &'static str {
-        match self {
-            InjectionPoint::Command => "an incoming command or FL text",
-            InjectionPoint::Reply => "an outgoing text",
-            InjectionPoint::Print => "what PRINT sends",
-            InjectionPoint::Bytes => "incoming bytes",
-            InjectionPoint::Character => "a character received on a serial line",
-            InjectionPoint::Record => "a record for INPUT",
-        }
+ts3100_proto::codes! {
+    /// Where a fault can be injected.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum InjectionPoint {
+        /// A command, or an FL text of a download, was received whole on HOST or IP0 and is about to be served.
+        Command = "an incoming command or FL text",
+        /// A text is about to be sent on HOST or IP0.
+        Reply = "an outgoing text",
+        /// The output of PRINT is about to be sent on COM1, IP1 or IP2.
+        Print = "what PRINT sends",
+        /// Bytes were received, on any port.
+        Bytes = "incoming bytes",
+        /// Characters were received on a serial line.
+        Character = "a character received on a serial line",
+        /// A record for INPUT begins on COM1, IP1 or IP2.
+        Record = "a record for INPUT",
     }
+    /// The phrase for lists and messages.
+    fn description -> &'static str;
 }
 
 /// Type of a parameter, with its bounds.

@@ -30,12 +30,11 @@ pub use spec::MAX_COUNT;
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
+use crate::prelude::*;
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::string::String;
-use alloc::vec::Vec;
 use kind::{Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
 
@@ -74,7 +73,7 @@ pub struct Fault {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FaultAction {
     /// Arms a fault.
-    Arm(alloc::boxed::Box<Fault>),
+    Arm(Box<Fault>),
     /// Disarms the fault of this number; it stays in the report.
     Disarm(u32),
     /// Disarms every fault and empties the report.

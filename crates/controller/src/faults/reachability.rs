@@ -7,8 +7,7 @@ use super::kind::{InjectionPoint, ParameterType, ParameterValue};
 use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::{Answer, COMMANDS, Number};
 use ts3100_proto::name::MAX_FILE_NAME;
@@ -40,23 +39,19 @@ impl InjectionPoint {
 
     /// Whether a site at this point can match the filter.
     fn can_match(self, filter: &FaultFilter) -> bool {
-        let last_block = match (self, filter.command.as_deref()) {
+        let command = filter.command.as_deref();
+        let last_block = match self {
+            InjectionPoint::Command if matches!(command, Some("DL") | None) => u32::MAX,
+            InjectionPoint::Command => 0,
+            InjectionPoint::Reply => command.map_or(u32::MAX, max_texts),
             // Received bytes have no command letters yet; the data of PRINT and INPUT never has.
-            (
-                InjectionPoint::Print
-                | InjectionPoint::Record
-                | InjectionPoint::Bytes
-                | InjectionPoint::Character,
-                command,
-            ) => {
-                if command.is_some() {
-                    return false;
-                }
-                0
-            }
-            (InjectionPoint::Command, Some("DL") | None) | (InjectionPoint::Reply, None) => u32::MAX,
-            (InjectionPoint::Command, Some(_)) => 0,
-            (InjectionPoint::Reply, Some(command)) => max_texts(command),
+            InjectionPoint::Print
+            | InjectionPoint::Record
+            | InjectionPoint::Bytes
+            | InjectionPoint::Character => match command {
+                Some(_) => return false,
+                None => 0,
+            },
         };
         filter.channel.is_none_or(|port| self.is_on(port))
             && filter.block.is_none_or(|block| block <= last_block)

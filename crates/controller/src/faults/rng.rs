@@ -57,7 +57,7 @@ impl Rng {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::vec::Vec;
+    use crate::prelude::*;
 
     #[test]
     fn a_seed_and_purpose_give_their_own_sequence() {

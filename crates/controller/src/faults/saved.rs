@@ -1,7 +1,7 @@
 //! A fault in a snapshot: its number, and its specification as `--fault` takes it.
 
 use super::{Fault, spec};
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 

@@ -5,8 +5,6 @@ use super::*;
 use crate::output::{DisconnectMode, Output};
 use crate::panel::PanelAction;
 use crate::{Config, Controller, Dialect, HostEnd, Input};
-use alloc::boxed::Box;
-use alloc::string::ToString;
 use bytes::Bytes;
 use core::time::Duration;
 

@@ -1,7 +1,7 @@
 //! What the checks remember of a host between texts.
 
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::vec::Vec;
 use core::time::Duration;
 
 /// What the checks remember of a host between texts.

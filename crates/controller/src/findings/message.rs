@@ -1,6 +1,6 @@
 //! What a finding says: words, or what becomes words when somebody reads it.
 
-use alloc::string::String;
+use crate::prelude::*;
 use alloc::sync::Arc;
 use core::fmt;
 use core::time::Duration;

@@ -16,7 +16,7 @@ pub use message::{MAX_MESSAGE, Message};
 pub use rules::{RULES, Rule, Severity};
 
 use crate::output::Event;
-use alloc::vec::Vec;
+use crate::prelude::*;
 
 /// Findings kept of one rule; further ones are only counted.
 pub const MAX_PER_RULE: usize = 10;

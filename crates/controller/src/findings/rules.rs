@@ -4,29 +4,19 @@
 //! This file says what each rule is. `checks`, and the places in the crate that see the bytes, decide when one is
 //! broken. docs/reference/findings.md lists the rules for users.
 
-/// How serious the violation of a rule is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Severity {
-    /// It worked here; another controller, or a strict reading of the manual, may reject it.
-    Note,
-    /// The manual advises against it, or the robot answered NG for a reason the host could have known.
-    Warning,
-    /// Data was lost, a text or command was invalid, or an exchange was abandoned.
-    Error,
-}
-
-impl Severity {
-    /// All severities, the mildest first.
-    pub const ALL: [Severity; 3] = [Severity::Note, Severity::Warning, Severity::Error];
-
-    /// `note`, `warning` or `error`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Severity::Note => "note",
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        }
+ts3100_proto::codes! {
+    /// How serious the violation of a rule is.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum Severity {
+        /// It worked here; another controller, or a strict reading of the manual, may reject it.
+        Note = "note",
+        /// The manual advises against it, or the robot answered NG for a reason the host could have known.
+        Warning = "warning",
+        /// Data was lost, a text or command was invalid, or an exchange was abandoned.
+        Error = "error",
     }
+    /// `note`, `warning` or `error`.
+    fn as_str -> &'static str;
 }
 
 /// A rule that a host can break.

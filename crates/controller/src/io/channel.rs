@@ -4,9 +4,8 @@
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;
+use crate::prelude::*;
 use alloc::collections::VecDeque;
-use alloc::string::String;
-use alloc::vec::Vec;
 use scol_mini::Number;
 use ts3100_proto::text::{CR, LF};
 

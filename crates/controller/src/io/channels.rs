@@ -6,9 +6,8 @@
 use super::channel::Channel;
 use crate::limits::PENDANT_TEXT;
 use crate::port::Port;
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 
 /// The channels when the power comes on, and what has come since.
 #[derive(Debug, Clone, PartialEq)]

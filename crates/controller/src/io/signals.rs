@@ -3,11 +3,10 @@
 //! Lines have the numbers of the manual's SF tables. A line can be forced to a state, outputs can be pulsed, and inputs
 //! can be scheduled to change. What a line means to the controller (RUN, STOP, ACK ...) is in `system_signals`.
 
+use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::vec::Vec;
 use ts3100_proto::status::io::{LineWords, WORDS};
-use ts3100_proto::words::Word;
 
 /// Ranges of line numbers: first, last, and index of the first word in IO (SF-25 to SF-38, ste80722 S27).
 ///
@@ -24,25 +23,19 @@ const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
 const RESET_OUTPUTS: (u16, u16) = (1, 24);
 
-/// Which way a line leads, seen from the controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum IoKind {
-    /// Din.
-    Input,
-    /// Dout.
-    Output,
-}
-
-impl Word for IoKind {
-    const ALL: &'static [IoKind] = &[IoKind::Input, IoKind::Output];
-
-    fn word(self) -> &'static str {
-        match self {
-            IoKind::Input => "input",
-            IoKind::Output => "output",
-        }
+ts3100_proto::codes! {
+    /// Which way a line leads, seen from the controller.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    pub enum IoKind {
+        /// Din.
+        Input = "input",
+        /// Dout.
+        Output = "output",
     }
+    /// Its word.
+    fn as_str -> &'static str;
+    impl Word;
 }
 
 /// State of all digital lines.
@@ -93,6 +86,20 @@ impl Signals {
     pub fn is_user_output(line: u16) -> bool {
         let mut ranges = USER_OUTPUTS.into_iter();
         ranges.any(|(first, last)| (first..=last).contains(&line))
+    }
+
+    /// Switches all of these user outputs, or none. `Err` gives one that a program or IW may not set.
+    pub(crate) fn set_user_outputs(
+        &mut self,
+        states: impl Iterator<Item = (u16, bool)> + Clone,
+    ) -> Result<(), u16> {
+        if let Some((other, _)) = states.clone().find(|(line, _)| !Signals::is_user_output(*line)) {
+            return Err(other);
+        }
+        for (line, on) in states {
+            self.set_output(line, on);
+        }
+        Ok(())
     }
 
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.

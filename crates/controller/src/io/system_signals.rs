@@ -9,8 +9,8 @@ use crate::limits::PULSE;
 use crate::ops::OperateError;
 use crate::options::Strobe;
 use crate::panel::{ControlRight, KeySwitch};
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::vec::Vec;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::MasterMode;
 

@@ -3,7 +3,7 @@
 //! Model files are read by the emulator; this module names the table and key of the first wrong number.
 
 use super::{ArmKind, ArmModel, Axis};
-use alloc::string::String;
+use crate::prelude::*;
 use ts3100_proto::error_text;
 
 /// Longest name of a model.
@@ -137,7 +137,7 @@ impl ArmModel {
 mod tests {
     use super::ModelError;
     use crate::model::{ArmKind, ArmModel};
-    use alloc::string::{String, ToString};
+    use crate::prelude::*;
 
     #[test]
     fn the_built_in_models_are_arms() {

@@ -44,6 +44,17 @@ impl Effort {
         };
     }
 
+    /// The mean over its time of one of its integrals; 0 where there was none.
+    pub(crate) fn mean(&self, integral: Joints) -> Joints {
+        integral.map(|sum| {
+            if self.seconds > 0.0 {
+                sum / self.seconds
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// All its numbers, to validate a snapshot.
     #[cfg(feature = "serde")]
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {

@@ -11,8 +11,7 @@ use super::pose::{
     Transform, cross, degrees, dot, minus, norm, pairwise, plus, plus_times, product, sin_cos, transposed,
 };
 use crate::model::{ArmKind, Joints};
-use alloc::boxed::Box;
-use alloc::vec::Vec;
+use crate::prelude::*;
 pub(super) use chain::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
 use core::f64::consts::PI;
 use libm::{atan2, floor};

@@ -11,8 +11,7 @@ use super::profile::Ability;
 use super::run::{Motion, clamp_fraction, nominal_rates};
 use super::{Limits, MotionError, Target};
 use crate::model::{ArmKind, ArmModel, Axis, Joints};
-use alloc::boxed::Box;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::ops::Range;
 use libm::ceil;
 

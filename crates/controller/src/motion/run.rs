@@ -8,7 +8,7 @@ use super::pose::Transform;
 use super::profile::{Ability, PathState, Profile, Rates};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
-use alloc::boxed::Box;
+use crate::prelude::*;
 use core::time::Duration;
 use libm::ceil;
 
@@ -241,11 +241,6 @@ impl Motion {
     /// Whether feed hold is on.
     pub fn is_held(&self) -> bool {
         self.phase == MotionPhase::Held
-    }
-
-    /// When, after its start, a held motion rests; `None` when it is not held.
-    pub fn rest_at(&self) -> Option<Duration> {
-        self.is_held().then(|| self.duration())
     }
 
     /// Feed hold released: the motion goes on from where it is, to its end. Nothing happens to one not held.

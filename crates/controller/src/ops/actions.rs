@@ -4,14 +4,14 @@
 
 use super::Outcome;
 use crate::action::ActionError;
+use crate::action::error::ActionResult;
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::arm::Frames;
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, Signals};
 use crate::limits::MAX_BREAKPOINTS;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::String;
-use alloc::vec::Vec;
 use bytes::Bytes;
 use core::fmt::Display;
 use core::time::Duration;
@@ -26,14 +26,14 @@ fn no_statement(line: u32) -> String {
 
 impl Robot {
     /// Raises an alarm of the table by its number.
-    pub(crate) fn raise_by_number(&mut self, number: &str, detail: String) -> Result<(), ActionError> {
+    pub(crate) fn raise_by_number(&mut self, number: &str, detail: String) -> ActionResult {
         let row = AlarmCode::from_number(number).ok_or_else(|| unknown_alarm(number))?;
         self.raise(row, detail);
         Ok(())
     }
 
     /// Sets the breakpoints of the selected file.
-    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), ActionError> {
+    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> ActionResult {
         let refused = |reason: String| ActionError::cannot("breakpoints", "set the breakpoints", reason);
         if self.executor.selected().is_none() && !lines.is_empty() {
             return Err(refused("no file is selected".into()));
@@ -48,7 +48,7 @@ impl Robot {
     }
 
     /// Runs one step of the program.
-    pub(crate) fn step(&mut self) -> Result<(), ActionError> {
+    pub(crate) fn step(&mut self) -> ActionResult {
         let refused = |reason: &dyn Display| ActionError::cannot("step", "run a step", reason);
         if self.executor.program_runs() {
             return Err(refused(&"the program is running"));
@@ -59,7 +59,7 @@ impl Robot {
     }
 
     /// Runs the program until it comes to the line.
-    pub(crate) fn run_to(&mut self, line: u32) -> Result<(), ActionError> {
+    pub(crate) fn run_to(&mut self, line: u32) -> ActionResult {
         let verb = format!("run to line {line}");
         let refused = |reason: &dyn Display| ActionError::cannot("run-to", &verb, reason);
         if !self.executor.stop_before_line(line) {
@@ -75,22 +75,15 @@ impl Robot {
     }
 
     /// Sets a user output as IW does.
-    pub(crate) fn set_user_output(&mut self, line: u16, on: bool) -> Result<(), ActionError> {
-        if !Signals::is_user_output(line) {
+    pub(crate) fn set_user_output(&mut self, line: u16, on: bool) -> ActionResult {
+        let set = self.signals.set_user_outputs([(line, on)].into_iter());
+        set.map_err(|line| {
             let sentence = format!("cannot set output {line}: user outputs are 1-64, 101-164 and 201-208");
-            return Err(ActionError::missing("output", sentence));
-        }
-        self.signals.set_output(line, on);
-        Ok(())
+            ActionError::missing("output", sentence)
+        })
     }
 
-    pub(crate) fn pulse_line(
-        &mut self,
-        side: IoKind,
-        line: u16,
-        on: bool,
-        length: Duration,
-    ) -> Result<(), ActionError> {
+    pub(crate) fn pulse_line(&mut self, side: IoKind, line: u16, on: bool, length: Duration) -> ActionResult {
         if !Signals::exists(line) {
             return Err(no_line(side, line));
         }
@@ -115,12 +108,7 @@ impl Robot {
         Ok(())
     }
 
-    pub(crate) fn force_line(
-        &mut self,
-        side: IoKind,
-        line: u16,
-        state: Option<bool>,
-    ) -> Result<(), ActionError> {
+    pub(crate) fn force_line(&mut self, side: IoKind, line: u16, state: Option<bool>) -> ActionResult {
         let was = self.signals.input(line);
         if !self.signals.force(side, line, state) {
             return Err(no_line(side, line));
@@ -131,12 +119,7 @@ impl Robot {
         Ok(())
     }
 
-    pub(crate) fn set_variable(
-        &mut self,
-        name: &str,
-        values: Vec<Number>,
-        restore: bool,
-    ) -> Result<(), ActionError> {
+    pub(crate) fn set_variable(&mut self, name: &str, values: Vec<Number>, restore: bool) -> ActionResult {
         let variable = self.variable_name(name)?;
         let write = VariableWrite {
             restore,
@@ -165,7 +148,7 @@ impl Robot {
         Ok(variable)
     }
 
-    pub(crate) fn teach(&mut self, name: &str, restore: bool) -> Result<(), ActionError> {
+    pub(crate) fn teach(&mut self, name: &str, restore: bool) -> ActionResult {
         let variable = self.variable_name(name)?;
         let info = self.executor.program().variable(&variable.name);
         let kind = info.and_then(|info| info.kind);
@@ -180,7 +163,7 @@ impl Robot {
         self.set_variable(name, values, restore)
     }
 
-    pub(crate) fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), ActionError> {
+    pub(crate) fn put_file(&mut self, name: &str, content: &[u8]) -> ActionResult {
         let name = file_name(name)?;
         let place = name.as_str();
         if self.executor.is_running() && self.executor.file() == place {
@@ -194,7 +177,7 @@ impl Robot {
             .map_err(|error| ActionError::cannot(place, format!("store {place}"), error))
     }
 
-    pub(crate) fn erase_file(&mut self, name: &str) -> Result<(), ActionError> {
+    pub(crate) fn erase_file(&mut self, name: &str) -> ActionResult {
         let name = file_name(name)?;
         let place = name.as_str();
         if !self.drive.contains(place) {
@@ -207,7 +190,7 @@ impl Robot {
         }
     }
 
-    pub(crate) fn select_by_name(&mut self, name: &str) -> Result<(), ActionError> {
+    pub(crate) fn select_by_name(&mut self, name: &str) -> ActionResult {
         let name = file_name(name)?;
         let place = name.as_str();
         let refused = |error: SelectError| match error {

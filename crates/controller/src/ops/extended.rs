@@ -8,9 +8,9 @@ use crate::arm::ArmPose;
 use crate::io::line_names::din;
 use crate::io::signals::Signals;
 use crate::motion::Pose;
-use crate::ops::status::NOISE;
+use crate::ops::status::quiet;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
 use ts3100_proto::command::{PositionQuery, ZsFrame};
@@ -64,14 +64,10 @@ impl Robot {
 
     /// HO: outputs from one number.
     pub(super) fn op_write_outputs(&mut self, first: u16, count: u8, value: u32) -> Outcome {
-        let lines = lines(first, count);
-        if let Some(line) = lines.clone().find(|line| !Signals::is_user_output(*line)) {
-            return no_such_line(line);
-        }
-        for (bit, line) in lines.enumerate() {
-            self.signals.set_output(line, value >> bit & 1 == 1);
-        }
-        Outcome::Ok
+        let lines = lines(first, count).enumerate();
+        let states = lines.map(|(bit, line)| (line, value >> bit & 1 == 1));
+        let set = self.signals.set_user_outputs(states);
+        set.map_or_else(no_such_line, |()| Outcome::Ok)
     }
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
@@ -88,7 +84,7 @@ impl Robot {
                 (coordinates(&pose, &pose.work), Some(config))
             }
         };
-        Outcome::file(encode_position(&quiet(values), config))
+        position(values.into_iter(), config)
     }
 
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
@@ -96,18 +92,16 @@ impl Robot {
         let conditions = self.executor.memory().conditions();
         let (early, late) = (self.now, self.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
-        let (before, after) = (self.arm.pose(early, conditions), self.arm.pose(late, conditions));
-        let (before, after) = if which == 0 {
-            (before.joints.to_vec(), after.joints.to_vec())
-        } else {
-            (
-                coordinates(&before, &before.world),
-                coordinates(&after, &after.world),
-            )
+        let place = |at| {
+            let pose = self.arm.pose(at, conditions);
+            match which {
+                0 => pose.joints.to_vec(),
+                _ => coordinates(&pose, &pose.world),
+            }
         };
+        let (before, after) = (place(early), place(late));
         let speed = |(before, after): (&f64, &f64)| (after - before) / seconds;
-        let values: Vec<f64> = before.iter().zip(&after).map(speed).collect();
-        Outcome::file(encode_position(&quiet(values), None))
+        position(before.iter().zip(&after).map(speed), None)
     }
 
     /// ZS: the work coordinate or the tool, by name and values.
@@ -131,6 +125,11 @@ impl Robot {
         }
         Outcome::Ok
     }
+}
+
+/// FL with values of the arm.
+fn position(values: impl Iterator<Item = f64>, config: Option<i64>) -> Outcome {
+    Outcome::file(encode_position(&values.map(quiet).collect::<Vec<_>>(), config))
 }
 
 /// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
@@ -160,10 +159,4 @@ pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome
         at: alarm.at,
     });
     Outcome::file(encode_alarms(&records.collect::<Vec<_>>()))
-}
-
-/// Without the rounding noise of the kinematics, which would print as `-0.000`.
-fn quiet(values: Vec<f64>) -> Vec<f64> {
-    let quiet = |value: f64| if value.abs() < NOISE { 0.0 } else { value };
-    values.into_iter().map(quiet).collect()
 }

@@ -3,8 +3,8 @@
 use super::{CommandContext, Outcome};
 use crate::drive::Drive;
 use crate::output::Output;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ca::encode_directory;

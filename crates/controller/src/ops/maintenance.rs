@@ -39,10 +39,6 @@ impl Robot {
 
 /// The integer parts of the first axes.
 fn truncated(joints: &Joints) -> [i32; POSITION_AXES] {
-    let mut parts = [0; POSITION_AXES];
-    for (part, joint) in parts.iter_mut().zip(joints) {
-        // The cast saturates; what is behind the point is left out.
-        *part = *joint as i32;
-    }
-    parts
+    // The cast saturates; what is behind the point is left out.
+    core::array::from_fn(|axis| joints[axis] as i32)
 }

@@ -22,10 +22,9 @@ pub(crate) use variables::numbers;
 
 use crate::executor::StopCause;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
 use extended::alarm_list;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::{FlReceiver, FlSender};

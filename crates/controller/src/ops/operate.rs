@@ -3,9 +3,9 @@
 //! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
 use super::{Outcome, refuse_if};
+use crate::executor::StopCause;
+use crate::executor::requests::no_output;
 use crate::executor::selection::render;
-use crate::executor::{Standstill, StopCause};
-use crate::io::signals::Signals;
 use crate::panel::Watchdog;
 use crate::robot::Robot;
 use core::time::Duration;
@@ -63,16 +63,8 @@ impl Robot {
 
     /// IW: all lines or none (CMD-IW-01 to CMD-IW-05). How many there may be is held by the command's grammar.
     pub(super) fn op_write_lines(&mut self, writes: &[LineWrite]) -> Outcome {
-        if let Some(write) = writes.iter().find(|write| !Signals::is_user_output(write.line)) {
-            return Outcome::Ng(format!(
-                "there is no output {}; outputs are 1-64, 101-164 and 201-208",
-                write.line
-            ));
-        }
-        for write in writes {
-            self.signals.set_output(write.line, write.on);
-        }
-        Outcome::Ok
+        let states = writes.iter().map(|write| (write.line, write.on));
+        Outcome::of(self.signals.set_user_outputs(states).map_err(no_output))
     }
 
     /// WD (ste80722 S11): from now on a text is expected at least so often; without one an alarm of the level follows.
@@ -85,18 +77,12 @@ impl Robot {
         self.panel.set_watchdog(watchdog);
         Outcome::Ok
     }
-
-    /// The robot stands at step 1 from here on; used by the resets and SL.
-    pub(super) fn stand_at(&mut self, place: Standstill) {
-        self.executor.stand(place);
-        self.report_status();
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::prelude::*;
     use crate::{Config, Controller, Dialect, Input, Port, Time};
-    use alloc::vec::Vec;
 
     #[test]
     fn time_is_not_jumped_over_while_a_host_has_promised_to_be_heard() {

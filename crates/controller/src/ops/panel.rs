@@ -5,15 +5,14 @@
 
 use super::jog::JogRefusal;
 use super::refuse_if;
-use crate::alarm;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::io::channels::Channels;
 use crate::output::Output;
 use crate::panel::KeySwitch;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::String;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::error_text;
 use ts3100_proto::name::FileName;
@@ -197,13 +196,8 @@ impl Robot {
             self.report(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
-        let state = self.panel.state();
-        let causes = [
-            (state.emergency_stop, alarm::EMERGENCY_STOP),
-            (state.safety_open, alarm::SAFETY_STOP),
-            (state.battery_low, alarm::BATTERY),
-        ];
-        for (_, alarm) in causes.into_iter().filter(|(there, _)| *there) {
+        let causes = self.panel.alarm_causes().into_iter();
+        for (_, alarm) in causes.filter(|(there, _)| *there) {
             self.raise(alarm, String::new());
         }
         self.outputs.push(Output::PowerCycled);

@@ -5,8 +5,8 @@ use crate::SelectError;
 use crate::executor::Standstill;
 use crate::findings::rules;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::ToString;
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 
@@ -35,17 +35,17 @@ impl Robot {
                 // A file that does not compile stays stale; the next start says why.
                 let _still_stale = self.renew_stale();
                 self.executor.initialise(self.now);
-                self.stand_at(Standstill::FirstStep);
+                self.report_status();
             }
             Reset::Step => {
                 self.executor.rewind(self.now);
-                self.stand_at(Standstill::FirstStep);
+                self.report_status();
             }
             Reset::Cycle => return self.cycle_reset(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
                 self.deselect();
-                self.stand_at(Standstill::FirstStep);
+                self.report_status();
             }
         }
         Ok(())
@@ -58,7 +58,8 @@ impl Robot {
             return Err(OperateError::NoRcycle);
         }
         self.arm.drop_interrupted();
-        self.stand_at(Standstill::BetweenSteps);
+        self.executor.stand(Standstill::BetweenSteps);
+        self.report_status();
         Ok(())
     }
 
@@ -66,7 +67,7 @@ impl Robot {
     pub(super) fn op_select(&mut self, port: Port, name: &FileName) -> Outcome {
         match self.select_file(name) {
             Ok(()) => {
-                self.stand_at(Standstill::FirstStep);
+                self.report_status();
                 Outcome::Ok
             }
             Err(error) => {

@@ -3,10 +3,9 @@
 use super::{CommandContext, Outcome};
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::status::eu::{ErrorEntry, encode_history};
@@ -152,7 +151,7 @@ impl Robot {
 
 /// A record whose checksum is the sum of the package version's characters and the name's: it tells two
 /// versions of the emulator apart, as the real one tells two versions of the software.
-fn version(name: alloc::string::String) -> VersionRecord {
+fn version(name: String) -> VersionRecord {
     let text = name.bytes().chain(env!("CARGO_PKG_VERSION").bytes());
     let checksum = text.fold(0u16, |sum, byte| sum.rotate_left(3).wrapping_add(u16::from(byte)));
     VersionRecord {
@@ -163,7 +162,12 @@ fn version(name: alloc::string::String) -> VersionRecord {
 }
 
 /// Below this, in mm or degrees, a coordinate is rounding noise of the kinematics and shown as zero.
-pub(super) const NOISE: f64 = 1e-9;
+const NOISE: f64 = 1e-9;
+
+/// A coordinate without that noise, which would be printed as `-0.000`.
+pub(super) fn quiet(value: f64) -> f64 {
+    if value.abs() < NOISE { 0.0 } else { value }
+}
 
 /// SF has the first sixteen words of each direction; reserved ones of the six-axis edition are 0 as nothing drives
 /// their lines.
@@ -173,5 +177,5 @@ fn sf_words(words: [u16; WORDS]) -> [u16; 16] {
 
 /// SF carries single floats.
 fn single(values: [f64; 8]) -> [f32; 8] {
-    values.map(|value| if value.abs() < NOISE { 0.0 } else { value as f32 })
+    values.map(|value| quiet(value) as f32)
 }

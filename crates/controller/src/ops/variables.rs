@@ -5,12 +5,11 @@ use crate::alarm;
 use crate::drive::DriveError;
 use crate::output::Output;
 use crate::persistence::PendingChange;
+use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::string::{String, ToString};
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 use bytes::Bytes;
-use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
+use scol_mini::{AccessError, Arm, Payload, Position, Program, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::error_text;
 use ts3100_proto::name::VariableName;
@@ -55,6 +54,8 @@ error_text! {
     Self::Drive(error) => "{error}";
 }
 
+type VariableResult<T> = Result<T, VariableError>;
+
 impl Robot {
     /// MR (CMD-MR-01 to CMD-MR-06, MR-01 to MR-05).
     pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
@@ -64,30 +65,11 @@ impl Robot {
         }
     }
 
-    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, VariableError> {
+    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> VariableResult<Value> {
         self.executor.selected().ok_or(VariableError::NoFile)?;
         let value = self.executor.global(variable)?;
-        self.check_kind(variable, kind, value.kind())?;
+        check_kind(variable, kind, value.kind())?;
         Ok(value)
-    }
-
-    /// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
-    fn check_kind(
-        &self,
-        variable: &VariableName,
-        kind: VariableKind,
-        found: ValueKind,
-    ) -> Result<(), VariableError> {
-        let Some(asked) = kind_of(kind) else { return Ok(()) };
-        if asked != found {
-            let name = variable.name.clone();
-            return Err(VariableError::Kind { name, found, asked });
-        }
-        if kind.is_array() == variable.subscripts.is_empty() {
-            let (code, name) = (kind.code(), variable.name.clone());
-            return Err(VariableError::Subscripts { code, name });
-        }
-        Ok(())
     }
 
     /// MW (CMD-MW-01 to CMD-MW-06).
@@ -95,7 +77,7 @@ impl Robot {
         &mut self,
         write: &VariableWrite,
         room: Option<usize>,
-    ) -> Result<(), VariableError> {
+    ) -> VariableResult<()> {
         let arm = self.arm.kind();
         let name = &write.variable.name;
         self.executor.selected().ok_or(VariableError::NoFile)?;
@@ -103,12 +85,16 @@ impl Robot {
         let info = info.ok_or_else(|| VariableError::Unknown(name.clone()))?;
         let kind = kind_of(write.kind).or(info.kind);
         let kind = kind.ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
-        self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
+        check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
-        let changed = if write.restore {
-            Some(self.rewritten(&write.variable, &value, room)?)
-        } else {
-            None
+        // The file is on the drive before the value counts (CMD-MW-02).
+        let changed = match self.executor.selected().filter(|_| write.restore) {
+            Some(selected) => {
+                let source = selected.rewritten(&write.variable, &value)?;
+                let program = self.stored(&source, room)?;
+                Some((source, program))
+            }
+            None => None,
         };
         self.executor.set_global(&write.variable, value)?;
         if let Some((source, program)) = changed {
@@ -131,7 +117,7 @@ impl Robot {
         }
     }
 
-    fn restored(&mut self, names: &[String]) -> Result<(), VariableError> {
+    fn restored(&mut self, names: &[String]) -> VariableResult<()> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         let source = selected.restored(names)?;
         let program = self.stored(&source, None)?;
@@ -139,25 +125,8 @@ impl Robot {
         Ok(())
     }
 
-    /// The file with the value restored into it, and its program (CMD-MW-02); the file is on the drive then.
-    fn rewritten(
-        &mut self,
-        variable: &VariableName,
-        value: &Value,
-        room: Option<usize>,
-    ) -> Result<(String, Arc<scol_mini::Program>), VariableError> {
-        let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
-        let source = selected.rewritten(variable, value)?;
-        let program = self.stored(&source, room)?;
-        Ok((source, program))
-    }
-
     /// Stores the selected file with new initial values on the drive; its program.
-    fn stored(
-        &mut self,
-        source: &str,
-        room: Option<usize>,
-    ) -> Result<Arc<scol_mini::Program>, VariableError> {
+    fn stored(&mut self, source: &str, room: Option<usize>) -> VariableResult<Arc<Program>> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         if selected.is_stale() {
             return Err(VariableError::Stale);
@@ -178,7 +147,7 @@ impl Robot {
     }
 
     /// What runs goes on in the rewritten file, and the edge keeps it.
-    fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
+    fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let name = self.executor.file().to_string();
         self.executor.take_rewritten(source.clone(), program);
         self.outputs.push(Output::Stored {
@@ -186,6 +155,20 @@ impl Robot {
             content: source.into_bytes().into(),
         });
     }
+}
+
+/// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
+fn check_kind(variable: &VariableName, kind: VariableKind, found: ValueKind) -> VariableResult<()> {
+    let Some(asked) = kind_of(kind) else { return Ok(()) };
+    if asked != found {
+        let name = variable.name.clone();
+        return Err(VariableError::Kind { name, found, asked });
+    }
+    if kind.is_array() == variable.subscripts.is_empty() {
+        let (code, name) = (kind.code(), variable.name.clone());
+        return Err(VariableError::Subscripts { code, name });
+    }
+    Ok(())
 }
 
 fn kind_of(kind: VariableKind) -> Option<ValueKind> {
@@ -217,7 +200,7 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 }
 
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
-fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, VariableError> {
+fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     let wrong = |expected| VariableError::Value {

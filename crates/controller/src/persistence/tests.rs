@@ -7,7 +7,6 @@ use crate::output::{Event, Output};
 use crate::panel::{ControlRight, PanelAction};
 use crate::{Config, Controller, Dialect};
 use alloc::collections::VecDeque;
-use alloc::string::ToString;
 use core::time::Duration;
 
 const PROGRAM: &[u8] = b"GLOBAL\nN = 1\nEND\nPROGRAM V\nN = 7\nRESTORE N\nEND\n";

@@ -2,7 +2,8 @@
 //!
 //! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
-use super::{SnapshotError, check};
+use super::SnapshotError;
+use super::error::{CheckResult, check};
 use crate::alarm::Alarms;
 use crate::arm::Guide;
 use crate::drive::Drive;
@@ -15,11 +16,10 @@ use crate::limits::{
 use crate::options::Config;
 use crate::panel::KeySwitch;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;
 use alloc::collections::BTreeSet;
-use alloc::string::ToString;
-use alloc::vec::Vec;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 use core::time::Duration;
@@ -30,8 +30,6 @@ use ts3100_proto::name::FileName;
 const LONGEST: Duration = Duration::from_micros(u64::MAX);
 /// Most bytes of a serial line in one direction: both queues, and a text on its way into them.
 const MOST_ON_LINE: usize = 2 * LINE_QUEUE + MAX_SEND;
-
-type CheckResult = Result<(), SnapshotError>;
 
 fn check_range<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<T>) -> CheckResult {
     let expected = format!("{} to {}", range.start(), range.end());

@@ -1,6 +1,6 @@
 //! Why a snapshot cannot be restored, and the check that says so.
 
-use alloc::string::{String, ToString};
+use crate::prelude::*;
 use scol_mini::RestoreError;
 use ts3100_proto::error_text;
 
@@ -47,13 +47,11 @@ impl SnapshotError {
     }
 }
 
+/// Whether something of a snapshot can occur.
+pub(crate) type CheckResult = Result<(), SnapshotError>;
+
 /// Fails unless `holds`, with the place, what could stand there, and what does.
-pub(crate) fn check(
-    holds: bool,
-    place: &str,
-    expected: &str,
-    found: impl ToString,
-) -> Result<(), SnapshotError> {
+pub(crate) fn check(holds: bool, place: &str, expected: &str, found: impl ToString) -> CheckResult {
     if holds {
         return Ok(());
     }

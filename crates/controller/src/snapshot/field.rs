@@ -1,12 +1,11 @@
 //! Fields whose form in a snapshot differs from that in memory: a map as a list, letters as one of the commands, an alarm
 //! as its number.
 //!
-//! The modules are for `serde(with = ...)`.
+//! They are for `serde(with = ...)` and `serde(deserialize_with = ...)`.
 
 use crate::alarm::AlarmCode;
+use crate::prelude::*;
 use alloc::collections::BTreeMap;
-use alloc::string::String;
-use alloc::vec::Vec;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use ts3100_proto::command::COMMANDS;
@@ -33,21 +32,12 @@ pub mod pairs {
 }
 
 /// The letters of a command, none for no command.
-pub mod letters {
-    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String};
-    use serde::de::Error as _;
-
-    pub fn serialize<S: Serializer>(letters: &&'static str, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_str(letters)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
-        let found = String::deserialize(from)?;
-        let mut known = COMMANDS.iter().map(|row| row.letters).chain([""]);
-        known
-            .find(|letters| *letters == found)
-            .ok_or_else(|| D::Error::custom(format!("expected the letters of a command, found `{found}`")))
-    }
+pub fn letters<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+    let found = String::deserialize(from)?;
+    let mut known = COMMANDS.iter().map(|row| row.letters).chain([""]);
+    known
+        .find(|letters| *letters == found)
+        .ok_or_else(|| D::Error::custom(format!("expected the letters of a command, found `{found}`")))
 }
 
 impl Serialize for AlarmCode {

@@ -35,12 +35,11 @@ use crate::panel::Panel;
 use crate::parameters::Parameters;
 use crate::persistence::Persistence;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
-use alloc::boxed::Box;
 use alloc::collections::BTreeMap;
-use alloc::string::{String, ToString};
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
 
 /// What a snapshot says it is.
@@ -169,7 +168,7 @@ impl Controller {
             parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
             maintenance: snapshot.upkeep,
             persistence: Persistence::default(),
-            notices: alloc::vec::Vec::new(),
+            notices: Vec::new(),
             outputs: Outputs::default(),
             config,
         });

@@ -42,7 +42,7 @@ impl Driver {
         let unbroken = self.cell.controller.without_faults();
         // Nobody listens to the cell of the check.
         let before = std::mem::replace(&mut self.cell, Cell::new(unbroken));
-        let checksum = self.cell.controller.checksum();
+        let checksum = self.cell.controller.config().options.text.checksum;
         let mut result = Err(io::Error::from(io::ErrorKind::TimedOut));
         self.serve(async {
             if let Ok(answered) = tokio::time::timeout(ANSWER_TIMEOUT, exchange_su(address, checksum)).await {

@@ -5,9 +5,9 @@
 use super::clock::{Clock, frame_time};
 use super::uart::{Character, Receiver};
 use crate::limits::UART_FIFO;
+use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::VecDeque;
-use alloc::vec::Vec;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::text::{CR, ETX, LF};
 

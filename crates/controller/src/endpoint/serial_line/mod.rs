@@ -8,10 +8,8 @@ mod clock;
 pub mod direction;
 pub mod uart;
 
+use crate::prelude::*;
 use crate::time::Time;
-use alloc::string::{String, ToString};
-use alloc::vec::Vec;
-use core::fmt;
 use direction::Direction;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
@@ -42,17 +40,6 @@ pub enum HostEnd {
 impl Default for HostEnd {
     fn default() -> HostEnd {
         HostEnd::Modelled(HostSettings::default())
-    }
-}
-
-impl From<SerialSettings> for HostSettings {
-    fn from(line: SerialSettings) -> HostSettings {
-        HostSettings {
-            speed: Some(line.speed),
-            length: Some(line.length),
-            parity: Some(line.parity),
-            stop: Some(line.stop),
-        }
     }
 }
 
@@ -97,7 +84,7 @@ impl HostSettings {
             "{}; {effect}. Open the host's port with {}, or set {{{port}}} = {} {} {} {} in [U06] of USER.PAR and \
              switch the power off and on",
             differences.join("; "),
-            SettingsText(robot),
+            describe(robot),
             host.speed,
             host.length,
             host.parity.number(),
@@ -107,12 +94,8 @@ impl HostSettings {
 }
 
 /// Settings as a phrase: `9600 bps, 8 bits, no parity, 1 stop bit`.
-pub struct SettingsText(pub SerialSettings);
-
-impl fmt::Display for SettingsText {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&phrases(self.0).join(", "))
-    }
+pub(crate) fn describe(line: SerialSettings) -> String {
+    phrases(line).join(", ")
 }
 
 fn phrases(line: SerialSettings) -> [String; 4] {

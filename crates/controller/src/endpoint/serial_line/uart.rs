@@ -3,26 +3,20 @@
 //!
 //! With equal settings every character arrives as sent. `direction` adds the time.
 
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
-/// What is wrong with a character as received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CharacterError {
-    /// The number of ones is not what the parity asks for.
-    Parity,
-    /// The line was low where the stop bit was expected.
-    Framing,
-}
-
-impl CharacterError {
-    /// In words, for the log.
-    pub const fn description(self) -> &'static str {
-        match self {
-            CharacterError::Parity => "parity error",
-            CharacterError::Framing => "framing error",
-        }
+ts3100_proto::codes! {
+    /// What is wrong with a character as received.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum CharacterError {
+        /// The number of ones is not what the parity asks for.
+        Parity = "parity error",
+        /// The line was low where the stop bit was expected.
+        Framing = "framing error",
     }
+    /// In words, for the log.
+    fn description -> &'static str;
 }
 
 /// A character as its receiver read it.

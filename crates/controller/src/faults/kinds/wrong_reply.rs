@@ -3,7 +3,7 @@
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
 use super::{Effect, FaultKind, InjectionPoint, ParameterType, Segment, parameter};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use ts3100_proto::text::MAX_DATA;
 
 /// Sent instead of a file.

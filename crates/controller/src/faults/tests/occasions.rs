@@ -5,7 +5,6 @@ use super::*;
 use crate::faults::spec::parse;
 use crate::options::SfTexts;
 use crate::{ControlRight, Controller, KeySwitch};
-use alloc::boxed::Box;
 use ts3100_proto::command::COMMANDS;
 
 /// Prints on each channel and reads from each.

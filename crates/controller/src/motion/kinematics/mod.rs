@@ -28,6 +28,9 @@ const ELBOW_ROUNDING: f64 = 1e-12;
 /// Highest configuration digit (DATA-04).
 const MAX_DIGIT: u8 = 2;
 
+/// The joints of a place, or why there are none.
+type PostureResult = Result<Joints, Unreachable>;
+
 impl ArmModel {
     /// Pose of the flange and configuration digits of a posture.
     ///
@@ -46,16 +49,11 @@ impl ArmModel {
     ///
     /// # Errors
     /// [`Unreachable`] names the axis and its limit, the reach, or the value that does not fit the arm.
-    pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> Result<Joints, Unreachable> {
+    pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> PostureResult {
         self.inverse_of(&(pose.transform(), pose.uv), config, near)
     }
 
-    pub(crate) fn inverse_of(
-        &self,
-        flange: &Place,
-        config: [u8; 5],
-        near: &Joints,
-    ) -> Result<Joints, Unreachable> {
+    pub(crate) fn inverse_of(&self, flange: &Place, config: [u8; 5], near: &Joints) -> PostureResult {
         let wanted = self.resolved(config, near)?;
         let mut joints = solve(&self.kind, flange, wanted, near)?;
         for (axis, joint) in (1..).zip(&mut joints).skip(self.axes.len()) {
@@ -65,10 +63,8 @@ impl ArmModel {
                 return Err(Unreachable::NotFitted { axis, value });
             }
         }
-        for (index, limits) in self.axes.iter().enumerate() {
-            let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
-                continue;
-            };
+        let axes = self.axes.iter().zip(&mut joints).zip(near);
+        for (index, ((limits, joint), near)) in axes.enumerate() {
             let class = match (&self.kind, index) {
                 (ArmKind::SixAxis(_), 3) => Some((config[3], wanted[3])),
                 (ArmKind::SixAxis(_), 5) => Some((config[4], wanted[4])),
@@ -143,12 +139,7 @@ pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
 
 /// The posture of the shoulder, elbow and wrist in `digits`, every turning axis on the turn next to `near`,
 /// limits aside: for points of a path, where the axes go on from where they are.
-pub(crate) fn follow(
-    kind: &ArmKind,
-    flange: &Place,
-    digits: [u8; 5],
-    near: &Joints,
-) -> Result<Joints, Unreachable> {
+pub(crate) fn follow(kind: &ArmKind, flange: &Place, digits: [u8; 5], near: &Joints) -> PostureResult {
     let mut joints = solve(kind, flange, digits, near)?;
     for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {
         if !is_linear(kind, index) {
@@ -161,16 +152,10 @@ pub(crate) fn follow(
 /// Longest distance in mm between an axis and the flange.
 pub(crate) fn reach(kind: &ArmKind) -> f64 {
     match kind {
-        ArmKind::SixAxis(g) => [
-            g.shoulder_offset,
-            g.upper_arm,
-            g.elbow_offset,
-            g.forearm,
-            g.flange,
-        ]
-        .iter()
-        .map(|link| link.abs())
-        .sum(),
+        ArmKind::SixAxis(g) => {
+            let upper = g.shoulder_offset.abs() + g.upper_arm.abs();
+            upper + g.elbow_offset.abs() + g.forearm.abs() + g.flange.abs()
+        }
         ArmKind::Scara(g) => g.first_arm.abs() + g.second_arm.abs(),
     }
 }
@@ -183,12 +168,7 @@ pub(crate) fn is_linear(kind: &ArmKind, index: usize) -> bool {
     }
 }
 
-fn solve(
-    kind: &ArmKind,
-    (flange, uv): &Place,
-    digits: [u8; 5],
-    near: &Joints,
-) -> Result<Joints, Unreachable> {
+fn solve(kind: &ArmKind, (flange, uv): &Place, digits: [u8; 5], near: &Joints) -> PostureResult {
     let place = flange.origin.iter().chain(flange.rotation.iter().flatten());
     if place.chain(uv).any(|value| !value.is_finite()) {
         return Err(Unreachable::NotFinite);

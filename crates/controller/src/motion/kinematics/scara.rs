@@ -2,7 +2,7 @@
 //!
 //! T is an additional axis whose value is part of the position. The parent module applies limits and turns.
 
-use super::{ROUNDING, Unreachable, two_links};
+use super::{PostureResult, ROUNDING, Unreachable, two_links};
 use crate::model::{Joints, ScaraGeometry};
 use crate::motion::pose::{Transform, about_z, normalised, sin_cos};
 
@@ -26,12 +26,7 @@ pub(super) fn digits(joints: &Joints) -> [u8; 5] {
 }
 
 /// The posture with the first digit given, angles in (-180, 180].
-pub(super) fn solve(
-    geometry: &ScaraGeometry,
-    flange: &Transform,
-    t: f64,
-    digits: [u8; 5],
-) -> Result<Joints, Unreachable> {
+pub(super) fn solve(geometry: &ScaraGeometry, flange: &Transform, t: f64, digits: [u8; 5]) -> PostureResult {
     let [x, y, z, a, b, c] = flange.to_coords();
     if a.abs() > ROUNDING || b.abs() > ROUNDING {
         return Err(Unreachable::Tilt { a, b });

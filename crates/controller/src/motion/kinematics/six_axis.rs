@@ -3,7 +3,7 @@
 //!
 //! The parent module applies limits and turns.
 
-use super::{Unreachable, two_links};
+use super::{PostureResult, two_links};
 use crate::model::{Joints, SixAxisGeometry};
 use crate::motion::pose::{
     Transform, about_y, about_z, degrees, normalised, plus_times, product, sin_cos, transposed,
@@ -77,7 +77,7 @@ pub(super) fn solve(
     flange: &Transform,
     digits: [u8; 5],
     near: &Joints,
-) -> Result<Joints, Unreachable> {
+) -> PostureResult {
     let look = product(&flange.rotation, &FLIP);
     let along = look.map(|row| row[2]);
     let [x, y, z] = plus_times(flange.origin, along, -geometry.flange);

@@ -18,7 +18,7 @@ use crate::model::{ArmModel, Joints};
 use crate::motion::kinematics::place;
 use crate::motion::pose::{Transform, minus, norm, plus};
 use crate::motion::profile::{PathState, Profile, Rates};
-use alloc::vec::Vec;
+use crate::prelude::*;
 use libm::sqrt;
 
 /// Points of the overlap at which limits and tool speed are checked.

@@ -4,8 +4,7 @@
 use super::{KEEP, distance, down, planned, point, posture, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
-use alloc::string::ToString;
-use alloc::vec::Vec;
+use crate::prelude::*;
 use core::time::Duration;
 use std::f64::consts::PI;
 
