@@ -427,6 +427,7 @@ fn fault_action(rest: &str) -> ParseResult<FaultAction> {
 mod tests {
     use super::*;
     use alloc::borrow::ToOwned;
+
     use core::time::Duration;
 
     #[test]
