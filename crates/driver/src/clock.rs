@@ -97,6 +97,25 @@ pub enum Wake {
     JumpAfter(Duration),
 }
 
+impl Wake {
+    /// The earlier of two. Of a wait and a jump after the same time it is the jump, which serves the wait as well.
+    #[must_use]
+    pub fn min(self, other: Wake) -> Wake {
+        match (self, other) {
+            (Wake::Never, only) | (only, Wake::Never) => only,
+            (Wake::After(one), Wake::After(other)) => Wake::After(one.min(other)),
+            (Wake::JumpAfter(one), Wake::JumpAfter(other)) => Wake::JumpAfter(one.min(other)),
+            (Wake::After(wait), Wake::JumpAfter(silence)) | (Wake::JumpAfter(silence), Wake::After(wait)) => {
+                if wait < silence {
+                    Wake::After(wait)
+                } else {
+                    Wake::JumpAfter(silence)
+                }
+            }
+        }
+    }
+}
+
 /// Virtual time, derived from the wall clock by the time mode.
 #[derive(Debug, Clone)]
 pub struct Clock {
@@ -360,6 +379,27 @@ mod tests {
 
     fn started(mode: TimeMode) -> Clock {
         Clock::start(mode, TimeGap::CatchUp, AUTO_GRACE)
+    }
+
+    #[test]
+    fn of_two_wakes_the_earlier_counts_and_waits_alone_never_become_a_jump() {
+        let [short, long] = [1, 2].map(Duration::from_millis);
+        for (one, other, first) in [
+            (Wake::Never, Wake::Never, Wake::Never),
+            (Wake::Never, Wake::After(short), Wake::After(short)),
+            (Wake::Never, Wake::JumpAfter(short), Wake::JumpAfter(short)),
+            (Wake::After(short), Wake::After(long), Wake::After(short)),
+            (
+                Wake::JumpAfter(short),
+                Wake::JumpAfter(long),
+                Wake::JumpAfter(short),
+            ),
+            (Wake::After(short), Wake::JumpAfter(long), Wake::After(short)),
+            (Wake::After(short), Wake::JumpAfter(short), Wake::JumpAfter(short)),
+            (Wake::After(long), Wake::JumpAfter(short), Wake::JumpAfter(short)),
+        ] {
+            assert_eq!([one.min(other), other.min(one)], [first; 2]);
+        }
     }
 
     #[test]

@@ -233,13 +233,6 @@ impl Driver {
         let limit = self.edge.waits.iter().map(|pending| pending.limit).min();
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
         let left = limit.and_then(|limit| self.edge.clock.wall_time_until(limit));
-        let wake = match (wake, left) {
-            (wake, None) => wake,
-            (Wake::Never, Some(left)) => Wake::After(left),
-            (Wake::After(before), Some(left)) => Wake::After(before.min(left)),
-            (Wake::JumpAfter(before), Some(left)) if left < before => Wake::After(left),
-            (Wake::JumpAfter(before), Some(_)) => Wake::JumpAfter(before),
-        };
-        (wake, deadline)
+        (wake.min(left.map_or(Wake::Never, Wake::After)), deadline)
     }
 }

@@ -428,3 +428,35 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         assert!(!directory.at("A").exists());
     });
 }
+
+/// Something to be done at one moment.
+struct At(Time);
+
+impl ActionSource for At {
+    fn deadline(&self) -> Option<Time> {
+        Some(self.0)
+    }
+
+    fn take_due(&mut self, _now: Time) -> Option<(Time, PlannedAction)> {
+        None
+    }
+}
+
+#[test]
+fn wired_robots_with_different_deadlines_wait_in_real_time() {
+    let runtime = single_threaded();
+    let _guard = runtime.enter();
+    for moments in [[100_u64, 100_000], [100_000, 100], [100, 100]] {
+        let robots = moments.map(|moment| {
+            let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Real);
+            driver.cell().plan(Box::new(At(Time::from_millis(moment))));
+            (driver, tracing::Span::none())
+        });
+        let (wired, _handle) = wired::Wired::new(robots.into(), Vec::new());
+        assert!(
+            matches!(wired.next_wake().0, Wake::After(_)),
+            "{moments:?}: {:?}",
+            wired.next_wake()
+        );
+    }
+}

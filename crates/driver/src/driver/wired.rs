@@ -172,7 +172,7 @@ impl Wired {
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
-            let (wake, distance) = self.next_wake();
+            let (wake, _) = self.next_wake();
             let clock = self.robots.first().map(|(driver, _)| &driver.edge.clock);
             let beats = clock.and_then(Clock::gap_check_interval);
             let fine = clock.is_some_and(Clock::needs_fine_timer);
@@ -185,8 +185,10 @@ impl Wired {
             };
             self.hold();
             self.drivers().for_each(Driver::skip_gap);
-            if let (Step::Tick, Wake::JumpAfter(_), Some(distance)) = (&step, wake, distance) {
-                // What has arrived anywhere is handled before.
+            if matches!((&step, wake), (Step::Tick, Wake::JumpAfter(_)))
+                && let (_, Some(distance)) = self.next_wake()
+            {
+                // What has arrived anywhere is handled before. Where time passes during a silence it has come nearer.
                 self.jump = Some(distance);
                 for driver in self.drivers() {
                     let at = driver.edge.clock.now() + distance;
@@ -429,7 +431,7 @@ impl Wired {
     }
 
     /// When to wake if no input arrives, and how far time then jumps.
-    fn next_wake(&self) -> (Wake, Option<Duration>) {
+    pub(super) fn next_wake(&self) -> (Wake, Option<Duration>) {
         if self.is_storing() {
             return (Wake::Never, None);
         }
@@ -443,16 +445,7 @@ impl Wired {
             let left = until.map(|until| until.since(driver.edge.clock.now()));
             distance = left.into_iter().chain(distance).min();
             advancing |= driver.is_advancing();
-            wake = match (wake, of_driver) {
-                (Wake::Never, other) | (other, Wake::Never) => other,
-                (Wake::After(one) | Wake::JumpAfter(one), Wake::After(other)) if other <= one => {
-                    Wake::After(other)
-                }
-                (Wake::After(one), Wake::JumpAfter(other)) if one <= other => Wake::After(one),
-                (Wake::JumpAfter(one) | Wake::After(one), Wake::JumpAfter(other) | Wake::After(other)) => {
-                    Wake::JumpAfter(one.min(other))
-                }
-            };
+            wake = wake.min(of_driver);
         }
         if advancing {
             wake = Wake::JumpAfter(Duration::ZERO);

@@ -21,28 +21,28 @@ pub fn to_pretty_json(states: &[(String, Controller)]) -> String {
     pretty(&CellFile { robots })
 }
 
+/// The snapshots in the text of a file. The versions are checked first: in another version every other field may differ.
+fn parse(text: &str) -> Result<BTreeMap<String, Snapshot>, ParseError> {
+    let headers: CellFile<SnapshotHeader> = serde_json::from_str(text)?;
+    headers.robots.values().try_for_each(SnapshotHeader::validate)?;
+    Ok(serde_json::from_str::<CellFile<Snapshot>>(text)?.robots)
+}
+
+fn take(robots: &mut BTreeMap<String, Snapshot>, name: &str) -> Result<Controller, ParseError> {
+    let snapshot = robots.remove(name);
+    let snapshot = snapshot.ok_or_else(|| ParseError::NoRobot(name.to_owned()))?;
+    Ok(Controller::restore(snapshot)?)
+}
+
 /// The controllers of these robots, in this order.
 ///
 /// # Errors
 /// [`ParseError`]; the file has to have the state of each robot, and of no other.
 pub fn from_json(text: &str, names: &[String]) -> Result<Vec<Controller>, ParseError> {
-    // Check the versions first: in another version every other field may differ.
-    for header in serde_json::from_str::<CellFile<SnapshotHeader>>(text)?
-        .robots
-        .values()
-    {
-        header.validate()?;
-    }
-    let mut file: CellFile<Snapshot> = serde_json::from_str(text)?;
-    let mut controllers = Vec::new();
-    for name in names {
-        let snapshot = file
-            .robots
-            .remove(name)
-            .ok_or_else(|| ParseError::NoRobot(name.clone()))?;
-        controllers.push(Controller::restore(snapshot)?);
-    }
-    match file.robots.into_keys().next() {
+    let mut robots = parse(text)?;
+    let controllers = names.iter().map(|name| take(&mut robots, name));
+    let controllers = controllers.collect::<Result<_, _>>()?;
+    match robots.into_keys().next() {
         Some(name) => Err(ParseError::OtherRobot(name)),
         None => Ok(controllers),
     }
@@ -61,14 +61,9 @@ pub fn read(path: &Path, names: &[String]) -> Result<Vec<Controller>, FileError>
 /// # Errors
 /// [`FileError`].
 pub fn read_one(path: &Path, name: &str) -> Result<Controller, FileError> {
-    read_robot(&read_text(path)?, name).map_err(unreadable(path))
-}
-
-fn read_robot(text: &str, name: &str) -> Result<Controller, ParseError> {
-    let mut file: CellFile<Snapshot> = serde_json::from_str(text)?;
-    let snapshot = file.robots.remove(name);
-    let snapshot = snapshot.ok_or_else(|| ParseError::NoRobot(name.to_owned()))?;
-    Ok(Controller::restore(snapshot)?)
+    let text = read_text(path)?;
+    let robot = parse(&text).and_then(|mut robots| take(&mut robots, name));
+    robot.map_err(unreadable(path))
 }
 
 /// Writes the file of a cell atomically.
