@@ -243,11 +243,6 @@ impl Motion {
         self.phase == MotionPhase::Held
     }
 
-    /// When, after its start, a held motion rests; `None` when it is not held.
-    pub fn rest_at(&self) -> Option<Duration> {
-        self.is_held().then(|| self.duration())
-    }
-
     /// Feed hold released: the motion goes on from where it is, to its end. Nothing happens to one not held.
     pub fn resume(&mut self, at: Duration) {
         if self.phase == MotionPhase::Held {

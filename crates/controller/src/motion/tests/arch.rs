@@ -201,7 +201,8 @@ fn hold_override_and_stop_keep_an_arch_on_its_path() {
         let at = plain.duration().mul_f64(parts);
         let mut held = plain.clone();
         held.hold(at);
-        let rest = held.rest_at().unwrap();
+        assert!(held.is_held());
+        let rest = held.duration();
         let place = held.percent_at(rest);
         let there = plain.duration().mul_f64(place / 100.0);
         let (a, b) = (point(&model, &held, rest), point(&model, &plain, there));

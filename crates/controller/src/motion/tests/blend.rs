@@ -208,7 +208,8 @@ fn hold_override_and_break_across_a_blend_are_exact() {
         // Feed hold: a quarter of a second to rest, in which an eighth of the time passes (or the end comes).
         let mut held = whole.clone();
         held.hold(at);
-        let rest = held.rest_at().unwrap();
+        assert!(held.is_held());
+        let rest = held.duration();
         let gone = at.as_secs_f64() + 0.125;
         if gone < total {
             assert!((rest - at).as_secs_f64() - 0.25 < 2e-6);
