@@ -4,7 +4,6 @@
 //! and `panel`.
 
 use crate::endpoint::Endpoints;
-use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::step::{Step, alarm_of};
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
@@ -141,15 +140,8 @@ impl Robot {
     /// alone can change them. `None` when nothing comes of it.
     fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
         let seen = task.monitors_see(self.now)?;
-        let view = ScolInputs::new(
-            &self.signals,
-            &self.arm,
-            &self.executor,
-            self.panel.state().run_mode,
-            self.config.options.din_unknown,
-            seen,
-        );
-        match task.check_monitors(self.executor.memory_mut(), &view) {
+        let (inputs, memory) = self.inputs_and_memory(seen);
+        match task.check_monitors(memory, &inputs) {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
@@ -207,15 +199,8 @@ impl Robot {
             let (line, task) = (task.line(), task.id());
             self.outputs.event(Event::Statement { line, task });
         }
-        let inputs = ScolInputs::new(
-            &self.signals,
-            &self.arm,
-            &self.executor,
-            self.panel.state().run_mode,
-            self.config.options.din_unknown,
-            task.sees(self.now),
-        );
-        match task.run(self.executor.memory_mut(), &inputs, single) {
+        let (inputs, memory) = self.inputs_and_memory(task.sees(self.now));
+        match task.run(memory, &inputs, single) {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
             Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {

@@ -2,14 +2,14 @@
 //!
 //! It implements the trait `Inputs` of scol-mini for one instant.
 
-use super::Executor;
 use crate::arm::{Arm, Frames};
 use crate::io::signals::Signals;
 use crate::limits::SCAN;
 use crate::options::UnknownInput;
+use crate::robot::Robot;
 use crate::time::Time;
 use core::cell::Cell;
-use scol_mini::{Inputs, Position};
+use scol_mini::{Inputs, Memory, Position};
 use ts3100_proto::command::RunMode;
 
 /// What the program reads at one instant.
@@ -28,28 +28,24 @@ pub(crate) struct ScolInputs<'a> {
     changing: Cell<bool>,
 }
 
-impl<'a> ScolInputs<'a> {
-    /// What the program reads at `now`; coordinate systems and TIMER are those of `executor`.
-    pub(crate) fn new(
-        signals: &'a Signals,
-        arm: &'a Arm,
-        executor: &Executor,
-        run_mode: RunMode,
-        unknown: UnknownInput,
-        now: Time,
-    ) -> ScolInputs<'a> {
-        ScolInputs {
-            signals,
-            arm,
-            frames: arm.frames(executor.memory().conditions()),
-            run_mode,
+impl Robot {
+    /// What a program reads at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
+    pub(super) fn inputs_and_memory(&mut self, now: Time) -> (ScolInputs<'_>, &mut Memory) {
+        let inputs = ScolInputs {
+            signals: &self.signals,
+            arm: &self.arm,
+            frames: self.arm.frames(self.executor.memory().conditions()),
+            run_mode: self.panel.state().run_mode,
             now,
-            timer: executor.timer.read(now),
-            unknown_inputs: unknown == UnknownInput::Zero,
+            timer: self.executor.timer.read(now),
+            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
-        }
+        };
+        (inputs, self.executor.memory_mut())
     }
+}
 
+impl ScolInputs<'_> {
     /// When to look again, if something was read that changes by time alone.
     pub(crate) fn next_look(&self) -> Option<Time> {
         self.changing.get().then(|| self.now + SCAN)
