@@ -173,12 +173,7 @@ impl Arm {
     /// The same arm with this model, guided so: a snapshot has both apart.
     #[cfg(feature = "serde")]
     pub(crate) fn with_model(self, model: ArmModel, guide: Option<Guide>) -> Arm {
-        Arm {
-            model,
-            guide,
-            memo: Memo::default(),
-            ..self
-        }
+        Arm { model, guide, ..self }
     }
 
     /// Validates an arm read from a snapshot.

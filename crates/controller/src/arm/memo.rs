@@ -18,16 +18,11 @@ const CAPACITY: usize = 1_024;
 /// equal and lead to different results.
 type Key = Vec<u64>;
 
-struct Plan {
-    motion: Motion,
-    /// Effort of the whole motion, with the load of the key.
-    effort: Option<Effort>,
-}
-
 /// Motions planned before, of one arm model.
 #[derive(Default)]
 pub(super) struct Memo {
-    plans: BTreeMap<Key, Plan>,
+    /// Each with the effort of the whole motion with the load of the key, once it was asked for.
+    plans: BTreeMap<Key, (Motion, Option<Effort>)>,
     /// The motion planned last.
     last: Key,
     /// The motion that ended last and the part of its path that was done, for a picture of it.
@@ -47,18 +42,13 @@ impl Memo {
     ) -> Result<Motion, MotionError> {
         let key = key(from, target, tool, limits, load);
         let motion = match self.plans.get(&key) {
-            Some(known) => known.motion.clone(),
+            Some((known, _)) => known.clone(),
             None => {
                 let motion = plan(model, from, target, tool, limits)?;
                 if self.plans.len() >= CAPACITY {
                     self.plans.clear();
                 }
-                let effort = None;
-                let known = Plan {
-                    motion: motion.clone(),
-                    effort,
-                };
-                self.plans.insert(key.clone(), known);
+                self.plans.insert(key.clone(), (motion.clone(), None));
                 motion
             }
         };
@@ -80,8 +70,8 @@ impl Memo {
         // A motion that was held, slowed or blended is another one than the one that was planned.
         let known = is_whole && self.last.last() == Some(&load.to_bits());
         let known = known.then(|| self.plans.get_mut(&self.last)).flatten();
-        match known.filter(|known| known.motion == *motion) {
-            Some(known) => *known.effort.get_or_insert_with(calculate),
+        match known.filter(|(known, _)| known == motion) {
+            Some((_, effort)) => *effort.get_or_insert_with(calculate),
             None => calculate(),
         }
     }
