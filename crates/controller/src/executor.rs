@@ -185,16 +185,6 @@ impl Executor {
         }
     }
 
-    /// PAUSE holds the motion; false if no program runs, or it is held already.
-    pub(crate) fn pause(&mut self) -> bool {
-        self.program_runs() && !core::mem::replace(&mut self.paused, true)
-    }
-
-    /// PAUSE is over; false if it was before.
-    pub(crate) fn end_pause(&mut self) -> bool {
-        core::mem::take(&mut self.paused)
-    }
-
     /// Whether PAUSE holds the motion.
     pub(crate) fn is_paused(&self) -> bool {
         self.paused

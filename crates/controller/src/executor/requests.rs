@@ -1,4 +1,5 @@
-//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs.
+//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs, hands, and the statements that
+//! change a motion under way (BREAK, PAUSE, RESUME).
 //!
 //! `scheduler` runs the program until it requests something, calls `serve()`, and waits until the request is done.
 
@@ -9,6 +10,8 @@ use crate::executor::step::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
+use crate::io::line_names::HANDS;
+use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
@@ -46,12 +49,24 @@ impl Robot {
                 });
                 Step::Begun
             }
-            Request::Outputs(switches) => self.switch_outputs(task, &switches),
+            Request::Outputs(switches) => match self.signals.set_user_outputs(switches.iter().copied()) {
+                Ok(()) => self.executor.done(task),
+                Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
+            },
             Request::Hand { hand, open, at_once } => self.work_hand(task, hand, open, at_once),
             Request::Pulse { line, seconds } => self.pulse_output(task, line, seconds),
             Request::Break => self.break_motion(task),
-            Request::Pause => self.pause_motion(task),
-            Request::Resume => self.resume_motion(task),
+            Request::Pause => {
+                // The motion slows along its path; one that has not begun does not begin.
+                if self.executor.program_runs() && !core::mem::replace(&mut self.executor.paused, true) {
+                    self.arm.hold(self.now);
+                }
+                self.executor.done(task)
+            }
+            Request::Resume => {
+                self.end_pause();
+                self.executor.done(task)
+            }
             Request::SetTimer { seconds } => {
                 self.executor.timer = Stopwatch::new(seconds, self.now);
                 self.executor.done(task)
@@ -271,11 +286,51 @@ impl Robot {
         trouble
     }
 
-    fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        match self.signals.set_user_outputs(switches.iter().copied()) {
-            Ok(()) => self.executor.done(task),
-            Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
+    /// OPEN, CLOSE: when the arm rests, or at once.
+    fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
+        if !at_once && self.arm.is_moving() {
+            task.enter(TaskState::Resting);
+            return Step::Blocked;
         }
+        let index = usize::from(hand).saturating_sub(1);
+        if let Some(&(opens, closes)) = HANDS.get(index) {
+            self.signals.set_output(opens, open);
+            self.signals.set_output(closes, !open);
+        }
+        self.executor.done(task)
+    }
+
+    /// PULOUT: the output goes on now and off later; the program does not wait.
+    fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
+        if !Signals::is_user_output(output) {
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(output));
+        }
+        let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
+        self.signals.pulse_output(output, self.now + pulse);
+        self.executor.done(task)
+    }
+
+    /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
+    fn break_motion(&mut self, task: &mut Task) -> Step {
+        self.arm.stop(self.now);
+        self.end_pause();
+        let step = self.executor.done(task);
+        if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
+            task.enter(TaskState::Resting);
+        }
+        step
+    }
+
+    /// What PAUSE held goes on, unless feed hold holds it too.
+    pub(crate) fn end_pause(&mut self) {
+        if core::mem::take(&mut self.executor.paused) && !self.panel.state().feed_hold {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Whether no motion may go on or begin.
+    pub(crate) fn is_held(&self) -> bool {
+        self.panel.state().feed_hold || self.executor.paused
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.
