@@ -67,12 +67,6 @@ pub struct Transform {
     pub(crate) origin: [f64; 3],
 }
 
-impl Default for Transform {
-    fn default() -> Transform {
-        Transform::IDENTITY
-    }
-}
-
 impl Transform {
     /// No displacement, no rotation.
     pub const IDENTITY: Transform = Transform {

@@ -65,10 +65,8 @@ impl ArmModel {
                 return Err(Unreachable::NotFitted { axis, value });
             }
         }
-        for (index, limits) in self.axes.iter().enumerate() {
-            let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
-                continue;
-            };
+        let places = joints.iter_mut().zip(near);
+        for (index, (limits, (joint, near))) in self.axes.iter().zip(places).enumerate() {
             let class = match (&self.kind, index) {
                 (ArmKind::SixAxis(_), 3) => Some((config[3], wanted[3])),
                 (ArmKind::SixAxis(_), 5) => Some((config[4], wanted[4])),
@@ -102,11 +100,8 @@ impl ArmModel {
     fn resolved(&self, config: [u8; 5], near: &Joints) -> Result<[u8; 5], Unreachable> {
         let mut resolved = digits(&self.kind, near);
         for (index, (digit, found)) in resolved.iter_mut().zip(config).enumerate() {
-            let max = if matches!(self.kind, ArmKind::Scara(_)) && index > 0 {
-                0
-            } else {
-                MAX_DIGIT
-            };
+            let is_known = matches!(self.kind, ArmKind::SixAxis(_)) || index == 0;
+            let max = if is_known { MAX_DIGIT } else { 0 };
             if found > max {
                 return Err(Unreachable::Configuration {
                     place: index + 1,
@@ -161,16 +156,10 @@ pub(crate) fn follow(
 /// Longest distance in mm between an axis and the flange.
 pub(crate) fn reach(kind: &ArmKind) -> f64 {
     match kind {
-        ArmKind::SixAxis(g) => [
-            g.shoulder_offset,
-            g.upper_arm,
-            g.elbow_offset,
-            g.forearm,
-            g.flange,
-        ]
-        .iter()
-        .map(|link| link.abs())
-        .sum(),
+        ArmKind::SixAxis(g) => {
+            let upper = g.shoulder_offset.abs() + g.upper_arm.abs();
+            upper + g.elbow_offset.abs() + g.forearm.abs() + g.flange.abs()
+        }
         ArmKind::Scara(g) => g.first_arm.abs() + g.second_arm.abs(),
     }
 }
