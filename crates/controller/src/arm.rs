@@ -193,9 +193,12 @@ impl Arm {
             "arm.wear",
             "numbers that no motion leads to",
         )?;
-        let under_way = self.active.iter().map(|active| ("arm.active", active));
-        let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
-        for (place, active) in under_way.chain(interrupted) {
+        let motions = [
+            ("arm.active", &self.active),
+            ("arm.interrupted", &self.interrupted),
+        ];
+        for (place, active) in motions {
+            let Some(active) = active else { continue };
             let later = active.start > now && active.locked;
             fits(!later, place, "a motion that begins later, of a locked machine")?;
             let valid = active.motion.is_valid(&self.model);

@@ -53,13 +53,10 @@ impl Arm {
     /// motion.
     pub fn torques(&self, now: Time) -> Joints {
         let effort = self.effort_between(now, now + TORQUE_SPAN);
-        effort.torque.map(|torque| {
-            if effort.seconds > 0.0 {
-                torque / effort.seconds
-            } else {
-                0.0
-            }
-        })
+        let seconds = effort.seconds;
+        effort
+            .torque
+            .map(|torque| if seconds > 0.0 { torque / seconds } else { 0.0 })
     }
 
     /// Counts what the motion under way has done until then. Call it before the motion changes.
@@ -103,14 +100,9 @@ impl Arm {
     /// Power off: the arm rests where it is, and the counters since power-on are reset.
     pub fn power_off(&mut self, now: Time) {
         self.add_wear_until(now);
-        let wear = Wear {
-            since_power_on: Effort::default(),
-            ..self.wear.clone()
-        };
-        let rest = self.joints(now);
-        *self = Arm {
-            wear,
-            ..Arm::with_posture(self.model.clone(), rest)
-        };
+        let mut arm = Arm::with_posture(self.model.clone(), self.joints(now));
+        arm.wear = self.wear.clone();
+        arm.wear.since_power_on = Effort::default();
+        *self = arm;
     }
 }
