@@ -23,7 +23,7 @@ use crate::robot::Robot;
 use crate::time::duration_from_seconds;
 use bytes::Bytes;
 use core::time::Duration;
-use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
+use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Payload, Request};
 
 impl Robot {
     pub(crate) fn serve(&mut self, endpoints: &mut Endpoints, task: &mut Task, request: Request) -> Step {
@@ -97,8 +97,10 @@ impl Robot {
             task.enter(TaskState::Holding);
             return Step::Blocked;
         }
-        if let Some(mass) = self.overload(motion) {
-            let heaviest = self.arm.model().max_payload;
+        let heaviest = self.arm.model().max_payload;
+        if let Some((_, Payload { mass, .. })) = &motion.conditions.payload
+            && *mass > heaviest
+        {
             let reason = format!("the load is {mass} kg; the arm carries at most {heaviest} kg");
             return task.trouble(alarm::OVERLOAD, reason);
         }
@@ -162,12 +164,6 @@ impl Robot {
         Step::Begun
     }
 
-    /// Mass of a load that is too heavy for the arm.
-    fn overload(&self, motion: &Motion) -> Option<f64> {
-        let (_, load) = motion.conditions.payload.as_ref()?;
-        (load.mass > self.arm.model().max_payload).then_some(load.mass)
-    }
-
     fn print(
         &mut self,
         endpoints: &mut Endpoints,
@@ -176,19 +172,21 @@ impl Robot {
         data: &[u8],
         cut: usize,
     ) -> Step {
-        let line = task.line();
-        let Some(port) = Port::from_channel(channel) else {
-            self.tell_cut(None, line, data, cut);
+        let (line, port) = (task.line(), Port::from_channel(channel));
+        if let Some(until) = port.and_then(|port| endpoints.line_free_at(port, data.len())) {
+            task.enter(TaskState::Pausing { until });
+            return Step::Blocked;
+        }
+        if cut > 0 {
+            let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
+            self.report(&rules::PRINT_CUT, port, data, message);
+        }
+        let Some(port) = port else {
             let text = String::from_utf8_lossy(data).into_owned();
             self.channels.show(&text);
             self.outputs.push(Output::Pendant(text));
             return self.executor.done(task);
         };
-        if let Some(until) = endpoints.line_free_at(port, data.len()) {
-            task.enter(TaskState::Pausing { until });
-            return Step::Blocked;
-        }
-        self.tell_cut(Some(port), line, data, cut);
         if !self.missing_peer(port) {
             if !data.is_empty() {
                 let bytes = Bytes::copy_from_slice(data);
@@ -202,13 +200,6 @@ impl Robot {
         match self.config.options.no_peer {
             NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
             NoPeer::Silent => step,
-        }
-    }
-
-    fn tell_cut(&mut self, port: Option<Port>, line: u32, data: &[u8], cut: usize) {
-        if cut > 0 {
-            let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
-            self.report(&rules::PRINT_CUT, port, data, message);
         }
     }
 
@@ -233,44 +224,43 @@ impl Robot {
     /// Gives a waiting INPUT what its channel holds.
     pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
         let malformed = self.config.options.malformed;
-        let TaskState::Reading { channel, wanted, got } = task.state() else {
+        let TaskState::Reading {
+            channel,
+            wanted,
+            mut got,
+        } = task.state().clone()
+        else {
             return Step::Blocked;
         };
-        let (channel, wanted) = (*channel, *wanted);
-        let mut values = got.clone();
-        while values.len() < wanted {
+        while got.len() < wanted {
             let buffer = self.channels.input(channel);
             match buffer.map_or(Datum::Incomplete, |buffer| buffer.take(malformed)) {
-                Datum::Value(value) => values.push(value),
+                Datum::Value(value) => got.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";
                     self.report(&rules::INPUT_EMPTY, Port::from_channel(channel), &[], message);
-                    values.push(Number::Integer(0));
+                    got.push(Number::Integer(0));
                 }
                 Datum::Leading(token, value) => {
                     self.not_a_number(channel, &token);
-                    values.push(value);
+                    got.push(value);
                 }
                 Datum::Incomplete => {
-                    task.enter(TaskState::Reading {
-                        channel,
-                        wanted,
-                        got: values,
-                    });
+                    task.enter(TaskState::Reading { channel, wanted, got });
                     return Step::Blocked;
                 }
                 Datum::OutOfRange(token) => {
                     let reason = format!("INPUT: expected a number in the range of a real, found {token:?}");
-                    return self.cancel_input(task, values, alarm::OVERFLOW, &reason);
+                    return self.cancel_input(task, got, alarm::OVERFLOW, &reason);
                 }
                 Datum::Malformed(token) => {
                     self.not_a_number(channel, &token);
                     let reason = format!("INPUT: expected a number, found {token:?}");
-                    return self.cancel_input(task, values, alarm::INVALID_CHANNEL, &reason);
+                    return self.cancel_input(task, got, alarm::INVALID_CHANNEL, &reason);
                 }
             }
         }
-        self.executor.answer(task, Answer::Values(values))
+        self.executor.answer(task, Answer::Values(got))
     }
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
