@@ -354,8 +354,8 @@ impl Executor {
 
     /// Whether an INPUT waits for values from this port.
     pub(crate) fn reads_from(&self, port: Port) -> bool {
-        let mut ports = self.reading().filter_map(Port::from_channel);
-        ports.any(|read| read == port)
+        self.reading()
+            .any(|channel| Port::from_channel(channel) == Some(port))
     }
 
     /// The channels from which an INPUT waits for values.
@@ -396,8 +396,7 @@ impl Executor {
 
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub(crate) fn rewind(&mut self, now: Time) {
-        self.operation.stand(Standstill::FirstStep);
-        self.run_shown_until = None;
+        self.stand(Standstill::FirstStep);
         self.drop_tasks();
         let machine = |selected: &Selected| Machine::main(Arc::clone(&selected.program));
         let main = self.selected.as_ref().map(machine);
