@@ -109,16 +109,13 @@ impl Robot {
             Accuracy::Fine => Duration::ZERO,
         };
         let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
-        let begun = if !self.arm.is_moving() {
+        let moving = self.arm.is_moving();
+        let begun = if !moving {
             let locked = self.panel.state().machine_lock;
             let started = self.arm.start(self.now, motion, self.pace(), locked);
             started.map(|()| true)
         } else if self.executor.pass > 0.0 {
-            let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());
-            if taken == Ok(true) {
-                task.enter(TaskState::Queued { lead, passing });
-            }
-            taken
+            self.arm.append(self.now, motion, self.executor.pass, self.pace())
         } else {
             Ok(false)
         };
@@ -132,7 +129,8 @@ impl Robot {
                     true => motion.conditions.pass,
                     false => 0.0,
                 };
-                if let TaskState::Queued { .. } = task.state() {
+                if moving {
+                    task.enter(TaskState::Queued { lead, passing });
                     return Step::Begun;
                 }
                 self.arm.finish_due(self.now);

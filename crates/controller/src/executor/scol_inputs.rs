@@ -51,10 +51,12 @@ impl ScolInputs<'_> {
         self.changing.get().then(|| self.now + SCAN)
     }
 
-    fn looked_at_motion(&self) {
+    /// The arm, to read what changes while it moves.
+    fn watched_arm(&self) -> &Arm {
         if self.arm.is_moving() {
             self.changing.set(true);
         }
+        self.arm
     }
 }
 
@@ -72,13 +74,11 @@ impl Inputs for ScolInputs<'_> {
     }
 
     fn motion_percent(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.percent(self.now)
+        self.watched_arm().percent(self.now)
     }
 
     fn here(&self) -> Position {
-        self.looked_at_motion();
-        self.arm.here(self.now, &self.frames)
+        self.watched_arm().here(self.now, &self.frames)
     }
 
     fn timer(&self) -> f64 {
@@ -87,18 +87,15 @@ impl Inputs for ScolInputs<'_> {
     }
 
     fn motion_seconds(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.elapsed(self.now).as_secs_f64()
+        self.watched_arm().elapsed(self.now).as_secs_f64()
     }
 
     fn remaining_seconds(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.remaining(self.now).as_secs_f64()
+        self.watched_arm().remaining(self.now).as_secs_f64()
     }
 
     fn destination(&self) -> Position {
-        self.looked_at_motion();
-        self.arm.destination(self.now, &self.frames)
+        self.watched_arm().destination(self.now, &self.frames)
     }
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.
