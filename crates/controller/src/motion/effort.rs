@@ -110,7 +110,7 @@ fn add_torque(
 #[cfg(test)]
 mod tests {
     use crate::model::ArmModel;
-    use crate::motion::{Limits, NO_LOAD, Target, Transform, plan};
+    use crate::motion::{Limits, NO_LOAD, Route, Target, Transform, plan};
     use core::time::Duration;
 
     fn close(found: f64, expected: f64, slack: f64) {
@@ -160,7 +160,7 @@ mod tests {
         let mut end = pose;
         end.xyz[1] -= 200.0;
         end.xyz[2] += 40.0;
-        let target = Target::Line(end, [0; 5]);
+        let target = Target::Pose(end, [0; 5], Route::Line);
         let motion = plan(&model, &model.ready, &target, &Transform::IDENTITY, &Limits::FULL).unwrap();
         let effort = motion.effort(&model, NO_LOAD, Duration::ZERO, motion.duration());
         close(effort.way[2], 40.0, 1e-6);
