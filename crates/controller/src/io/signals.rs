@@ -56,12 +56,18 @@ pub struct Signals {
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
-fn set_line(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
+/// Switches a line and cancels the change that it would make by itself; false if it does not exist.
+fn switch<T>(lines: &mut BTreeSet<u16>, changes: &mut BTreeMap<u16, T>, line: u16, on: bool) -> bool {
+    if !Signals::exists(line) {
+        return false;
+    }
+    changes.remove(&line);
     if on {
         lines.insert(line);
     } else {
         lines.remove(&line);
     }
+    true
 }
 
 fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
@@ -102,12 +108,7 @@ impl Signals {
 
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.
     pub fn drive_input(&mut self, line: u16, on: bool) -> bool {
-        let exists = Signals::exists(line);
-        if exists {
-            set_line(&mut self.inputs, line, on);
-            self.scheduled_inputs.remove(&line);
-        }
-        exists
+        switch(&mut self.inputs, &mut self.scheduled_inputs, line, on)
     }
 
     /// Schedules an input to change to `on` at `at`. Driving the input before then cancels the change.
@@ -164,12 +165,7 @@ impl Signals {
 
     /// Switches an output and cancels its pulse; false if the line does not exist.
     pub fn set_output(&mut self, line: u16, on: bool) -> bool {
-        let exists = Signals::exists(line);
-        if exists {
-            set_line(&mut self.outputs, line, on);
-            self.pulses.remove(&line);
-        }
-        exists
+        switch(&mut self.outputs, &mut self.pulses, line, on)
     }
 
     /// Switches an output on until `until`, if the line exists.
