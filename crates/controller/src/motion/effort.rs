@@ -70,13 +70,12 @@ pub(super) fn between(
         let step = (end - begin) / f64::from(steps);
         let at = |index: u16| path.joints_at(profile.state_at(begin + step * f64::from(index)).place);
         let way = |from: &Joints, to: &Joints| minus(*to, *from).map(f64::abs);
-        let mut trail = [at(0), at(0), at(1)];
+        let mut trail = [at(0); 3];
         effort.seconds += end - begin;
-        effort.way = plus(effort.way, way(&trail[1], &trail[2]));
-        for index in 2..=steps {
+        for index in 1..=steps {
             trail = [trail[1], trail[2], at(index)];
             effort.way = plus(effort.way, way(&trail[1], &trail[2]));
-            if step > SHORTEST_STEP {
+            if index > 1 && step > SHORTEST_STEP {
                 // Each inner moment stands for an equal part of the stretch.
                 let seconds = (end - begin) / f64::from(steps - 1);
                 add_torque(&mut effort, model, &trail, step, load, seconds);
