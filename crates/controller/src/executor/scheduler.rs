@@ -71,9 +71,7 @@ impl Robot {
                 self.executor.turn = to;
                 self.between_steps(false);
             }
-            Step::Restore { names } => {
-                self.restore_data(names, false);
-            }
+            Step::Restore { names } => self.restore_data(names, false),
             Step::Stopped => self.stop_after_step(StopCause::Other),
             Step::Ended => self.end_task(id),
             Step::Killed { id } => {
