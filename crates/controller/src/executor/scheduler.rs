@@ -214,6 +214,6 @@ impl Robot {
 
     /// Whether the arm is on a motion of this task.
     pub(crate) fn moves(&self, task: &Task) -> bool {
-        self.arm.is_moving() && self.executor.owns_arm(task)
+        self.arm.is_moving() && (task.id() == 0 || self.executor.arm_owner == Some(task.id()))
     }
 }
