@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 use ts3100_controller::model::{ArmKind, ArmModel, Joints};
-use ts3100_controller::motion::{Limits, Motion, Pose, Target, Transform, plan};
+use ts3100_controller::motion::{Limits, Motion, Pose, Route, Target, Transform, plan};
 
 /// Most a pose may differ from itself there and back, mm and degrees.
 pub const POSE: f64 = 1e-6;
@@ -172,7 +172,13 @@ fn line(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
         speed: seeded.between(0.05, 1.0),
         ..Limits::FULL
     };
-    let Ok(motion) = plan(model, &from, &Target::Line(end, [0; 5]), &tool, &limits) else {
+    let Ok(motion) = plan(
+        model,
+        &from,
+        &Target::Pose(end, [0; 5], Route::Line),
+        &tool,
+        &limits,
+    ) else {
         return;
     };
     report.lines += 1;

@@ -7,7 +7,7 @@
 mod trajectory;
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Motion, MotionError, Pose, Target, Transform, pairwise};
+use crate::motion::{Gate, Motion, MotionError, Pose, Route, Target, Transform, pairwise};
 use crate::prelude::*;
 #[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
@@ -173,12 +173,7 @@ impl Arm {
     /// The same arm with this model, guided so: a snapshot has both apart.
     #[cfg(feature = "serde")]
     pub(crate) fn with_model(self, model: ArmModel, guide: Option<Guide>) -> Arm {
-        Arm {
-            model,
-            guide,
-            memo: Memo::default(),
-            ..self
-        }
+        Arm { model, guide, ..self }
     }
 
     /// Validates an arm read from a snapshot.
@@ -198,9 +193,12 @@ impl Arm {
             "arm.wear",
             "numbers that no motion leads to",
         )?;
-        let under_way = self.active.iter().map(|active| ("arm.active", active));
-        let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
-        for (place, active) in under_way.chain(interrupted) {
+        let motions = [
+            ("arm.active", &self.active),
+            ("arm.interrupted", &self.interrupted),
+        ];
+        for (place, active) in motions {
+            let Some(active) = active else { continue };
             let later = active.start > now && active.locked;
             fits(!later, place, "a motion that begins later, of a locked machine")?;
             let valid = active.motion.is_valid(&self.model);
@@ -340,39 +338,35 @@ impl Arm {
     fn target(&self, motion: &scol_mini::Motion, frames: &Frames, from: &Joints) -> Target {
         let config = motion.conditions.config;
         let world = |position: &Position| self.world_pose(position, frames);
-        match &motion.path {
-            Path::Ptp(position) => Target::Joint(world(position), merge(position.config, config)),
-            Path::Line(position) => Target::Line(world(position), merge(position.config, config)),
-            Path::Arc { via, end } => Target::Arc {
-                via: world(via),
-                end: world(end),
-                config: merge(end.config, config),
-            },
+        let (end, way) = match &motion.path {
+            Path::Ptp(end) => (end, Route::Joint),
+            Path::Line(end) => (end, Route::Line),
+            Path::Arc { via, end } => (end, Route::Arc(world(via))),
             Path::Arch {
                 end,
                 rise,
                 height,
                 descent,
-            } => Target::Arch {
-                end: world(end),
-                config: merge(end.config, config),
-                gate: Gate {
+            } => {
+                let gate = Gate {
                     rise: *rise,
                     height: *height,
                     descent: *descent,
-                },
-            },
+                };
+                (end, Route::Arch(gate))
+            }
             Path::Axis { axis, value } => {
                 let (axis, value) = (axis_index(*axis), *value);
-                Target::Axis { axis, value }
+                return Target::Axis { axis, value };
             }
             Path::AxisBy { axis, delta } => {
                 let axis = axis_index(*axis);
                 let value = from.get(axis).copied().unwrap_or_default() + delta;
-                Target::Axis { axis, value }
+                return Target::Axis { axis, value };
             }
-            Path::Ready => Target::Joints(self.model.ready),
-        }
+            Path::Ready => return Target::Joints(self.model.ready),
+        };
+        Target::Pose(world(end), merge(end.config, config), way)
     }
 
     /// World pose of a position: BASE, then the position's own or the set work coordinate, then its values.

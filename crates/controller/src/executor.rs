@@ -185,16 +185,6 @@ impl Executor {
         }
     }
 
-    /// PAUSE holds the motion; false if no program runs, or it is held already.
-    pub(crate) fn pause(&mut self) -> bool {
-        self.program_runs() && !core::mem::replace(&mut self.paused, true)
-    }
-
-    /// PAUSE is over; false if it was before.
-    pub(crate) fn end_pause(&mut self) -> bool {
-        core::mem::take(&mut self.paused)
-    }
-
     /// Whether PAUSE holds the motion.
     pub(crate) fn is_paused(&self) -> bool {
         self.paused
@@ -363,8 +353,8 @@ impl Executor {
 
     /// Whether an INPUT waits for values from this port.
     pub(crate) fn reads_from(&self, port: Port) -> bool {
-        let mut ports = self.reading().filter_map(Port::from_channel);
-        ports.any(|read| read == port)
+        self.reading()
+            .any(|channel| Port::from_channel(channel) == Some(port))
     }
 
     /// The channels from which an INPUT waits for values.
@@ -405,8 +395,7 @@ impl Executor {
 
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub(crate) fn rewind(&mut self, now: Time) {
-        self.operation.stand(Standstill::FirstStep);
-        self.run_shown_until = None;
+        self.stand(Standstill::FirstStep);
         self.drop_tasks();
         let machine = |selected: &Selected| Machine::main(Arc::clone(&selected.program));
         let main = self.selected.as_ref().map(machine);

@@ -4,7 +4,6 @@
 
 pub mod channel;
 pub(crate) mod channels;
-pub(crate) mod gripper;
 pub mod line_names;
 pub mod signals;
 pub(crate) mod system_signals;

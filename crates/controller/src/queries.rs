@@ -9,7 +9,7 @@ use crate::drive::Drive;
 use crate::endpoint::session::{Exchange, Session};
 pub use crate::executor::TaskView;
 use crate::faults::Faults;
-use crate::io::gripper::HANDS;
+use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::network::NetworkConfig;
 use crate::ops::numbers;

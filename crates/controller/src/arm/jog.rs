@@ -6,7 +6,7 @@
 use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque, transform};
 use crate::limits::{JOG_BISECTIONS, MAX_JOG_ANGLE, MAX_JOG_DISTANCE};
 use crate::model::Joints;
-use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Route, Target, Transform, plan};
 use crate::port::Port;
 use crate::time::Time;
 use scol_mini::Conditions;
@@ -227,7 +227,7 @@ impl Arm {
         };
         let moved = turn.compose(&step).compose(&turn.inverse());
         let there = centre.compose(&moved).compose(&centre.inverse()).compose(&here);
-        let target = Target::Line(Pose::from_transform(&there, flange.uv), digits);
+        let target = Target::Pose(Pose::from_transform(&there, flange.uv), digits, Route::Line);
         plan(&self.model, from, &target, &transform(&frames.tool), limits)
     }
 

@@ -5,7 +5,7 @@
 //! on it. It is no part of the state: copies and snapshots begin without it.
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Effort, Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::motion::{Effort, Limits, Motion, MotionError, Pose, Route, Target, Transform, plan};
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 use core::fmt;
@@ -18,16 +18,11 @@ const CAPACITY: usize = 1_024;
 /// equal and lead to different results.
 type Key = Vec<u64>;
 
-struct Plan {
-    motion: Motion,
-    /// Effort of the whole motion, with the load of the key.
-    effort: Option<Effort>,
-}
-
 /// Motions planned before, of one arm model.
 #[derive(Default)]
 pub(super) struct Memo {
-    plans: BTreeMap<Key, Plan>,
+    /// Each with the effort of the whole motion with the load of the key, once it was asked for.
+    plans: BTreeMap<Key, (Motion, Option<Effort>)>,
     /// The motion planned last.
     last: Key,
     /// The motion that ended last and the part of its path that was done, for a picture of it.
@@ -47,18 +42,13 @@ impl Memo {
     ) -> Result<Motion, MotionError> {
         let key = key(from, target, tool, limits, load);
         let motion = match self.plans.get(&key) {
-            Some(known) => known.motion.clone(),
+            Some((known, _)) => known.clone(),
             None => {
                 let motion = plan(model, from, target, tool, limits)?;
                 if self.plans.len() >= CAPACITY {
                     self.plans.clear();
                 }
-                let effort = None;
-                let known = Plan {
-                    motion: motion.clone(),
-                    effort,
-                };
-                self.plans.insert(key.clone(), known);
+                self.plans.insert(key.clone(), (motion.clone(), None));
                 motion
             }
         };
@@ -80,8 +70,8 @@ impl Memo {
         // A motion that was held, slowed or blended is another one than the one that was planned.
         let known = is_whole && self.last.last() == Some(&load.to_bits());
         let known = known.then(|| self.plans.get_mut(&self.last)).flatten();
-        match known.filter(|known| known.motion == *motion) {
-            Some(known) => *known.effort.get_or_insert_with(calculate),
+        match known.filter(|(known, _)| known == motion) {
+            Some((_, effort)) => *effort.get_or_insert_with(calculate),
             None => calculate(),
         }
     }
@@ -112,30 +102,26 @@ fn key(from: &Joints, target: &Target, tool: &Transform, limits: &Limits, load: 
     let mut key = Key::with_capacity(64);
     let mut add = |numbers: &[f64]| key.extend(numbers.iter().map(|number| number.to_bits()));
     add(from);
+    // In the order of a six-axis arm a pose has all its numbers.
+    let numbers = |pose: &Pose| pose.coords(scol_mini::Arm::SixAxis);
     // The kind first, which says how many numbers follow.
     match target {
-        Target::Joint(end, config) => {
-            add(&[0.0]);
-            add_end(&mut add, end, *config);
-        }
-        Target::Line(end, config) => {
-            add(&[1.0]);
-            add_end(&mut add, end, *config);
-        }
-        Target::Arc { via, end, config } => {
+        Target::Pose(_, _, Route::Joint) => add(&[0.0]),
+        Target::Pose(_, _, Route::Line) => add(&[1.0]),
+        Target::Pose(_, _, Route::Arc(via)) => {
             add(&[2.0]);
-            add_end(&mut add, via, *config);
-            add_end(&mut add, end, *config);
+            add(&numbers(via));
         }
-        Target::Arch { end, config, gate } => {
-            add(&[3.0, gate.rise, gate.height, gate.descent]);
-            add_end(&mut add, end, *config);
-        }
+        Target::Pose(_, _, Route::Arch(gate)) => add(&[3.0, gate.rise, gate.height, gate.descent]),
         Target::Axis { axis, value } => add(&[4.0, *axis as f64, *value]),
         Target::Joints(to) => {
             add(&[5.0]);
             add(to);
         }
+    }
+    if let Target::Pose(end, config, _) = target {
+        add(&numbers(end));
+        add(&config.map(f64::from));
     }
     add(tool.rotation.as_flattened());
     add(&tool.origin);
@@ -156,24 +142,17 @@ fn key(from: &Joints, target: &Target, tool: &Transform, limits: &Limits, load: 
     key
 }
 
-fn add_end(add: &mut impl FnMut(&[f64]), end: &Pose, config: [u8; 5]) {
-    add(&end.xyz);
-    add(&end.abc);
-    add(&end.uv);
-    add(&config.map(f64::from));
-}
-
 #[cfg(test)]
 mod tests {
     use super::{CAPACITY, Memo};
     use crate::model::ArmModel;
-    use crate::motion::{Limits, NO_LOAD, Target, Transform, plan};
+    use crate::motion::{Limits, NO_LOAD, Route, Target, Transform, plan};
     use core::time::Duration;
 
     fn line(model: &ArmModel, way: f64) -> Target {
         let (mut end, _) = model.forward(&model.ready);
         end.xyz[2] -= way;
-        Target::Line(end, [0; 5])
+        Target::Pose(end, [0; 5], Route::Line)
     }
 
     #[test]

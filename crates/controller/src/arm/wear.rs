@@ -97,14 +97,9 @@ impl Arm {
     /// Power off: the arm rests where it is, and the counters since power-on are reset.
     pub fn power_off(&mut self, now: Time) {
         self.add_wear_until(now);
-        let wear = Wear {
-            since_power_on: Effort::default(),
-            ..self.wear.clone()
-        };
-        let rest = self.joints(now);
-        *self = Arm {
-            wear,
-            ..Arm::with_posture(self.model.clone(), rest)
-        };
+        let mut arm = Arm::with_posture(self.model.clone(), self.joints(now));
+        arm.wear = self.wear.clone();
+        arm.wear.since_power_on = Effort::default();
+        *self = arm;
     }
 }

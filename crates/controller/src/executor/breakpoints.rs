@@ -55,11 +55,6 @@ impl Breakpoints {
         self.target == Some(Target::NextStep)
     }
 
-    /// Nothing is left of them: another file is selected.
-    pub(super) fn clear(&mut self) {
-        *self = Breakpoints::default();
-    }
-
     /// Whether a snapshot can do without them.
     #[cfg(feature = "serde")]
     pub(super) fn is_default(&self) -> bool {

@@ -1,12 +1,12 @@
 //! An executor that was read back from a snapshot gets its programs, compiled again from their sources, and is
 //! validated: what no run leads to is refused.
 
+use super::selection::render;
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
-use crate::prelude::*;
 use crate::snapshot::error::{SnapshotError, check};
 use alloc::sync::Arc;
-use scol_mini::{Diagnostic, MAX_TASKS, Program, compile_direct};
+use scol_mini::{MAX_TASKS, Program, compile_direct};
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::sm::MAX_ENDED;
 
@@ -75,7 +75,7 @@ impl Selected {
         check(fits, "execution.selected.name", expected, &self.name)?;
         let compilation = config.compile(&self.source);
         self.program = compilation.program.ok_or_else(|| {
-            let found = first_of(&compilation.diagnostics, &self.source, &self.name);
+            let found = render(compilation.diagnostics.iter().take(1), &self.source, &self.name);
             SnapshotError::value("execution.selected.source", "a program that compiles", found)
         })?;
         self.memory
@@ -88,7 +88,7 @@ impl Direct {
     fn relink(&mut self, program: &Program) -> Result<(), SnapshotError> {
         let place = "execution.direct.task";
         let program = compile_direct(&self.statement, program).map_err(|diagnostics| {
-            let found = first_of(&diagnostics, &self.statement, "DO");
+            let found = render(diagnostics.iter().take(1), &self.statement, "DO");
             let expected = "a statement that can be executed";
             SnapshotError::value("execution.direct.statement", expected, found)
         })?;
@@ -97,9 +97,4 @@ impl Direct {
         let expected = "task 0 without a handler";
         check(id == 0 && alone, place, expected, format!("task {id}"))
     }
-}
-
-fn first_of(diagnostics: &[Diagnostic], source: &str, name: &str) -> String {
-    let first = diagnostics.first();
-    first.map_or_else(String::new, |error| error.render(source, name))
 }

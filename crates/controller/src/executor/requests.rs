@@ -1,4 +1,5 @@
-//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs.
+//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs, hands, and the statements that
+//! change a motion under way (BREAK, PAUSE, RESUME).
 //!
 //! `scheduler` runs the program until it requests something, calls `serve()`, and waits until the request is done.
 
@@ -9,6 +10,8 @@ use crate::executor::step::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::io::channel::Datum;
+use crate::io::line_names::HANDS;
+use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
@@ -20,7 +23,7 @@ use crate::robot::Robot;
 use crate::time::duration_from_seconds;
 use bytes::Bytes;
 use core::time::Duration;
-use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
+use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Payload, Request};
 
 impl Robot {
     pub(crate) fn serve(&mut self, endpoints: &mut Endpoints, task: &mut Task, request: Request) -> Step {
@@ -46,12 +49,24 @@ impl Robot {
                 });
                 Step::Begun
             }
-            Request::Outputs(switches) => self.switch_outputs(task, &switches),
+            Request::Outputs(switches) => match self.signals.set_user_outputs(switches.iter().copied()) {
+                Ok(()) => self.executor.done(task),
+                Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
+            },
             Request::Hand { hand, open, at_once } => self.work_hand(task, hand, open, at_once),
             Request::Pulse { line, seconds } => self.pulse_output(task, line, seconds),
             Request::Break => self.break_motion(task),
-            Request::Pause => self.pause_motion(task),
-            Request::Resume => self.resume_motion(task),
+            Request::Pause => {
+                // The motion slows along its path; one that has not begun does not begin.
+                if self.executor.program_runs() && !core::mem::replace(&mut self.executor.paused, true) {
+                    self.arm.hold(self.now);
+                }
+                self.executor.done(task)
+            }
+            Request::Resume => {
+                self.end_pause();
+                self.executor.done(task)
+            }
             Request::SetTimer { seconds } => {
                 self.executor.timer = Stopwatch::new(seconds, self.now);
                 self.executor.done(task)
@@ -82,8 +97,10 @@ impl Robot {
             task.enter(TaskState::Holding);
             return Step::Blocked;
         }
-        if let Some(mass) = self.overload(motion) {
-            let heaviest = self.arm.model().max_payload;
+        let heaviest = self.arm.model().max_payload;
+        if let Some((_, Payload { mass, .. })) = &motion.conditions.payload
+            && *mass > heaviest
+        {
             let reason = format!("the load is {mass} kg; the arm carries at most {heaviest} kg");
             return task.trouble(alarm::OVERLOAD, reason);
         }
@@ -92,16 +109,13 @@ impl Robot {
             Accuracy::Fine => Duration::ZERO,
         };
         let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
-        let begun = if !self.arm.is_moving() {
+        let moving = self.arm.is_moving();
+        let begun = if !moving {
             let locked = self.panel.state().machine_lock;
             let started = self.arm.start(self.now, motion, self.pace(), locked);
             started.map(|()| true)
         } else if self.executor.pass > 0.0 {
-            let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());
-            if taken == Ok(true) {
-                task.enter(TaskState::Queued { lead, passing });
-            }
-            taken
+            self.arm.append(self.now, motion, self.executor.pass, self.pace())
         } else {
             Ok(false)
         };
@@ -115,7 +129,8 @@ impl Robot {
                     true => motion.conditions.pass,
                     false => 0.0,
                 };
-                if let TaskState::Queued { .. } = task.state() {
+                if moving {
+                    task.enter(TaskState::Queued { lead, passing });
                     return Step::Begun;
                 }
                 self.arm.finish_due(self.now);
@@ -147,12 +162,6 @@ impl Robot {
         Step::Begun
     }
 
-    /// Mass of a load that is too heavy for the arm.
-    fn overload(&self, motion: &Motion) -> Option<f64> {
-        let (_, load) = motion.conditions.payload.as_ref()?;
-        (load.mass > self.arm.model().max_payload).then_some(load.mass)
-    }
-
     fn print(
         &mut self,
         endpoints: &mut Endpoints,
@@ -161,19 +170,21 @@ impl Robot {
         data: &[u8],
         cut: usize,
     ) -> Step {
-        let line = task.line();
-        let Some(port) = Port::from_channel(channel) else {
-            self.tell_cut(None, line, data, cut);
+        let (line, port) = (task.line(), Port::from_channel(channel));
+        if let Some(until) = port.and_then(|port| endpoints.line_free_at(port, data.len())) {
+            task.enter(TaskState::Pausing { until });
+            return Step::Blocked;
+        }
+        if cut > 0 {
+            let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
+            self.report(&rules::PRINT_CUT, port, data, message);
+        }
+        let Some(port) = port else {
             let text = String::from_utf8_lossy(data).into_owned();
             self.channels.show(&text);
             self.outputs.push(Output::Pendant(text));
             return self.executor.done(task);
         };
-        if let Some(until) = endpoints.line_free_at(port, data.len()) {
-            task.enter(TaskState::Pausing { until });
-            return Step::Blocked;
-        }
-        self.tell_cut(Some(port), line, data, cut);
         if !self.missing_peer(port) {
             if !data.is_empty() {
                 let bytes = Bytes::copy_from_slice(data);
@@ -187,13 +198,6 @@ impl Robot {
         match self.config.options.no_peer {
             NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
             NoPeer::Silent => step,
-        }
-    }
-
-    fn tell_cut(&mut self, port: Option<Port>, line: u32, data: &[u8], cut: usize) {
-        if cut > 0 {
-            let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
-            self.report(&rules::PRINT_CUT, port, data, message);
         }
     }
 
@@ -218,44 +222,43 @@ impl Robot {
     /// Gives a waiting INPUT what its channel holds.
     pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
         let malformed = self.config.options.malformed;
-        let TaskState::Reading { channel, wanted, got } = task.state() else {
+        let TaskState::Reading {
+            channel,
+            wanted,
+            mut got,
+        } = task.state().clone()
+        else {
             return Step::Blocked;
         };
-        let (channel, wanted) = (*channel, *wanted);
-        let mut values = got.clone();
-        while values.len() < wanted {
+        while got.len() < wanted {
             let buffer = self.channels.input(channel);
             match buffer.map_or(Datum::Incomplete, |buffer| buffer.take(malformed)) {
-                Datum::Value(value) => values.push(value),
+                Datum::Value(value) => got.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";
                     self.report(&rules::INPUT_EMPTY, Port::from_channel(channel), &[], message);
-                    values.push(Number::Integer(0));
+                    got.push(Number::Integer(0));
                 }
                 Datum::Leading(token, value) => {
                     self.not_a_number(channel, &token);
-                    values.push(value);
+                    got.push(value);
                 }
                 Datum::Incomplete => {
-                    task.enter(TaskState::Reading {
-                        channel,
-                        wanted,
-                        got: values,
-                    });
+                    task.enter(TaskState::Reading { channel, wanted, got });
                     return Step::Blocked;
                 }
                 Datum::OutOfRange(token) => {
                     let reason = format!("INPUT: expected a number in the range of a real, found {token:?}");
-                    return self.cancel_input(task, values, alarm::OVERFLOW, &reason);
+                    return self.cancel_input(task, got, alarm::OVERFLOW, &reason);
                 }
                 Datum::Malformed(token) => {
                     self.not_a_number(channel, &token);
                     let reason = format!("INPUT: expected a number, found {token:?}");
-                    return self.cancel_input(task, values, alarm::INVALID_CHANNEL, &reason);
+                    return self.cancel_input(task, got, alarm::INVALID_CHANNEL, &reason);
                 }
             }
         }
-        self.executor.answer(task, Answer::Values(values))
+        self.executor.answer(task, Answer::Values(got))
     }
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
@@ -271,11 +274,51 @@ impl Robot {
         trouble
     }
 
-    fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        match self.signals.set_user_outputs(switches.iter().copied()) {
-            Ok(()) => self.executor.done(task),
-            Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
+    /// OPEN, CLOSE: when the arm rests, or at once.
+    fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
+        if !at_once && self.arm.is_moving() {
+            task.enter(TaskState::Resting);
+            return Step::Blocked;
         }
+        let index = usize::from(hand).saturating_sub(1);
+        if let Some(&(opens, closes)) = HANDS.get(index) {
+            self.signals.set_output(opens, open);
+            self.signals.set_output(closes, !open);
+        }
+        self.executor.done(task)
+    }
+
+    /// PULOUT: the output goes on now and off later; the program does not wait.
+    fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
+        if !Signals::is_user_output(output) {
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(output));
+        }
+        let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
+        self.signals.pulse_output(output, self.now + pulse);
+        self.executor.done(task)
+    }
+
+    /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
+    fn break_motion(&mut self, task: &mut Task) -> Step {
+        self.arm.stop(self.now);
+        self.end_pause();
+        let step = self.executor.done(task);
+        if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
+            task.enter(TaskState::Resting);
+        }
+        step
+    }
+
+    /// What PAUSE held goes on, unless feed hold holds it too.
+    pub(crate) fn end_pause(&mut self) {
+        if core::mem::take(&mut self.executor.paused) && !self.panel.state().feed_hold {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Whether no motion may go on or begin.
+    pub(crate) fn is_held(&self) -> bool {
+        self.panel.state().feed_hold || self.executor.paused
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.

@@ -84,12 +84,10 @@ impl Robot {
         });
         self.alarms.raise(alarm);
         match code.level {
-            AlarmLevel::L8 | AlarmLevel::L4 => self.interrupt(StopCause::Other),
+            AlarmLevel::L8 => self.servo_off(StopCause::Other),
+            AlarmLevel::L4 => self.interrupt(StopCause::Other),
             AlarmLevel::L2 => self.stop_after_step(StopCause::Other),
             AlarmLevel::L1 => {}
-        }
-        if code.level == AlarmLevel::L8 {
-            self.outputs.event(self.panel.servo_off());
         }
     }
 

@@ -4,7 +4,6 @@
 //! and `panel`.
 
 use crate::endpoint::Endpoints;
-use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::step::{Step, alarm_of};
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
@@ -72,9 +71,7 @@ impl Robot {
                 self.executor.turn = to;
                 self.between_steps(false);
             }
-            Step::Restore { names } => {
-                self.restore_data(names, false);
-            }
+            Step::Restore { names } => self.restore_data(names, false),
             Step::Stopped => self.stop_after_step(StopCause::Other),
             Step::Ended => self.end_task(id),
             Step::Killed { id } => {
@@ -141,15 +138,8 @@ impl Robot {
     /// alone can change them. `None` when nothing comes of it.
     fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
         let seen = task.monitors_see(self.now)?;
-        let view = ScolInputs::new(
-            &self.signals,
-            &self.arm,
-            &self.executor,
-            self.panel.state().run_mode,
-            self.config.options.din_unknown,
-            seen,
-        );
-        match task.check_monitors(self.executor.memory_mut(), &view) {
+        let (inputs, memory) = self.inputs_and_memory(seen);
+        match task.check_monitors(memory, &inputs) {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
@@ -207,15 +197,8 @@ impl Robot {
             let (line, task) = (task.line(), task.id());
             self.outputs.event(Event::Statement { line, task });
         }
-        let inputs = ScolInputs::new(
-            &self.signals,
-            &self.arm,
-            &self.executor,
-            self.panel.state().run_mode,
-            self.config.options.din_unknown,
-            task.sees(self.now),
-        );
-        match task.run(self.executor.memory_mut(), &inputs, single) {
+        let (inputs, memory) = self.inputs_and_memory(task.sees(self.now));
+        match task.run(memory, &inputs, single) {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
             Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {
@@ -231,6 +214,6 @@ impl Robot {
 
     /// Whether the arm is on a motion of this task.
     pub(crate) fn moves(&self, task: &Task) -> bool {
-        self.arm.is_moving() && self.executor.owns_arm(task)
+        self.arm.is_moving() && (task.id() == 0 || self.executor.arm_owner == Some(task.id()))
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! It implements the trait `Inputs` of scol-mini for one instant.
 
-use super::Executor;
 use crate::arm::{Arm, Frames};
 use crate::io::signals::Signals;
 use crate::limits::SCAN;
 use crate::options::UnknownInput;
+use crate::robot::Robot;
 use crate::time::Time;
 use core::cell::Cell;
-use scol_mini::{Inputs, Position};
+use scol_mini::{Inputs, Memory, Position};
 use ts3100_proto::command::RunMode;
 
 /// What the program reads at one instant.
@@ -28,37 +28,35 @@ pub(crate) struct ScolInputs<'a> {
     changing: Cell<bool>,
 }
 
-impl<'a> ScolInputs<'a> {
-    /// What the program reads at `now`; coordinate systems and TIMER are those of `executor`.
-    pub(crate) fn new(
-        signals: &'a Signals,
-        arm: &'a Arm,
-        executor: &Executor,
-        run_mode: RunMode,
-        unknown: UnknownInput,
-        now: Time,
-    ) -> ScolInputs<'a> {
-        ScolInputs {
-            signals,
-            arm,
-            frames: arm.frames(executor.memory().conditions()),
-            run_mode,
+impl Robot {
+    /// What a program reads at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
+    pub(super) fn inputs_and_memory(&mut self, now: Time) -> (ScolInputs<'_>, &mut Memory) {
+        let inputs = ScolInputs {
+            signals: &self.signals,
+            arm: &self.arm,
+            frames: self.arm.frames(self.executor.memory().conditions()),
+            run_mode: self.panel.state().run_mode,
             now,
-            timer: executor.timer.read(now),
-            unknown_inputs: unknown == UnknownInput::Zero,
+            timer: self.executor.timer.read(now),
+            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
-        }
+        };
+        (inputs, self.executor.memory_mut())
     }
+}
 
+impl ScolInputs<'_> {
     /// When to look again, if something was read that changes by time alone.
     pub(crate) fn next_look(&self) -> Option<Time> {
         self.changing.get().then(|| self.now + SCAN)
     }
 
-    fn looked_at_motion(&self) {
+    /// The arm, to read what changes while it moves.
+    fn watched_arm(&self) -> &Arm {
         if self.arm.is_moving() {
             self.changing.set(true);
         }
+        self.arm
     }
 }
 
@@ -76,13 +74,11 @@ impl Inputs for ScolInputs<'_> {
     }
 
     fn motion_percent(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.percent(self.now)
+        self.watched_arm().percent(self.now)
     }
 
     fn here(&self) -> Position {
-        self.looked_at_motion();
-        self.arm.here(self.now, &self.frames)
+        self.watched_arm().here(self.now, &self.frames)
     }
 
     fn timer(&self) -> f64 {
@@ -91,18 +87,15 @@ impl Inputs for ScolInputs<'_> {
     }
 
     fn motion_seconds(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.elapsed(self.now).as_secs_f64()
+        self.watched_arm().elapsed(self.now).as_secs_f64()
     }
 
     fn remaining_seconds(&self) -> f64 {
-        self.looked_at_motion();
-        self.arm.remaining(self.now).as_secs_f64()
+        self.watched_arm().remaining(self.now).as_secs_f64()
     }
 
     fn destination(&self) -> Position {
-        self.looked_at_motion();
-        self.arm.destination(self.now, &self.frames)
+        self.watched_arm().destination(self.now, &self.frames)
     }
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.

@@ -1,6 +1,6 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Executor, TaskState};
+use crate::executor::{Breakpoints, Executor, TaskState};
 use crate::output::Event;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -184,7 +184,7 @@ impl Robot {
         };
         let memory = Memory::new(&program);
         if self.executor.file() != name.as_str() {
-            self.executor.breakpoints.clear();
+            self.executor.breakpoints = Breakpoints::default();
         }
         self.executor.selected = Some(Selected {
             name: label(),
@@ -213,7 +213,7 @@ impl Robot {
     /// No file is selected any more (RS,SEL).
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;
-        self.executor.breakpoints.clear();
+        self.executor.breakpoints = Breakpoints::default();
         self.executor.rewind(self.now);
         self.outputs.event(Event::Selected(None));
     }

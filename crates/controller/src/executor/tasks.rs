@@ -70,11 +70,6 @@ impl Executor {
         let id = task.id();
         id == 0 || *self.arm_owner.get_or_insert(id) == id
     }
-
-    /// Whether a motion under way is that of the task.
-    pub(super) fn owns_arm(&self, task: &Task) -> bool {
-        task.id() == 0 || self.arm_owner == Some(task.id())
-    }
 }
 
 impl Robot {

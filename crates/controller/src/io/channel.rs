@@ -127,49 +127,41 @@ fn parse_datum(token: &str, malformed: Malformed) -> Datum {
     if token.is_empty() {
         return Datum::Empty;
     }
-    match (number(token), malformed) {
-        (Some(ParsedNumber::Number(value)), _) => Datum::Value(value),
-        (Some(ParsedNumber::TooLarge), _) => Datum::OutOfRange(String::from(token)),
-        (None, Malformed::Alarm) => Datum::Malformed(String::from(token)),
-        (None, Malformed::LeadingNumber) => match leading_number(token) {
-            ParsedNumber::Number(value) => Datum::Leading(String::from(token), value),
-            ParsedNumber::TooLarge => Datum::OutOfRange(String::from(token)),
-        },
+    let whole = number(token);
+    let value = match (whole, malformed) {
+        (Some(value), _) => value,
+        (None, Malformed::Alarm) => return Datum::Malformed(String::from(token)),
+        (None, Malformed::LeadingNumber) => {
+            let mut beginnings = (1..=token.len()).rev().filter_map(|end| token.get(..end));
+            beginnings.find_map(number).unwrap_or(Number::Integer(0))
+        }
+    };
+    if matches!(value, Number::Real(real) if !real.is_finite()) {
+        return Datum::OutOfRange(String::from(token));
+    }
+    match whole {
+        Some(value) => Datum::Value(value),
+        None => Datum::Leading(String::from(token), value),
     }
 }
 
-/// A token that has the form of a number.
-enum ParsedNumber {
-    Number(Number),
-    /// Beyond the range of a real.
-    TooLarge,
-}
-
-fn number(token: &str) -> Option<ParsedNumber> {
+/// The number that a token is; an infinite one if it is beyond the range of a real.
+fn number(token: &str) -> Option<Number> {
     let is_figure = |byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e');
     if !token.bytes().all(is_figure) || !token.bytes().any(|byte| byte.is_ascii_digit()) {
         return None;
     }
     if let Ok(integer) = token.parse::<i32>() {
-        return Some(ParsedNumber::Number(Number::Integer(integer)));
+        return Some(Number::Integer(integer));
     }
     let real = token.parse::<f32>().ok()?;
-    if !real.is_finite() {
-        return Some(ParsedNumber::TooLarge);
-    }
     // An integer below the range must not be rounded into it.
     let is_integer = !token.bytes().any(|byte| matches!(byte, b'.' | b'E' | b'e'));
     let real = match is_integer && real == i32::MIN as f32 {
         true => real.next_down(),
         false => real,
     };
-    Some(ParsedNumber::Number(Number::Real(real)))
-}
-
-fn leading_number(token: &str) -> ParsedNumber {
-    let mut beginnings = (1..=token.len()).rev().filter_map(|end| token.get(..end));
-    let longest = beginnings.find_map(number);
-    longest.unwrap_or(ParsedNumber::Number(Number::Integer(0)))
+    Some(Number::Real(real))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The lines that have a name: those by which other equipment operates the controller, and the outputs of the hands.
 //!
 //! The manual gives the names of the system signals (SF-31, SF-38). A hand has those of the statements that work it. What
-//! a line does is in `system_signals` and `gripper`.
+//! a line does is in `system_signals` and `executor::requests`.
 
 use super::signals::IoKind;
 
@@ -59,6 +59,9 @@ line_names! {
         ALARM = 262,
     }
 }
+
+/// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
+pub(crate) const HANDS: [(u16, u16); 2] = [(dout::OPEN1, dout::CLOSE1), (dout::OPEN2, dout::CLOSE2)];
 
 /// The name of a line: `STROBE`, `OPEN1`; `None` for one that has only a number.
 pub fn line_name(kind: IoKind, line: u16) -> Option<&'static str> {

@@ -6,22 +6,17 @@
 use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
+use core::ops::RangeInclusive;
 use ts3100_proto::status::io::{LineWords, WORDS};
 
-/// Ranges of line numbers: first, last, and index of the first word in IO (SF-25 to SF-38, ste80722 S27).
+/// Ranges of line numbers, four words of IO each (SF-25 to SF-38, ste80722 S27).
 ///
 /// The six-axis manual does not list the last two ranges. Hosts written for the SCARA read them, so every arm has them.
-const RANGES: [(u16, u16, usize); 5] = [
-    (1, 64, 0),
-    (101, 164, 4),
-    (201, 264, 8),
-    (301, 364, 12),
-    (401, 464, 16),
-];
+const RANGES: [RangeInclusive<u16>; 5] = [1..=64, 101..=164, 201..=264, 301..=364, 401..=464];
 /// Outputs that a program or IW may set: general, extension, hand (CMD-IW-04).
-const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
+const USER_OUTPUTS: [RangeInclusive<u16>; 3] = [1..=64, 101..=164, 201..=208];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
-const RESET_OUTPUTS: (u16, u16) = (1, 24);
+const RESET_OUTPUTS: RangeInclusive<u16> = 1..=24;
 
 ts3100_proto::codes! {
     /// Which way a line leads, seen from the controller.
@@ -54,22 +49,26 @@ pub struct Signals {
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
-fn set_line(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
+/// Switches a line and cancels the change that it would make by itself; false if it does not exist.
+fn switch<T>(lines: &mut BTreeSet<u16>, changes: &mut BTreeMap<u16, T>, line: u16, on: bool) -> bool {
+    if !Signals::exists(line) {
+        return false;
+    }
+    changes.remove(&line);
     if on {
         lines.insert(line);
     } else {
         lines.remove(&line);
     }
+    true
 }
 
 fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
     let mut words = [0u16; WORDS];
-    for (first, last, word) in RANGES {
-        for line in (first..=last).filter(|line| is_on(*line)) {
-            let index = usize::from(line - first);
-            if let Some(word) = words.get_mut(word + index / 16) {
-                *word |= 1 << (index % 16);
-            }
+    let on = Signals::numbers().enumerate().filter(|(_, line)| is_on(*line));
+    for (place, _) in on {
+        if let Some(word) = words.get_mut(place / 16) {
+            *word |= 1 << (place % 16);
         }
     }
     words
@@ -78,14 +77,12 @@ fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
 impl Signals {
     /// Whether an input and an output of this number exist.
     pub fn exists(line: u16) -> bool {
-        let mut ranges = RANGES.iter();
-        ranges.any(|&(first, last, _)| (first..=last).contains(&line))
+        RANGES.iter().any(|range| range.contains(&line))
     }
 
     /// Whether a program or IW may set this output.
     pub fn is_user_output(line: u16) -> bool {
-        let mut ranges = USER_OUTPUTS.into_iter();
-        ranges.any(|(first, last)| (first..=last).contains(&line))
+        USER_OUTPUTS.iter().any(|range| range.contains(&line))
     }
 
     /// Switches all of these user outputs, or none. `Err` gives one that a program or IW may not set.
@@ -104,12 +101,7 @@ impl Signals {
 
     /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.
     pub fn drive_input(&mut self, line: u16, on: bool) -> bool {
-        let exists = Signals::exists(line);
-        if exists {
-            set_line(&mut self.inputs, line, on);
-            self.scheduled_inputs.remove(&line);
-        }
-        exists
+        switch(&mut self.inputs, &mut self.scheduled_inputs, line, on)
     }
 
     /// Schedules an input to change to `on` at `at`. Driving the input before then cancels the change.
@@ -149,7 +141,7 @@ impl Signals {
 
     /// Numbers of all lines; inputs and outputs have the same.
     pub fn numbers() -> impl Iterator<Item = u16> {
-        RANGES.into_iter().flat_map(|(first, last, _)| first..=last)
+        RANGES.into_iter().flatten()
     }
 
     /// State of an input as the controller reads it.
@@ -166,21 +158,14 @@ impl Signals {
 
     /// Switches an output and cancels its pulse; false if the line does not exist.
     pub fn set_output(&mut self, line: u16, on: bool) -> bool {
-        let exists = Signals::exists(line);
-        if exists {
-            set_line(&mut self.outputs, line, on);
-            self.pulses.remove(&line);
-        }
-        exists
+        switch(&mut self.outputs, &mut self.pulses, line, on)
     }
 
-    /// Switches an output on until `until`; false if the line does not exist.
-    pub fn pulse_output(&mut self, line: u16, until: Time) -> bool {
-        let exists = self.set_output(line, true);
-        if exists {
+    /// Switches an output on until `until`, if the line exists.
+    pub fn pulse_output(&mut self, line: u16, until: Time) {
+        if self.set_output(line, true) {
             self.pulses.insert(line, until);
         }
-        exists
     }
 
     /// When the pulse of an output ends; `None` if it is not pulsed.
@@ -223,8 +208,7 @@ impl Signals {
 
     /// RS,SIG: turns off Dout1 to Dout24 (CMD-RS-07).
     pub fn reset_outputs(&mut self) {
-        self.outputs
-            .retain(|line| !(RESET_OUTPUTS.0..=RESET_OUTPUTS.1).contains(line));
+        self.outputs.retain(|line| !RESET_OUTPUTS.contains(line));
     }
 
     /// Power off: turns off every output, forced ones too. Inputs keep their state: they are driven from outside.

@@ -128,9 +128,7 @@ impl Robot {
     fn answer_signal(&mut self, line: u16, result: Result<(), OperateError>) {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
-            Ok(()) => {
-                self.signals.pulse_output(dout::ACK, self.now + PULSE);
-            }
+            Ok(()) => self.signals.pulse_output(dout::ACK, self.now + PULSE),
             Err(reason) => {
                 let message = format!("Din{line} had no effect: {reason}");
                 self.report(&rules::SIGNAL_REFUSED, None, &[], message);

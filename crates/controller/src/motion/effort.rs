@@ -81,13 +81,12 @@ pub(super) fn between(
         let step = (end - begin) / f64::from(steps);
         let at = |index: u16| path.joints_at(profile.state_at(begin + step * f64::from(index)).place);
         let way = |from: &Joints, to: &Joints| minus(*to, *from).map(f64::abs);
-        let mut trail = [at(0), at(0), at(1)];
+        let mut trail = [at(0); 3];
         effort.seconds += end - begin;
-        effort.way = plus(effort.way, way(&trail[1], &trail[2]));
-        for index in 2..=steps {
+        for index in 1..=steps {
             trail = [trail[1], trail[2], at(index)];
             effort.way = plus(effort.way, way(&trail[1], &trail[2]));
-            if step > SHORTEST_STEP {
+            if index > 1 && step > SHORTEST_STEP {
                 // Each inner moment stands for an equal part of the stretch.
                 let seconds = (end - begin) / f64::from(steps - 1);
                 add_torque(&mut effort, model, &trail, step, load, seconds);
@@ -121,7 +120,7 @@ fn add_torque(
 #[cfg(test)]
 mod tests {
     use crate::model::ArmModel;
-    use crate::motion::{Limits, NO_LOAD, Target, Transform, plan};
+    use crate::motion::{Limits, NO_LOAD, Route, Target, Transform, plan};
     use core::time::Duration;
 
     fn close(found: f64, expected: f64, slack: f64) {
@@ -171,7 +170,7 @@ mod tests {
         let mut end = pose;
         end.xyz[1] -= 200.0;
         end.xyz[2] += 40.0;
-        let target = Target::Line(end, [0; 5]);
+        let target = Target::Pose(end, [0; 5], Route::Line);
         let motion = plan(&model, &model.ready, &target, &Transform::IDENTITY, &Limits::FULL).unwrap();
         let effort = motion.effort(&model, NO_LOAD, Duration::ZERO, motion.duration());
         close(effort.way[2], 40.0, 1e-6);

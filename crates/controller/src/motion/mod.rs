@@ -68,33 +68,11 @@ impl Limits {
     };
 }
 
-/// Where a motion goes, and how. Poses are world poses of the tool point; a configuration digit 0 keeps the
-/// present one.
+/// Where a motion goes, and how.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// MOVE: all joints start and end together.
-    Joint(Pose, [u8; 5]),
-    /// MOVES: the tool point goes in a straight line, the tool turns about a fixed axis.
-    Line(Pose, [u8; 5]),
-    /// MOVEC: the tool point goes along the circle from here through `via` to `end`; the tool turns about a fixed
-    /// axis from its present orientation to that of `end` (that of `via` does not count: ours, assumed).
-    Arc {
-        /// A point of the arc.
-        via: Pose,
-        /// End of the arc.
-        end: Pose,
-        /// Configuration at the end.
-        config: [u8; 5],
-    },
-    /// MOVEJ: up, across, down, in the direction of the world's Z. The configuration stays.
-    Arch {
-        /// End of the arch.
-        end: Pose,
-        /// Configuration at the end.
-        config: [u8; 5],
-        /// Heights.
-        gate: Gate,
-    },
+    /// The tool point goes to a world pose, in a configuration; a digit 0 keeps the present one.
+    Pose(Pose, [u8; 5], Route),
     /// MOVEA: one axis goes to a value, degrees or mm.
     Axis {
         /// Number of the axis, from 0.
@@ -104,6 +82,20 @@ pub enum Target {
     },
     /// READY: every joint to its value.
     Joints(Joints),
+}
+
+/// How the tool point goes to a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Route {
+    /// MOVE: all joints start and end together.
+    Joint,
+    /// MOVES: the tool point goes in a straight line, the tool turns about a fixed axis.
+    Line,
+    /// MOVEC: the tool point goes along the circle from here through this world pose; the tool turns about a fixed
+    /// axis from its present orientation to that of the end (that of the point between does not count: ours, assumed).
+    Arc(Pose),
+    /// MOVEJ: up, across, down, in the direction of the world's Z, with these heights. The configuration stays.
+    Arch(Gate),
 }
 
 /// Why a motion cannot be done. The arm has not moved.

@@ -9,13 +9,13 @@ use super::path::{AxisAngle, Path, Shape, ToolPath, tool_way};
 use super::pose::{Pose, Transform, minus, pairwise, plus, plus_times, product, radians, transposed};
 use super::profile::Ability;
 use super::run::{Motion, clamp_fraction, nominal_rates};
-use super::{Limits, MotionError, Target};
+use super::{Limits, MotionError, Route, Target};
 use crate::model::{ArmKind, ArmModel, Axis, Joints};
 use crate::prelude::*;
 use core::ops::Range;
 use libm::ceil;
 
-/// Way of the tool point between two samples of a line or arc, mm, and turn of the tool, degrees.
+/// Route of the tool point between two samples of a line or arc, mm, and turn of the tool, degrees.
 const SAMPLE_WAY: f64 = 2.0;
 const SAMPLE_TURN: f64 = 1.0;
 /// Fewest and most samples of a line or arc.
@@ -29,7 +29,7 @@ const SAMPLING_MARGIN: f64 = 1.01;
 const GATE_SLACK: f64 = 1e-9;
 /// Place of T among the axes of a SCARA arm.
 const T_AXIS: usize = 4;
-/// Way of an axis that is none, degrees or mm.
+/// Route of an axis that is none, degrees or mm.
 const MIN_DISTANCE: f64 = 1e-9;
 
 /// Plans a motion from a posture at rest. `tool` is the tool point as seen from the flange.
@@ -50,7 +50,7 @@ pub fn plan(
         limits,
     };
     match target {
-        Target::Joint(pose, config) => {
+        Target::Pose(pose, config, Route::Joint) => {
             let flange = pose.transform().compose(&tool.inverse());
             planner.joint_motion(&model.inverse_of(&(flange, pose.uv), *config, from)?)
         }
@@ -66,16 +66,16 @@ pub fn plan(
             model.check_limits(to)?;
             planner.joint_motion(to)
         }
-        Target::Line(end, config) => {
+        Target::Pose(end, config, Route::Line) => {
             let ends = planner.ends(end, *config)?;
             planner.tool_motion(&ends, Shape::line(ends.start.0.origin, end.xyz))
         }
-        Target::Arc { via, end, config } => {
+        Target::Pose(end, config, Route::Arc(via)) => {
             let ends = planner.ends(end, *config)?;
             let shape = Shape::arc(ends.start.0.origin, via.xyz, end.xyz).ok_or(MotionError::NoArc)?;
             planner.tool_motion(&ends, shape)
         }
-        Target::Arch { end, config, gate } => planner.arch(&planner.ends(end, *config)?, gate),
+        Target::Pose(end, config, Route::Arch(gate)) => planner.arch(&planner.ends(end, *config)?, gate),
     }
 }
 

@@ -58,8 +58,7 @@ pub struct Motion {
 impl Motion {
     pub(super) fn new(path: Path, full: Ability, tool_way: f64, limits: &Limits) -> Motion {
         let still = path.joints_at(0.0) == path.joints_at(1.0) && tool_way <= 0.0;
-        let start = PathState::at_rest(if still { 1.0 } else { 0.0 });
-        Motion::starting_at(path, full, tool_way, limits, start)
+        Motion::starting(path, full, tool_way, limits, still)
     }
 
     /// A motion whose path is a function of time and rests at its end by itself: it takes `duration` seconds as
@@ -80,26 +79,28 @@ impl Motion {
             accel: speed / ramp,
             ..Ability::FREE
         };
-        let start = PathState {
-            place: if duration <= 0.0 { 1.0 } else { 0.0 },
-            speed: rates(&path, &full, tool_way, limits).speed,
-        };
-        Motion::starting_at(path, full, tool_way, limits, start)
+        Motion::starting(path, full, tool_way, limits, duration <= 0.0)
     }
 
-    fn starting_at(path: Path, full: Ability, tool_way: f64, limits: &Limits, start: PathState) -> Motion {
-        let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
-        Motion {
+    /// One that is over at once is `still`. A path that rests at its end by itself begins at its full speed too.
+    fn starting(path: Path, full: Ability, tool_way: f64, limits: &Limits, still: bool) -> Motion {
+        let mut motion = Motion {
             path,
             full,
             tool_way,
             limits: *limits,
             phase: MotionPhase::Moving,
-            profile,
+            profile: Profile::resting(1.0),
             since: Duration::ZERO,
             joined: Duration::ZERO,
             before: Duration::ZERO,
+        };
+        if !still {
+            let timed = motion.path.is_timed();
+            let speed = if timed { motion.rates().speed } else { 0.0 };
+            motion.profile = motion.to_end(PathState { place: 0.0, speed });
         }
+        motion
     }
 
     /// PASS: this motion, under way since its start, and behind it `next`, planned from its end at rest; the two overlap
@@ -163,7 +164,7 @@ impl Motion {
             place: now / duration,
             speed: rate / duration,
         };
-        blended.profile = to_end(&blended.path, state, &blended.rates());
+        blended.profile = blended.to_end(state);
         blended.since = self.since.max(at);
         blended.joined = blended.joins_at();
         blended.before = self.joined;
@@ -310,7 +311,24 @@ impl Motion {
     }
 
     fn rates(&self) -> Rates {
-        rates(&self.path, &self.full, self.tool_way, &self.limits)
+        let limits = &self.limits;
+        let asked = if self.path.is_timed() {
+            self.full.rates(clamp_fraction(limits.override_part), 1.0, 1.0)
+        } else {
+            let speed = limits.speed * limits.override_part;
+            nominal_rates(&self.full, &Limits { speed, ..*limits })
+        };
+        let speed = capped_speed(asked.speed, self.tool_way, limits);
+        Rates { speed, ..asked }
+    }
+
+    /// The course to the end: to rest there, or through it where the path rests by itself.
+    fn to_end(&self, state: PathState) -> Profile {
+        if self.path.is_timed() {
+            Profile::through(state, 1.0, &self.rates())
+        } else {
+            Profile::to_end(state, 1.0, &self.rates())
+        }
     }
 
     /// Seconds of the present course at `t` after the start.
@@ -330,7 +348,7 @@ impl Motion {
     fn change(&mut self, phase: MotionPhase, at: Duration) {
         let state = self.state_at(at);
         self.profile = match phase {
-            MotionPhase::Moving => to_end(&self.path, state, &self.rates()),
+            MotionPhase::Moving => self.to_end(state),
             MotionPhase::Held => Profile::to_rest(state, 1.0, self.rates().decel),
             MotionPhase::Stopped => Profile::to_rest(state, 1.0, self.full.rates(1.0, 1.0, 1.0).decel),
         };
@@ -342,30 +360,10 @@ impl Motion {
     }
 }
 
-/// The course to the end: to rest there, or through it where the path rests by itself.
-fn to_end(path: &Path, state: PathState, rates: &Rates) -> Profile {
-    if path.is_timed() {
-        Profile::through(state, 1.0, rates)
-    } else {
-        Profile::to_end(state, 1.0, rates)
-    }
-}
-
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
 pub(super) fn nominal_rates(full: &Ability, limits: &Limits) -> Rates {
     let [speed, accel, decel] = [limits.speed, limits.accel, limits.decel].map(clamp_fraction);
     full.rates(speed, accel, decel)
-}
-
-fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {
-    let asked = if path.is_timed() {
-        full.rates(clamp_fraction(limits.override_part), 1.0, 1.0)
-    } else {
-        let speed = clamp_fraction(limits.speed * limits.override_part);
-        full.rates(speed, clamp_fraction(limits.accel), clamp_fraction(limits.decel))
-    };
-    let speed = capped_speed(asked.speed, tool_way, limits);
-    Rates { speed, ..asked }
 }
 
 /// The speed, in parts of a path, at which the tool point keeps to the cap.

@@ -1,6 +1,6 @@
 //! Whole motions, from plan to rest.
 
-use super::{Limits, Motion, MotionError, Pose, Singularity, Target, Transform, Unreachable, plan};
+use super::{Limits, Motion, MotionError, Pose, Route, Singularity, Target, Transform, Unreachable, plan};
 use crate::model::{ArmModel, Joints};
 use core::time::Duration;
 
@@ -86,7 +86,10 @@ fn teaching_caps_the_tool_speed_and_ext_is_faster() {
         .transform()
         .compose(&tool);
     let end = Pose::from_transform(&there, [0.0; 2]);
-    for target in [Target::Line(end, KEEP), Target::Joint(end, KEEP)] {
+    for target in [
+        Target::Pose(end, KEEP, Route::Line),
+        Target::Pose(end, KEEP, Route::Joint),
+    ] {
         let slow = plan(&model, &from, &target, &tool, &teaching()).unwrap();
         let fast = plan(&model, &from, &target, &tool, &Limits::FULL).unwrap();
         assert!(top_speed(&model, &slow, &tool) <= 250.0 + 1e-3);
@@ -165,7 +168,7 @@ fn durations_are_those_of_the_trapezoid() {
     // 120 degrees/s, 480 up, 240 down: 0.25 s and 0.5 s, 15 and 30 degrees; 55 degrees at speed.
     assert_eq!(slow.duration(), Duration::from_micros(1_208_334));
     let scara = ArmModel::thl400();
-    let line = Target::Line(down(300.0, 50.0, 0.0), KEEP);
+    let line = Target::Pose(down(300.0, 50.0, 0.0), KEEP, Route::Line);
     let limits = Limits {
         speed: 0.1,
         ..Limits::FULL
@@ -206,7 +209,12 @@ fn a_line_is_a_line_and_turns_evenly() {
         abc: [40.0, 0.0, 0.0],
         uv: [0.0; 2],
     };
-    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let motion = planned(
+        &model,
+        &from,
+        &Target::Pose(end, KEEP, Route::Line),
+        &Limits::FULL,
+    );
     let length = distance(a, b);
     for index in 0..=997 {
         let t = motion.duration() * index / 997;
@@ -229,11 +237,11 @@ fn a_line_is_a_line_and_turns_evenly() {
 fn an_arc_keeps_its_radius_and_passes_the_via_point() {
     let model = ArmModel::tv800();
     let from = posture(&model, 400.0, -100.0, 250.0);
-    let arc = Target::Arc {
-        via: down(500.0, 0.0, 250.0),
-        end: down(400.0, 100.0, 250.0),
-        config: KEEP,
-    };
+    let arc = Target::Pose(
+        down(400.0, 100.0, 250.0),
+        KEEP,
+        Route::Arc(down(500.0, 0.0, 250.0)),
+    );
     let motion = planned(&model, &from, &arc, &Limits::FULL);
     let mut closest = f64::MAX;
     for index in 0..=1000 {
@@ -244,18 +252,14 @@ fn an_arc_keeps_its_radius_and_passes_the_via_point() {
     assert!(closest < 1.0, "{closest}");
     assert!(distance(point(&model, &motion, motion.duration()), [400.0, 100.0, 250.0]) < 1e-6);
     // The long way round: three quarters of the circle.
-    let long = Target::Arc {
-        via: down(500.0, 0.0, 250.0),
-        end: down(300.0, 0.0, 250.0),
-        config: KEEP,
-    };
+    let long = Target::Pose(down(300.0, 0.0, 250.0), KEEP, Route::Arc(down(500.0, 0.0, 250.0)));
     let long = planned(&model, &from, &long, &Limits::FULL);
     assert!(distance(point(&model, &long, long.duration()), [300.0, 0.0, 250.0]) < 1e-6);
-    let flat = Target::Arc {
-        via: down(400.0, 0.0, 250.0),
-        end: down(400.0, 100.0, 250.0),
-        config: KEEP,
-    };
+    let flat = Target::Pose(
+        down(400.0, 100.0, 250.0),
+        KEEP,
+        Route::Arc(down(400.0, 0.0, 250.0)),
+    );
     assert_eq!(
         plan(&model, &from, &flat, &Transform::IDENTITY, &Limits::FULL),
         Err(MotionError::NoArc)
@@ -271,7 +275,12 @@ fn the_answer_does_not_depend_on_what_was_asked_before() {
         abc: [0.0, 30.0, 170.0],
         uv: [0.0; 2],
     };
-    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let motion = planned(
+        &model,
+        &from,
+        &Target::Pose(end, KEEP, Route::Line),
+        &Limits::FULL,
+    );
     let (mut asked, mut once) = (motion.clone(), motion);
     for index in 0..500 {
         let _ = asked.joints_at(asked.duration() * index / 500);
@@ -305,7 +314,7 @@ fn paths_that_cannot_be_gone_are_refused_before_the_start() {
     let from = posture(&model, 400.0, -100.0, 250.0);
     let end = down(400.0, 100.0, 250.0);
     assert!(matches!(
-        go(&from, Target::Line(down(1500.0, 0.0, 0.0), KEEP)),
+        go(&from, Target::Pose(down(1500.0, 0.0, 0.0), KEEP, Route::Line)),
         Err(MotionError::Unreachable(_))
     ));
     // Both ends are in reach, the middle is inside the foot.
@@ -313,11 +322,11 @@ fn paths_that_cannot_be_gone_are_refused_before_the_start() {
         .inverse(&down(0.0, -400.0, 250.0), KEEP, &model.ready)
         .unwrap();
     assert!(matches!(
-        go(&left, Target::Line(down(1.0, 400.0, 250.0), KEEP)),
+        go(&left, Target::Pose(down(1.0, 400.0, 250.0), KEEP, Route::Line)),
         Err(MotionError::OnPath { .. } | MotionError::Singular { .. })
     ));
     assert_eq!(
-        go(&from, Target::Line(end, [0, 2, 0, 0, 0])),
+        go(&from, Target::Pose(end, [0, 2, 0, 0, 0], Route::Line)),
         Err(MotionError::Configuration {
             place: 2,
             reached: 1,
@@ -325,7 +334,7 @@ fn paths_that_cannot_be_gone_are_refused_before_the_start() {
         })
     );
     assert_eq!(
-        go(&from, Target::Line(end, [0, 0, 0, 2, 0])),
+        go(&from, Target::Pose(end, [0, 0, 0, 2, 0], Route::Line)),
         Err(MotionError::Configuration {
             place: 4,
             reached: 1,
@@ -378,11 +387,7 @@ fn targets_that_mean_nothing_to_the_arm_are_refused() {
     assert!(
         go(
             &from,
-            Target::Arc {
-                via: down(f64::NAN, 0.0, 0.0),
-                end,
-                config: KEEP
-            }
+            Target::Pose(end, KEEP, Route::Arc(down(f64::NAN, 0.0, 0.0)))
         )
         .is_err()
     );
@@ -399,7 +404,12 @@ fn scara_lines_keep_the_configuration_and_carry_t() {
         abc: [0.0, 0.0, 90.0],
         uv: [30.0, 0.0],
     };
-    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let motion = planned(
+        &model,
+        &from,
+        &Target::Pose(end, KEEP, Route::Line),
+        &Limits::FULL,
+    );
     let (pose, digits) = model.forward(&motion.end());
     assert_eq!(digits, [2, 0, 0, 0, 0]);
     assert!(distance(pose.xyz, end.xyz) < 1e-6 && (pose.abc[2] - 90.0).abs() < 1e-6);
@@ -440,7 +450,7 @@ fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
         plan(
             &model,
             from,
-            &Target::Line(end, KEEP),
+            &Target::Pose(end, KEEP, Route::Line),
             &Transform::IDENTITY,
             &Limits::FULL,
         )
@@ -474,7 +484,7 @@ fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
     );
     // Both ends are within the limits; between them axis 2 would have to fold further than it can.
     let scara = ArmModel::thl400();
-    let target = Target::Line(down(100.0, 250.0, 0.0), KEEP);
+    let target = Target::Pose(down(100.0, 250.0, 0.0), KEEP, Route::Line);
     let found = plan(
         &scara,
         &posture(&scara, 100.0, -250.0, 0.0),
@@ -501,7 +511,7 @@ fn no_axis_is_faster_than_it_can_on_a_line() {
     let motion = planned(
         &model,
         &from,
-        &Target::Line(down(300.0, 250.0, 300.0), KEEP),
+        &Target::Pose(down(300.0, 250.0, 300.0), KEEP, Route::Line),
         &Limits::FULL,
     );
     let step = motion.duration() / 500;

@@ -98,11 +98,8 @@ impl ArmModel {
     fn resolved(&self, config: [u8; 5], near: &Joints) -> Result<[u8; 5], Unreachable> {
         let mut resolved = digits(&self.kind, near);
         for (index, (digit, found)) in resolved.iter_mut().zip(config).enumerate() {
-            let max = if matches!(self.kind, ArmKind::Scara(_)) && index > 0 {
-                0
-            } else {
-                MAX_DIGIT
-            };
+            let is_known = matches!(self.kind, ArmKind::SixAxis(_)) || index == 0;
+            let max = if is_known { MAX_DIGIT } else { 0 };
             if found > max {
                 return Err(Unreachable::Configuration {
                     place: index + 1,

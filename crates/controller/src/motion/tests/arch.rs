@@ -2,7 +2,7 @@
 
 use super::{KEEP, assert_close, down, planned, point, posture, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Limits, MotionError, Target, Transform, Unreachable, plan};
+use crate::motion::{Gate, Limits, MotionError, Route, Target, Transform, Unreachable, plan};
 use core::time::Duration;
 
 const GATE: Gate = Gate {
@@ -12,11 +12,7 @@ const GATE: Gate = Gate {
 };
 
 fn arch(gate: Gate) -> Target {
-    Target::Arch {
-        end: down(250.0, 150.0, -40.0),
-        config: KEEP,
-        gate,
-    }
+    Target::Pose(down(250.0, 150.0, -40.0), KEEP, Route::Arch(gate))
 }
 
 fn thl400() -> (ArmModel, Joints) {
@@ -30,11 +26,7 @@ fn an_arch_rises_crosses_at_the_gate_and_comes_straight_down() {
     for (model, z) in [(ArmModel::thl400(), -60.0), (ArmModel::tv800(), 240.0)] {
         let from = posture(&model, 350.0, -100.0, z);
         let end = down(300.0, 150.0, z + 20.0);
-        let target = Target::Arch {
-            end,
-            config: KEEP,
-            gate: GATE,
-        };
+        let target = Target::Pose(end, KEEP, Route::Arch(GATE));
         let motion = planned(&model, &from, &target, &Limits::FULL);
         let top = z + 20.0 + 50.0;
         let mut highest = f64::MIN;
@@ -73,7 +65,7 @@ fn the_time_of_an_arch_is_that_of_its_three_profiles() {
     let rise = speed / accel / 2.0 + 10.0 / speed;
     let descent = (2.0 * 5.0 / accel).sqrt();
     let top = posture(&model, 250.0, -150.0, 10.0);
-    let line = Target::Line(down(250.0, 150.0, 10.0), KEEP);
+    let line = Target::Pose(down(250.0, 150.0, 10.0), KEEP, Route::Line);
     let across = planned(&model, &top, &line, &slow).duration().as_secs_f64();
     let expected = rise + across + descent;
     let found = motion.duration().as_secs_f64();
@@ -155,11 +147,7 @@ fn heights_that_do_not_fit_and_gates_out_of_reach_are_refused() {
             ..
         })
     ));
-    let other = Target::Arch {
-        end: down(250.0, 150.0, -40.0),
-        config: [2, 0, 0, 0, 0],
-        gate: GATE,
-    };
+    let other = Target::Pose(down(250.0, 150.0, -40.0), [2, 0, 0, 0, 0], Route::Arch(GATE));
     assert_eq!(
         plan(&model, &from, &other, &Transform::IDENTITY, &Limits::FULL),
         Err(MotionError::Configuration {
@@ -173,14 +161,16 @@ fn heights_that_do_not_fit_and_gates_out_of_reach_are_refused() {
 #[test]
 fn an_arch_on_the_spot_goes_up_and_down_and_one_without_a_way_is_over_at_once() {
     let (model, from) = thl400();
-    let spot = |height: f64| Target::Arch {
-        end: down(250.0, -150.0, -60.0),
-        config: KEEP,
-        gate: Gate {
-            rise: 0.0,
-            height,
-            descent: 0.0,
-        },
+    let spot = |height: f64| {
+        Target::Pose(
+            down(250.0, -150.0, -60.0),
+            KEEP,
+            Route::Arch(Gate {
+                rise: 0.0,
+                height,
+                descent: 0.0,
+            }),
+        )
     };
     let motion = planned(&model, &from, &spot(30.0), &Limits::FULL);
     let middle = point(&model, &motion, motion.duration() / 2);
@@ -201,6 +191,7 @@ fn hold_override_and_stop_keep_an_arch_on_its_path() {
         let at = plain.duration().mul_f64(parts);
         let mut held = plain.clone();
         held.hold(at);
+        assert!(held.is_held());
         let rest = held.duration();
         let place = held.percent_at(rest);
         let there = plain.duration().mul_f64(place / 100.0);
@@ -233,15 +224,15 @@ fn where_two_lines_overlap_no_axis_is_faster_than_it_can() {
         axis.max_speed /= 4.0;
     }
     let from = posture(&model, 400.0, 0.0, 150.0);
-    let target = Target::Arch {
-        end: down(700.0, 0.0, 150.0),
-        config: KEEP,
-        gate: Gate {
+    let target = Target::Pose(
+        down(700.0, 0.0, 150.0),
+        KEEP,
+        Route::Arch(Gate {
             rise: 0.0,
             height: 150.0,
             descent: 0.0,
-        },
-    };
+        }),
+    );
     let motion = planned(&model, &from, &target, &Limits::FULL);
     let step = motion.duration() / 1000;
     let mut fastest: f64 = 0.0;

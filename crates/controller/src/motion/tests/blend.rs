@@ -2,7 +2,7 @@
 
 use super::{KEEP, distance, down, planned, point, posture, seconds, teaching, top_speed};
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Limits, Motion, Target, Transform};
+use crate::motion::{Gate, Limits, Motion, Route, Target, Transform};
 use crate::prelude::*;
 use core::time::Duration;
 
@@ -29,13 +29,13 @@ fn corner(model: &ArmModel, limits: &Limits) -> (Motion, Motion) {
     let first = planned(
         model,
         &from,
-        &Target::Line(down(400.0, 100.0, 300.0), KEEP),
+        &Target::Pose(down(400.0, 100.0, 300.0), KEEP, Route::Line),
         limits,
     );
     let next = planned(
         model,
         &first.end(),
-        &Target::Line(down(500.0, 100.0, 300.0), KEEP),
+        &Target::Pose(down(500.0, 100.0, 300.0), KEEP, Route::Line),
         limits,
     );
     (first, next)
@@ -114,10 +114,10 @@ fn neither_axis_speeds_nor_the_cap_are_exceeded() {
     let top = top_speed(&model, &whole, &NO_TOOL);
     assert!(top <= 250.0 + 1e-3 && top > 150.0, "{top}");
 
-    let far = Target::Joint(down(450.0, -200.0, 250.0), KEEP);
+    let far = Target::Pose(down(450.0, -200.0, 250.0), KEEP, Route::Joint);
     let from = posture(&model, 350.0, 250.0, 350.0);
     let first = planned(&model, &from, &far, &Limits::FULL);
-    let back = Target::Joint(down(500.0, 100.0, 400.0), KEEP);
+    let back = Target::Pose(down(500.0, 100.0, 400.0), KEEP, Route::Joint);
     let next = planned(&model, &first.end(), &back, &Limits::FULL);
     let whole = blended(&model, &first, 0.0, &next, 100.0);
     let step = whole.duration() / 1000;
@@ -208,6 +208,7 @@ fn hold_override_and_break_across_a_blend_are_exact() {
         // Feed hold: a quarter of a second to rest, in which an eighth of the time passes (or the end comes).
         let mut held = whole.clone();
         held.hold(at);
+        assert!(held.is_held());
         let rest = held.duration();
         let gone = at.as_secs_f64() + 0.125;
         if gone < total {
@@ -325,11 +326,7 @@ fn what_cannot_be_blended_is_left_to_follow() {
         xyz: [x, y - 50.0, z],
         ..model.forward(&first.end()).0
     };
-    let arch = Target::Arch {
-        end,
-        config: KEEP,
-        gate,
-    };
+    let arch = Target::Pose(end, KEEP, Route::Arch(gate));
     let arch = planned(&model, &first.end(), &arch, &Limits::FULL);
     none(&first, 0.1, &arch, 50.0);
     // There and back again at the limit of an axis: the sum stays between.

@@ -3,7 +3,7 @@
 
 use super::{KEEP, distance, down, planned, point, posture, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Route, Target, Transform, plan};
 use crate::prelude::*;
 use core::time::Duration;
 use std::f64::consts::PI;
@@ -27,11 +27,7 @@ fn lasts(motion: &Motion, expected: f64) {
 /// Half a circle about (400, 0) at this height.
 fn half_circle(radius: f64) -> (Pose, Target) {
     let at = |x: f64, y: f64| down(400.0 + x, y, 250.0);
-    let target = Target::Arc {
-        via: at(radius, 0.0),
-        end: at(0.0, radius),
-        config: KEEP,
-    };
+    let target = Target::Pose(at(0.0, radius), KEEP, Route::Arc(at(radius, 0.0)));
     (at(0.0, -radius), target)
 }
 
@@ -82,11 +78,7 @@ fn an_arc_is_no_faster_than_its_radius_allows() {
         let (start, target) = if model.axes.len() == 6 {
             half_circle(20.0)
         } else {
-            let arc = Target::Arc {
-                via: down(270.0, 0.0, 0.0),
-                end: down(250.0, 20.0, 0.0),
-                config: KEEP,
-            };
+            let arc = Target::Pose(down(250.0, 20.0, 0.0), KEEP, Route::Arc(down(270.0, 0.0, 0.0)));
             (down(250.0, -20.0, 0.0), arc)
         };
         let from = model.inverse(&start, KEEP, &model.ready).unwrap();
@@ -116,7 +108,7 @@ fn an_arc_is_no_faster_than_its_radius_allows() {
 fn speed_override_and_model_make_the_speed_of_a_line() {
     let model = ArmModel::tv800();
     let from = posture(&model, 500.0, -100.0, 250.0);
-    let target = Target::Line(down(500.0, 100.0, 250.0), KEEP);
+    let target = Target::Pose(down(500.0, 100.0, 250.0), KEEP, Route::Line);
     for (speed, override_part) in [(0.5, 1.0), (0.5, 0.4), (1.0, 0.1)] {
         let limits = Limits {
             speed,
@@ -137,7 +129,7 @@ fn near_a_singular_posture_a_line_goes_slower_and_no_axis_is_asked_for_too_much(
     for past in [30.0, 60.0, 120.0, 240.0] {
         // The wrist centre passes axis 1 at this distance, the tool held to the front.
         let from = posture(&model, past, -250.0, 600.0);
-        let target = Target::Line(down(past, 250.0, 600.0), KEEP);
+        let target = Target::Pose(down(past, 250.0, 600.0), KEEP, Route::Line);
         let motion = planned(&model, &from, &target, &Limits::FULL);
         let step = motion.duration() / 2000;
         for index in 0..2000 {
@@ -158,7 +150,7 @@ fn near_a_singular_posture_a_line_goes_slower_and_no_axis_is_asked_for_too_much(
     // Past axis 1 of a SCARA it is the bend that counts: with short ramps elsewhere, all there is is used.
     let model = ArmModel::thl400();
     let from = posture(&model, 125.0, -300.0, 0.0);
-    let target = Target::Line(down(125.0, 300.0, 0.0), KEEP);
+    let target = Target::Pose(down(125.0, 300.0, 0.0), KEEP, Route::Line);
     let limits = Limits {
         accel: 0.25,
         decel: 0.25,
@@ -179,13 +171,18 @@ fn round_a_corner_the_tool_has_no_more_acceleration_than_the_model() {
     let first = planned(
         &model,
         &from,
-        &Target::Line(down(450.0, 0.0, 250.0), KEEP),
+        &Target::Pose(down(450.0, 0.0, 250.0), KEEP, Route::Line),
         &limits,
     );
     for turn in [0.0_f64, 30.0, 60.0, 90.0, 135.0, 170.0] {
         let (sin, cos) = turn.to_radians().sin_cos();
         let to = down(450.0 + 120.0 * sin, 120.0 * cos, 250.0);
-        let next = planned(&model, &first.end(), &Target::Line(to, KEEP), &limits);
+        let next = planned(
+            &model,
+            &first.end(),
+            &Target::Pose(to, KEEP, Route::Line),
+            &limits,
+        );
         for pass in [30.0, 100.0] {
             let whole = first
                 .blend(&model, Duration::ZERO, &next, pass, &NO_TOOL)
@@ -208,7 +205,7 @@ fn a_short_motion_between_two_corners_brakes_when_the_one_before_rests() {
         planned(
             &model,
             from,
-            &Target::Line(down(x, y, 250.0), KEEP),
+            &Target::Pose(down(x, y, 250.0), KEEP, Route::Line),
             &Limits::FULL,
         )
     };
@@ -283,7 +280,7 @@ fn torque_bounds_the_acceleration_of_its_axis() {
     lasts(&broken, 0.8);
     // A line asks its axes for no more either.
     let from = posture(&model, 300.0, -150.0, 250.0);
-    let line = Target::Line(down(300.0, 150.0, 250.0), KEEP);
+    let line = Target::Pose(down(300.0, 150.0, 250.0), KEEP, Route::Line);
     let mut limits = Limits::FULL;
     limits.torque[0] = 0.2;
     let (weak, strong) = (
@@ -306,8 +303,14 @@ fn a_free_axis_refuses_the_motion_that_needs_it_and_no_other() {
     let free = Err(MotionError::Free { axis: 5 });
     assert_eq!(go(Target::Axis { axis: 0, value: 10.0 }), Ok(()));
     assert_eq!(go(Target::Axis { axis: 4, value: 10.0 }), free);
-    assert_eq!(go(Target::Joint(down(500.0, -100.0, 250.0), KEEP)), free);
-    assert_eq!(go(Target::Line(down(500.0, -100.0, 250.0), KEEP)), free);
+    assert_eq!(
+        go(Target::Pose(down(500.0, -100.0, 250.0), KEEP, Route::Joint)),
+        free
+    );
+    assert_eq!(
+        go(Target::Pose(down(500.0, -100.0, 250.0), KEEP, Route::Line)),
+        free
+    );
     assert_eq!(go(Target::Joints(from)), Ok(()));
     let message = MotionError::Free { axis: 5 }.to_string();
     assert!(message.starts_with("axis 5: expected servo gain"), "{message}");
@@ -325,13 +328,12 @@ fn a_path_that_leaves_reach_or_limits_on_the_way_is_refused_before_it_begins() {
         );
     };
     // Both ends are in reach; the middle is nearer to axis 1 than axis 2 can fold.
-    refused([100.0, -200.0, 0.0], Target::Line(down(100.0, 200.0, 0.0), KEEP));
+    refused(
+        [100.0, -200.0, 0.0],
+        Target::Pose(down(100.0, 200.0, 0.0), KEEP, Route::Line),
+    );
     // Farther out than the arm is long.
-    let arc = Target::Arc {
-        via: down(420.0, 0.0, 0.0),
-        end: down(370.0, 80.0, 0.0),
-        config: KEEP,
-    };
+    let arc = Target::Pose(down(370.0, 80.0, 0.0), KEEP, Route::Arc(down(420.0, 0.0, 0.0)));
     refused([370.0, -80.0, 0.0], arc);
     // The way across lies above what axis 3 reaches.
     let gate = Gate {
@@ -340,5 +342,8 @@ fn a_path_that_leaves_reach_or_limits_on_the_way_is_refused_before_it_begins() {
         descent: 5.0,
     };
     let (end, config) = (down(250.0, 100.0, 100.0), KEEP);
-    refused([250.0, -100.0, 100.0], Target::Arch { end, config, gate });
+    refused(
+        [250.0, -100.0, 100.0],
+        Target::Pose(end, config, Route::Arch(gate)),
+    );
 }

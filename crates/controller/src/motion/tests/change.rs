@@ -2,7 +2,7 @@
 
 use super::{KEEP, distance, down, planned, point, posture, seconds};
 use crate::model::ArmModel;
-use crate::motion::{Limits, Target};
+use crate::motion::{Limits, Route, Target};
 use core::time::Duration;
 
 // clause: CMD-FD-01 CMD-FD-02
@@ -11,8 +11,8 @@ fn feed_hold_rests_on_the_path_and_resume_reaches_the_same_end() {
     let model = ArmModel::tv800();
     let from = posture(&model, 400.0, -250.0, 300.0);
     for target in [
-        Target::Line(down(400.0, 250.0, 300.0), KEEP),
-        Target::Joint(down(500.0, 100.0, 200.0), KEEP),
+        Target::Pose(down(400.0, 250.0, 300.0), KEEP, Route::Line),
+        Target::Pose(down(500.0, 100.0, 200.0), KEEP, Route::Joint),
     ] {
         let plain = planned(&model, &from, &target, &Limits::FULL);
         let mut motion = plain.clone();
@@ -63,7 +63,7 @@ fn hold_released_while_still_slowing_goes_on_from_that_speed() {
 fn stop_ends_where_the_arm_rests_and_for_good() {
     let model = ArmModel::tv800();
     let from = posture(&model, 400.0, -250.0, 300.0);
-    let target = Target::Line(down(400.0, 250.0, 300.0), KEEP);
+    let target = Target::Pose(down(400.0, 250.0, 300.0), KEEP, Route::Line);
     let gentle = Limits {
         decel: 0.1,
         ..Limits::FULL
@@ -88,6 +88,7 @@ fn stop_ends_where_the_arm_rests_and_for_good() {
     motion.stop(seconds(10.0));
     assert_eq!(motion, stopped);
 
+    assert!(held.is_held());
     let rest = held.duration() + seconds(1.0);
     held.stop(rest);
     assert_eq!(held.duration(), rest, "at rest already: it ends at once");

@@ -4,7 +4,7 @@
 use super::{KEEP, distance, down};
 use crate::model::{ArmModel, Joints};
 use crate::motion::pose::{dot, minus};
-use crate::motion::{Gate, Limits, Motion, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Limits, Motion, Pose, Route, Target, Transform, plan};
 use core::time::Duration;
 use std::vec::Vec;
 
@@ -116,8 +116,11 @@ fn motion(model: &ArmModel, rng: &mut Rng) -> Option<(Motion, Way, Joints)> {
     let end = rng.place(model);
     let go = |from: &Joints, target: &Target| plan(model, from, target, &NO_TOOL, &limits).ok();
     let (target, way) = match rng.one_of(5) {
-        0 => (Target::Joint(end, KEEP), None),
-        1 => (Target::Line(end, KEEP), Some(Way::Line(start.xyz, end.xyz))),
+        0 => (Target::Pose(end, KEEP, Route::Joint), None),
+        1 => (
+            Target::Pose(end, KEEP, Route::Line),
+            Some(Way::Line(start.xyz, end.xyz)),
+        ),
         2 => {
             let (radius, turn) = (rng.between(10.0, 120.0), rng.between(0.5, 5.5));
             let centre = [start.xyz[0] + radius, start.xyz[1], start.xyz[2]];
@@ -125,11 +128,7 @@ fn motion(model: &ArmModel, rng: &mut Rng) -> Option<(Motion, Way, Joints)> {
                 let (sin, cos) = angle.sin_cos();
                 down(centre[0] - radius * cos, centre[1] + radius * sin, centre[2])
             };
-            let arc = Target::Arc {
-                via: at(turn / 2.0),
-                end: at(turn),
-                config: KEEP,
-            };
+            let arc = Target::Pose(at(turn), KEEP, Route::Arc(at(turn / 2.0)));
             (arc, Some(Way::Circle(centre, radius)))
         }
         3 => {
@@ -142,13 +141,13 @@ fn motion(model: &ArmModel, rng: &mut Rng) -> Option<(Motion, Way, Joints)> {
             };
             let config = KEEP;
             (
-                Target::Arch { end, config, gate },
+                Target::Pose(end, config, Route::Arch(gate)),
                 Some(Way::Arch(start.xyz, end.xyz, top)),
             )
         }
         _ => {
-            let first = go(&from, &Target::Line(end, KEEP))?;
-            let next = go(&first.end(), &Target::Line(rng.place(model), KEEP))?;
+            let first = go(&from, &Target::Pose(end, KEEP, Route::Line))?;
+            let next = go(&first.end(), &Target::Pose(rng.place(model), KEEP, Route::Line))?;
             let at = first.duration().mul_f64(rng.between(0.0, 0.3));
             let whole = first.blend(model, at, &next, rng.between(10.0, 100.0), &NO_TOOL)?;
             return Some((whole, Way::Free, next.end()));
