@@ -10,6 +10,7 @@ use crate::command::{COMMANDS, count_permissions, permission_names};
 use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
+use core::iter::Peekable;
 
 /// A port that speaks the simple protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,6 +36,18 @@ pub enum Permission {
     WhenStopped,
     /// X: invalid.
     Invalid,
+}
+
+impl Permission {
+    /// The cell that a letter stands for: O, S or X.
+    pub(crate) const fn from_letter(letter: u8) -> Option<Permission> {
+        match letter {
+            b'O' => Some(Permission::Valid),
+            b'S' => Some(Permission::WhenStopped),
+            b'X' => Some(Permission::Invalid),
+            _ => None,
+        }
+    }
 }
 
 /// The rows of tables 5.3 and 5.4, in the order of the manual.
@@ -145,7 +158,8 @@ impl PermissionTable {
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
         let mut table = PermissionTable::printed();
         let mut missing = Vec::from(HEADINGS);
-        let mut lines = Lines::new(text);
+        let end = text.lines().count().max(1);
+        let mut lines = lines(text).peekable();
         while let Some((number, line)) = lines.next() {
             let tables = HEADINGS.into_iter().zip(table.tables_mut());
             let Some((_, (names, rows))) = tables.into_iter().find(|(heading, _)| *heading == line) else {
@@ -154,10 +168,10 @@ impl PermissionTable {
             };
             let place = missing.iter().position(|heading| *heading == line);
             missing.remove(place.ok_or_else(|| error(number, "each table once", line))?);
-            parse_table(&mut lines, names, rows)?;
+            parse_table(&mut lines, end, names, rows)?;
         }
         match missing.first() {
-            Some(heading) => Err(error(lines.number.max(1), heading, END)),
+            Some(heading) => Err(error(end, heading, END)),
             None => Ok(table),
         }
     }
@@ -200,37 +214,22 @@ fn is_optional(row: &str) -> bool {
     later.any(|later| *later == row)
 }
 
-/// Lines with content, blanks around them and comments removed.
-#[derive(Clone)]
-struct Lines<'a> {
-    rest: core::iter::Enumerate<core::str::Lines<'a>>,
-    number: usize,
+/// Lines with content and their numbers, from 1; blanks around them and comments removed.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    (1..)
+        .zip(text.lines())
+        .map(|(number, line)| (number, line.split('#').next().unwrap_or_default().trim()))
+        .filter(|(_, line)| !line.is_empty())
 }
 
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Lines<'a> {
-        Lines {
-            rest: text.lines().enumerate(),
-            number: 0,
-        }
-    }
-
-    fn next(&mut self) -> Option<(usize, &'a str)> {
-        self.rest.find_map(|(index, line)| {
-            self.number = index + 1;
-            let line = line.split('#').next().unwrap_or_default().trim();
-            (!line.is_empty()).then_some((self.number, line))
-        })
-    }
-}
-
-/// The head row and the rows of one table.
-fn parse_table(
-    lines: &mut Lines<'_>,
+/// The head row and the rows of one table. The last line of the file has the number `end`.
+fn parse_table<'a>(
+    lines: &mut Peekable<impl Iterator<Item = (usize, &'a str)>>,
+    end: usize,
     names: &[&'static str],
     rows: &mut [Row],
 ) -> Result<(), PermissionError> {
-    let (number, line) = lines.next().unwrap_or((lines.number, END));
+    let (number, line) = lines.next().unwrap_or((end, END));
     if !line.split_whitespace().eq(["COMMAND"].into_iter().chain(COLUMNS)) {
         let head = format!("COMMAND {}", COLUMNS.join(" "));
         return Err(error(number, &head, line));
@@ -238,7 +237,7 @@ fn parse_table(
     rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
     while seen.len() < names.len() {
-        let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
+        let ends = lines.peek().is_none_or(|(_, line)| line.starts_with('['));
         if ends && names.iter().all(|row| is_optional(row) || seen.contains(row)) {
             break;
         }
@@ -246,9 +245,7 @@ fn parse_table(
             let missing = names.iter().copied().filter(|row| !seen.contains(row));
             format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
-        let Some((number, line)) = lines.next() else {
-            return Err(error(lines.number, &expected(), END));
-        };
+        let (number, line) = lines.next().ok_or_else(|| error(end, &expected(), END))?;
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
         let mut named = names.iter().zip(rows.iter_mut());
@@ -264,12 +261,10 @@ fn parse_table(
 fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
     let mut cells = [Permission::Invalid; CELLS];
     for cell in &mut cells {
-        *cell = match words.next()? {
-            "O" => Permission::Valid,
-            "S" => Permission::WhenStopped,
-            "X" => Permission::Invalid,
-            _ => return None,
+        let [letter] = *words.next()?.as_bytes() else {
+            return None;
         };
+        *cell = Permission::from_letter(letter)?;
     }
     words.next().is_none().then_some(cells)
 }

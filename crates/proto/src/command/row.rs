@@ -135,14 +135,11 @@ const fn cells(letters: &str) -> [Permission; CELLS] {
     let mut cells = [Permission::Invalid; CELLS];
     let mut column = 0;
     while column < CELLS {
-        cells[column] = match letters[column] {
-            b'O' => Permission::Valid,
-            b'S' => Permission::WhenStopped,
-            letter => {
-                assert!(letter == b'X', "O, S or X");
-                Permission::Invalid
-            }
-        };
+        let cell = Permission::from_letter(letters[column]);
+        assert!(cell.is_some(), "O, S or X");
+        if let Some(cell) = cell {
+            cells[column] = cell;
+        }
         column += 1;
     }
     cells
