@@ -143,12 +143,8 @@ impl<'a> Field<'a> {
         most: N,
         expected: &'static str,
     ) -> Result<N, BodyError> {
-        let value = self.number(expected)?;
-        if value <= most {
-            Ok(value)
-        } else {
-            Err(self.error(expected))
-        }
+        let value = Some(self.number(expected)?).filter(|value| *value <= most);
+        value.ok_or_else(|| self.error(expected))
     }
 
     /// A finite number with a decimal point; of other characters only `signs` are in it.
