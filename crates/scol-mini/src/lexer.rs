@@ -7,7 +7,6 @@ use crate::prelude::*;
 
 use crate::builtin::spelling;
 use crate::diagnostic::{Problem, Span};
-use crate::lines::Line;
 use crate::tree::Relation;
 
 /// A word, a number, a text or a sign.
@@ -101,12 +100,12 @@ impl Lexeme {
 }
 
 /// Cuts one line into tokens; a comment is left out.
-pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lexeme>, Problem> {
+pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lexeme>, Problem> {
     check_characters(source, line, longest)?;
     let mut list = Vec::new();
-    let mut at = line.span.start;
-    while at < line.span.end {
-        let rest = Span::new(at, line.span.end).text(source);
+    let mut at = line.start;
+    while at < line.end {
+        let rest = Span::new(at, line.end).text(source);
         match rest.as_bytes().first() {
             None | Some(b' ') => {
                 at += 1;
@@ -126,15 +125,15 @@ pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lex
     Ok(list)
 }
 
-fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
-    let text = line.span.text(source);
+fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Problem> {
+    let text = line.text(source);
     if text.len() > longest {
         let found = text.len();
         let message = format!("the line has {found} characters, at most {longest} are possible");
-        return Problem::fail("E0005", line.span, message);
+        return Problem::fail("E0005", line, message);
     }
     for (at, c) in text.char_indices() {
-        let start = line.span.start + at;
+        let start = line.start + at;
         let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
             return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
@@ -178,8 +177,7 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
 /// The word a text begins with, and what follows it.
 pub(crate) fn leading_word(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-    text.split_at_checked(end.unwrap_or(text.len()))
-        .unwrap_or((text, ""))
+    text.split_at(end.unwrap_or(text.len()))
 }
 
 fn word(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
@@ -237,7 +235,7 @@ mod tests {
     use std::vec;
 
     fn tokens_of(text: &str) -> Vec<Token> {
-        tokens(text, Line::only(text), crate::MAX_LINE)
+        tokens(text, Span::new(0, text.len()), crate::MAX_LINE)
             .unwrap()
             .into_iter()
             .map(|l| l.token)

@@ -14,38 +14,17 @@ pub(crate) struct Line {
     pub span: Span,
 }
 
-impl Line {
-    /// A text of one line.
-    pub fn only(text: &str) -> Line {
-        Line::new(1, 0, text.len())
-    }
-
-    fn new(number: u32, start: usize, end: usize) -> Line {
-        let span = Span::new(start, end);
-        Line { number, span }
-    }
-}
-
 /// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
 pub(crate) fn lines(source: &str) -> Vec<Line> {
-    let bytes = source.as_bytes();
-    let length = bytes.iter().position(|b| *b == 0x1A).unwrap_or(bytes.len());
-    let mut lines = Vec::new();
-    let (mut start, mut at, mut number) = (0, 0, 1);
-    while at < length {
-        let byte = bytes.get(at).copied().unwrap_or(b'\n');
-        if matches!(byte, b'\r' | b'\n') {
-            lines.push(Line::new(number, start, at));
-            number += 1;
-            if byte == b'\r' && at + 1 < length && bytes.get(at + 1) == Some(&b'\n') {
-                at += 1;
-            }
-            start = at + 1;
-        }
-        at += 1;
-    }
-    if start < length {
-        lines.push(Line::new(number, start, length));
+    let text = source.split('\u{1A}').next().unwrap_or_default();
+    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
+    while let Some(rest) = text.get(start..).filter(|rest| !rest.is_empty()) {
+        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+        let span = Span::new(start, start + length);
+        lines.push(Line { number, span });
+        let pair = rest.get(length..).is_some_and(|tail| tail.starts_with("\r\n"));
+        start = span.end + if pair { 2 } else { 1 };
+        number += 1;
     }
     lines
 }

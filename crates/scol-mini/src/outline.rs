@@ -48,7 +48,7 @@ impl Outline {
         let mut outline = Outline::default();
         let mut place = Place::Outside;
         for line in lines(source) {
-            let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
+            let Ok(tokens) = lexer::tokens(source, line.span, MAX_LINE) else {
                 continue;
             };
             let row = Row::new(line, tokens);

@@ -38,7 +38,7 @@ type Rows = Vec<Vec<String>>;
 fn words_of(source: &str) -> Rows {
     lines(source)
         .into_iter()
-        .filter_map(|line| tokens(source, line, MAX_LINE).ok())
+        .filter_map(|line| tokens(source, line.span, MAX_LINE).ok())
         .filter(|list| !list.is_empty())
         .map(|list| list.iter().map(|lexeme| spelling(source, lexeme)).collect())
         .collect()

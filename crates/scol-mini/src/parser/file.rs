@@ -31,7 +31,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         work: None,
     };
     for line in lines(source) {
-        match lexer::tokens(source, line, MAX_LINE) {
+        match lexer::tokens(source, line.span, MAX_LINE) {
             Ok(tokens) if tokens.is_empty() => {}
             Ok(tokens) => {
                 if let Err(problem) = parser.line(line, &tokens) {
@@ -227,11 +227,7 @@ impl Parser<'_> {
         self.opened = Some(span);
         let mut block = Block {
             name: Name::new("", span),
-            parameters: Vec::new(),
-            dims: Vec::new(),
-            labels: Vec::new(),
-            statements: Vec::new(),
-            end_line: 0,
+            ..Block::default()
         };
         let heading = heading(cursor, &mut block);
         self.file.blocks.push(block);
@@ -331,7 +327,7 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
 
 /// Parses one statement for direct execution; labels and lines of the file layout are errors.
 pub(crate) fn parse_direct(source: &str, options: &LanguageOptions) -> Result<Option<Statement>, Problem> {
-    let tokens = lexer::tokens(source, Line::only(source), MAX_DIRECT)?;
+    let tokens = lexer::tokens(source, Span::new(0, source.len()), MAX_DIRECT)?;
     let mut cursor = Cursor::new(source, options.arm, &tokens);
     if tokens.is_empty() {
         return Ok(None);

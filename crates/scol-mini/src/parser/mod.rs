@@ -37,7 +37,7 @@ pub(crate) struct File {
 }
 
 /// A PROGRAM block.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Block {
     pub name: Name,
     pub parameters: Vec<Name>,
@@ -129,10 +129,7 @@ impl<'a> Cursor<'a> {
 
     /// The next token if it is a word, in upper case as the lexer gives it; nothing if it is none.
     pub fn peek_word(&self) -> &'a str {
-        match self.peek() {
-            Some(Token::Word(word)) => word,
-            _ => "",
-        }
+        self.tokens.get(self.at).map_or("", Lexeme::word)
     }
 
     /// Whether the next token is this sign.
@@ -176,10 +173,8 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101.
     pub fn expect_sign(&mut self, sign: Sign) -> Result<(), Problem> {
-        match self.sign(sign) {
-            true => Ok(()),
-            false => Err(self.expected(&format!("\"{}\"", sign.spelling()))),
-        }
+        let found = self.sign(sign).then_some(());
+        found.ok_or_else(|| self.expected(&format!("\"{}\"", sign.spelling())))
     }
 
     /// Takes this word.
@@ -187,10 +182,7 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101.
     pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
-        match self.word(word) {
-            true => Ok(()),
-            false => Err(self.expected(word)),
-        }
+        self.word(word).then_some(()).ok_or_else(|| self.expected(word))
     }
 
     /// A name that is no word of the language. The configuration words of the other arm are free.
@@ -215,10 +207,8 @@ impl<'a> Cursor<'a> {
     /// # Errors
     /// E0101 at what follows.
     pub fn end_of_line(&self) -> Result<(), Problem> {
-        match self.peek() {
-            None => Ok(()),
-            Some(_) => Err(self.expected("the end of the line")),
-        }
+        let end = self.peek().is_none().then_some(());
+        end.ok_or_else(|| self.expected("the end of the line"))
     }
 
     /// The problem "expected this, found the next token".
