@@ -12,7 +12,6 @@ pub(crate) struct Sink {
     /// Where each line begins.
     starts: Vec<usize>,
     list: Vec<Diagnostic>,
-    errors: bool,
 }
 
 impl Sink {
@@ -25,15 +24,11 @@ impl Sink {
                 starts.push(at + 1);
             }
         }
-        Self {
-            starts,
-            list: Vec::new(),
-            errors: false,
-        }
+        let list = Vec::new();
+        Self { starts, list }
     }
 
     pub fn error(&mut self, problem: Problem) {
-        self.errors = true;
         self.push(Severity::Error, problem);
     }
 
@@ -41,8 +36,9 @@ impl Sink {
         self.push(Severity::Warning, problem);
     }
 
+    /// Whether there is an error. The first is never left out.
     pub fn has_errors(&self) -> bool {
-        self.errors
+        self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
     /// The remarks in source order.

@@ -152,22 +152,18 @@ impl Cursor<'_> {
         })
     }
 
-    /// The next word as a configuration, if it is one and no operand of an operator; the cursor stays before it.
-    fn configuration_word(&self) -> Option<Expression> {
+    /// The next word as a configuration, if it is one and no operand of an operator; otherwise an expression.
+    fn configuration_or_value(&mut self) -> Result<Expression, Problem> {
         let alone = match self.peek_at(1) {
             None | Some(Token::Word(_)) => true,
             Some(Token::Sign(sign)) => matches!(sign, Sign::Comma | Sign::Close | Sign::CloseBrace),
             Some(_) => false,
         };
-        let number = builtin::configuration(self.peek_word(), self.arm).filter(|_| alone)?;
-        Some(Expression::integer(number, self.span()))
-    }
-
-    fn configuration_or_value(&mut self) -> Result<Expression, Problem> {
-        match self.configuration_word() {
-            Some(word) => {
+        let span = self.span();
+        match builtin::configuration(self.peek_word(), self.arm).filter(|_| alone) {
+            Some(number) => {
                 self.advance();
-                Ok(word)
+                Ok(Expression::integer(number, span))
             }
             None => self.expression(),
         }
