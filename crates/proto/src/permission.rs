@@ -258,15 +258,12 @@ fn parse_table<'a>(
     Ok(())
 }
 
-fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
-    let mut cells = [Permission::Invalid; CELLS];
-    for cell in &mut cells {
-        let [letter] = *words.next()?.as_bytes() else {
-            return None;
-        };
-        *cell = Permission::from_letter(letter)?;
-    }
-    words.next().is_none().then_some(cells)
+fn parse_row<'a>(words: impl Iterator<Item = &'a str>) -> Option<Row> {
+    let cell = |word: &str| match *word.as_bytes() {
+        [letter] => Permission::from_letter(letter),
+        _ => None,
+    };
+    words.map(cell).collect::<Option<Vec<_>>>()?.try_into().ok()
 }
 
 /// Longest piece of a file that an error quotes, in characters.

@@ -262,12 +262,8 @@ fn port(value: &str) -> Option<u16> {
 }
 
 fn address(value: &str) -> Option<[u8; 4]> {
-    let mut parts = value.split('.');
-    let mut address = [0; 4];
-    for part in &mut address {
-        *part = number(parts.next()?)?;
-    }
-    parts.next().is_none().then_some(address)
+    let parts: Option<Vec<u8>> = value.split('.').map(number).collect();
+    parts?.try_into().ok()
 }
 
 fn name(value: &str) -> Option<String> {

@@ -206,12 +206,8 @@ fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
 
 /// Blank-separated words, if there are exactly `N`.
 fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
-    let mut words = value.split_whitespace();
-    let mut found = [""; N];
-    for word in &mut found {
-        *word = words.next()?;
-    }
-    words.next().is_none().then_some(found)
+    let words: Vec<&str> = value.split_whitespace().collect();
+    words.try_into().ok()
 }
 
 /// A text, in which LF ends a line, with this line end.
