@@ -33,10 +33,8 @@ pub enum RestoreError {
 
 /// Fails unless `holds`, saying what was expected.
 pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {
-    if holds {
-        return Ok(());
-    }
-    Err(RestoreError::Invalid(format!("expected {expected}")))
+    let holds = holds.then_some(());
+    holds.ok_or_else(|| RestoreError::Invalid(format!("expected {expected}")))
 }
 
 impl Serialize for StateVersion {
@@ -57,10 +55,8 @@ impl<'de> Deserialize<'de> for StateVersion {
 /// Whether a state was written for this program.
 pub(crate) fn belongs(source: u64, program: &Program) -> Result<(), RestoreError> {
     let (expected, found) = (program.fingerprint(), source);
-    match expected == found {
-        true => Ok(()),
-        false => Err(RestoreError::Program { expected, found }),
-    }
+    let same = (expected == found).then_some(());
+    same.ok_or(RestoreError::Program { expected, found })
 }
 
 /// Whether a value is one the language can have.

@@ -153,15 +153,7 @@ fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, si
         sink.error(problem);
         None
     });
-    let value = datum_value(datum, work, options);
-    let slot = Slot::with_value(&datum.name.text, Owner::Data, value);
-    if let Err(problem) = add(symbols, &datum.name, slot) {
-        sink.error(problem);
-    }
-}
-
-fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
-    match datum.kind {
+    let value = match datum.kind {
         ValueKind::Position => Position {
             config: datum.config,
             work,
@@ -172,6 +164,10 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
         ValueKind::Load | ValueKind::Integer | ValueKind::Real => {
             Payload::from_leading(&datum.numbers).into()
         }
+    };
+    let slot = Slot::with_value(&datum.name.text, Owner::Data, value);
+    if let Err(problem) = add(symbols, &datum.name, slot) {
+        sink.error(problem);
     }
 }
 

@@ -40,10 +40,8 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
 pub(crate) fn plain(steps: &[Step]) -> Code {
     let mut code = Code::default();
     for (number, step) in (0..).zip(steps) {
-        let op = match step.operation == Operation::Return {
-            true => Op::Return,
-            false => Op::Step,
-        };
+        let returns = step.operation == Operation::Return;
+        let op = if returns { Op::Return } else { Op::Step };
         let cost = u8::from(step.head);
         code.entries.push(number);
         code.steps.push(number);

@@ -15,15 +15,11 @@ pub(super) fn field(number: Number) -> String {
     let text = match number {
         Number::Integer(value) => format!("{value}"),
         Number::Real(value) => {
-            // A real has 24 significant bits, so thousandths of one that fits the field are exact in a double.
-            let thousandths = libm::round(libm::fabs(f64::from(value) * 1000.0));
-            if thousandths.is_finite() && thousandths < 1e12 {
-                let whole = thousandths as u64;
-                let sign = if value.is_sign_negative() { "-" } else { "" };
-                format!("{sign}{}.{:03}", whole / 1000, whole % 1000)
-            } else {
-                "*".repeat(FIELD)
-            }
+            // A real has 24 significant bits, so thousandths of one that fits the field are exact in a double. What is
+            // too large for the cast becomes its largest number, which does not fit either.
+            let thousandths = libm::round(libm::fabs(f64::from(value) * 1000.0)) as u64;
+            let sign = if value.is_sign_negative() { "-" } else { "" };
+            format!("{sign}{}.{:03}", thousandths / 1000, thousandths % 1000)
         }
     };
     if text.len() > FIELD {
