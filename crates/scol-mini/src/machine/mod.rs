@@ -11,7 +11,6 @@ mod evaluate;
 mod execute;
 mod fast_sine;
 mod functions;
-mod loops;
 mod monitor;
 mod place;
 mod print;

@@ -4,7 +4,7 @@
 
 use crate::prelude::*;
 
-use super::data::DataLine;
+use super::declaration::DataLine;
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};

@@ -3,13 +3,10 @@
 //! Names are not resolved here. A line with an error is dropped and the next one parsed, so one run finds the errors of all
 //! lines. `file` has the layout, `statement` the statements, `expression` the expressions.
 
-mod communication;
-mod data;
+mod ask;
 mod declaration;
-mod device;
 mod expression;
 mod file;
-mod motion;
 mod statement;
 
 use crate::prelude::*;

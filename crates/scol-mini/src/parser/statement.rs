@@ -1,7 +1,7 @@
 //! Parses statements, one a line; `IF` holds one or two more.
 //!
-//! Which statements may stand where is checked here; their names are resolved later. Statements about motions, devices and
-//! channels have their own files.
+//! Which statements may stand where is checked here; their names are resolved later. Statements that ask
+//! for something outside are in `ask`.
 
 use crate::prelude::*;
 
@@ -9,9 +9,8 @@ use super::Cursor;
 use crate::builtin::{self, System};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
-use crate::request::Request;
 use crate::tree::{
-    Ask, Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
+    Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
     Variable,
 };
 
@@ -57,38 +56,6 @@ impl Cursor<'_> {
             },
         };
         Ok(Statement::Simple(simple))
-    }
-
-    /// The statement that begins with this word and asks for something; `None` when there is none.
-    fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Problem> {
-        let hand = |hand, open, at_once| Ask::Fixed(Request::Hand { hand, open, at_once });
-        Ok(Some(match word {
-            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => self.motion(word)?,
-            "PRINT" => self.print()?,
-            "INPUT" => self.input()?,
-            "DOUT" => self.outputs()?,
-            "BCDOUT" => Ask::Bcd(self.operands(word)?),
-            "PULOUT" => Ask::Pulse(self.operands(word)?),
-            "OPEN1" => hand(1, true, false),
-            "OPEN2" => hand(2, true, false),
-            "OPENI1" => hand(1, true, true),
-            "OPENI2" => hand(2, true, true),
-            "CLOSE1" => hand(1, false, false),
-            "CLOSE2" => hand(2, false, false),
-            "CLOSEI1" => hand(1, false, true),
-            "CLOSEI2" => hand(2, false, true),
-            "DELAY" => Ask::Delay(self.expression()?),
-            "TIMER" if assigned => Ask::Timer(self.setting(None)?),
-            "TASK" => self.task(None)?,
-            "KILL" => Ask::Kill(self.expression()?),
-            "RESTORE" => self.restore()?,
-            "BREAK" => Ask::Fixed(Request::Break),
-            "PAUSE" => Ask::Fixed(Request::Pause),
-            "RESUME" => Ask::Fixed(Request::Resume),
-            "SWITCH" => Ask::Fixed(Request::Switch),
-            "STOP" => Ask::Fixed(Request::Stop),
-            _ => return Ok(None),
-        }))
     }
 
     fn branch(&mut self) -> Result<Statement, Problem> {
