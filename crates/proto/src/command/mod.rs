@@ -5,28 +5,22 @@
 //! it does, is the controller's.
 
 mod files;
-mod frame;
+mod guide;
 mod internal;
-mod jog;
-mod line_value;
 mod lines;
 mod macros;
 mod number;
 mod operand;
-mod request;
 mod reset;
 mod row;
 mod table;
 mod variable;
 mod watchdog;
 
-pub use frame::ZsFrame;
+pub use guide::{JogDirection, PositionQuery, ZsFrame};
 pub use internal::{InternalCommand, RunMode};
-pub use jog::JogDirection;
-pub use line_value::{MAX_LINES_READ, MAX_LINES_WRITTEN};
-pub use lines::{LineWrite, MAX_LINES};
+pub use lines::{LineWrite, MAX_LINES, MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use number::Number;
-pub use request::PositionQuery;
 pub use reset::Reset;
 pub use row::{Answer, CommandPermission, CommandRow, Sender, Source};
 pub use table::{COMMANDS, Command};

@@ -5,12 +5,13 @@
 //! grammars and encoders of operands are in the files next to it, one for each group.
 
 use super::macros::commands;
+use super::number::with_numbers;
 use super::reset::RESET_OF_ALARMS;
 use super::row::valid;
 use super::{
-    Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset, Sender,
-    Source, VariableRead, VariableWrite, ZsFrame, decimal, files, frame, internal, jog, line_value, lines,
-    request, reset, text, variable, watchdog,
+    Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, Number, PositionQuery, Reset,
+    Sender, Source, VariableRead, VariableWrite, ZsFrame, decimal, files, guide, internal, lines, reset,
+    text, variable, watchdog,
 };
 use crate::name::{FileName, VariableName};
 use crate::prelude::*;
@@ -243,7 +244,7 @@ commands! {
         operands: ["first line", "count"],
         help: "successive input lines as one number",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
-        parse: line_value::hi, encode: text(format!("{first} {count}")),
+        parse: lines::hi, encode: text(format!("{first} {count}")),
     }
 
     /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
@@ -259,7 +260,7 @@ commands! {
         operands: ["first line", "count", "value"],
         help: "set successive output lines from one number",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
-        parse: line_value::ho, encode: text(format!("{first} {count} {value}")),
+        parse: lines::ho, encode: text(format!("{first} {count} {value}")),
     }
 
     /// Extension: a present position (hosts 2).
@@ -268,7 +269,7 @@ commands! {
         operands: ["position"],
         help: "position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(4, "OOOOO", "OOOOO"),
-        parse: request::pr, encode: decimal(query.code()),
+        parse: guide::pr, encode: decimal(query.code()),
     }
 
     /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
@@ -293,7 +294,7 @@ commands! {
         operands: ["coordinate system", "variable", "value ..."],
         help: "set the work or the tool coordinate system",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
-        parse: frame::zs, encode: text(frame::encode(*frame, name, values)),
+        parse: guide::zs, encode: text(with_numbers(format!("{} {name}", frame.code()), values.iter().copied().map(Number::Real))),
     }
 
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
@@ -334,7 +335,7 @@ commands! {
         operands: ["axis", "direction"],
         help: "guide an axis up (+), down (-), or stop it (!)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
-        parse: jog::jg, encode: text(format!("{axis} {}", motion.sign())),
+        parse: guide::jg, encode: text(format!("{axis} {}", motion.sign())),
     }
 
     /// Extension: maintenance information (S29).
