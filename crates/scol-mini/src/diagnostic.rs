@@ -80,6 +80,37 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// A remark whose line the sink will look up. The letter of its code says how bad it is.
+    pub(crate) fn new(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+        let severity = match code.starts_with('W') {
+            true => Severity::Warning,
+            false => Severity::Error,
+        };
+        Self {
+            severity,
+            code,
+            span,
+            line: 0,
+            column: 0,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    /// The remark as the result of what fails with it.
+    pub(crate) fn fail<T>(
+        code: &'static str,
+        span: Span,
+        message: impl Into<String>,
+    ) -> Result<T, Diagnostic> {
+        Err(Diagnostic::new(code, span, message))
+    }
+
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
     /// Its columns from 1, in characters as editors count them; it does not go beyond the end of its line.
     ///
     /// `source` is the text that was compiled.
@@ -137,36 +168,6 @@ fn characters(text: &[u8]) -> usize {
     String::from_utf8_lossy(text).chars().count()
 }
 
-/// An error or warning whose line is not looked up yet.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Problem {
-    pub code: &'static str,
-    pub span: Span,
-    pub message: String,
-    pub help: Option<String>,
-}
-
-impl Problem {
-    pub fn new(code: &'static str, span: Span, message: impl Into<String>) -> Self {
-        Self {
-            code,
-            span,
-            message: message.into(),
-            help: None,
-        }
-    }
-
-    /// The problem as the result of what fails with it.
-    pub fn fail<T>(code: &'static str, span: Span, message: impl Into<String>) -> Result<T, Problem> {
-        Err(Problem::new(code, span, message))
-    }
-
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,7 +178,7 @@ mod tests {
         let source = "PROGRAM T\r\nN = = 1\r\nEND\r\n";
         let mut sink = Sink::new(source);
         let span = Span { start: 15, end: 16 };
-        sink.error(Problem::new("E0101", span, "expected a value, found \"=\"").help("write one ="));
+        sink.push(Diagnostic::new("E0101", span, "expected a value, found \"=\"").help("write one ="));
         let list = sink.finish();
         assert_eq!(
             list[0].render(source, "T"),

@@ -6,7 +6,7 @@
 use crate::prelude::*;
 
 use crate::builtin::spelling;
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::tree::Relation;
 
 /// A word, a number, a text or a sign.
@@ -100,7 +100,7 @@ impl Lexeme {
 }
 
 /// Cuts one line into tokens; a comment is left out.
-pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lexeme>, Problem> {
+pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lexeme>, Diagnostic> {
     check_characters(source, line, longest)?;
     let mut list = Vec::new();
     let mut at = line.start;
@@ -125,33 +125,33 @@ pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lex
     Ok(list)
 }
 
-fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Problem> {
+fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Diagnostic> {
     let text = line.text(source);
     if text.len() > longest {
         let found = text.len();
         let message = format!("the line has {found} characters, at most {longest} are possible");
-        return Problem::fail("E0005", line, message);
+        return Diagnostic::fail("E0005", line, message);
     }
     for (at, c) in text.char_indices() {
         let start = line.start + at;
         let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
-            return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
+            return Err(Diagnostic::new("E0003", span, "a file holds no tab codes").help("use blanks"));
         }
         if !c.is_ascii() {
             let message = format!("expected an ASCII character, found \"{c}\"");
-            return Problem::fail("E0004", span, message);
+            return Diagnostic::fail("E0004", span, message);
         }
         if c.is_ascii_control() {
             let message = format!("expected a printable character, found code {:02X}", u32::from(c));
-            return Problem::fail("E0002", span, message);
+            return Diagnostic::fail("E0002", span, message);
         }
     }
     Ok(())
 }
 
 /// The token at the beginning of `rest` and its length in bytes.
-fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn token(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let first = rest.chars().next().unwrap_or(' ');
     if first.is_ascii_alphabetic() {
         return word(rest, at);
@@ -163,7 +163,7 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     if let Some(tail) = rest.strip_prefix('"') {
         let Some((text, _)) = tail.split_once('"') else {
             let message = "a text ends with a double quote, found the end of the line";
-            return Problem::fail("E0006", Span::new(at, at + rest.len()), message);
+            return Diagnostic::fail("E0006", Span::new(at, at + rest.len()), message);
         };
         return Ok((Token::Text(text.to_string()), text.len() + 2));
     }
@@ -171,7 +171,7 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
         return Ok((Token::Sign(*sign), spelling.len()));
     }
     let message = format!("the character \"{first}\" has no meaning here");
-    Problem::fail("E0002", Span::new(at, at + 1), message)
+    Diagnostic::fail("E0002", Span::new(at, at + 1), message)
 }
 
 /// The word a text begins with, and what follows it.
@@ -180,18 +180,18 @@ pub(crate) fn leading_word(text: &str) -> (&str, &str) {
     text.split_at(end.unwrap_or(text.len()))
 }
 
-fn word(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn word(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let (text, tail) = leading_word(rest);
     let word = text.to_ascii_uppercase();
     if tail.starts_with('$') {
         let span = Span::new(at, at + text.len() + 1);
-        let problem = Problem::new("E0107", span, format!("{word}$: there are no string variables"));
+        let problem = Diagnostic::new("E0107", span, format!("{word}$: there are no string variables"));
         return Err(problem.help("a text can only stand between double quotes in a PRINT"));
     }
     Ok((Token::Word(word), text.len()))
 }
 
-fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn number(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let bytes = rest.as_bytes();
     let digits = |from: usize| bytes.iter().skip(from).take_while(|b| b.is_ascii_digit()).count();
     let mut length = digits(0);
@@ -214,7 +214,7 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     if real {
         return match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok((Token::Real(value), length)),
-            _ => Problem::fail("E0007", span, format!("{text} is too large for a real")),
+            _ => Diagnostic::fail("E0007", span, format!("{text} is too large for a real")),
         };
     }
     match text.parse::<i64>() {
@@ -224,9 +224,9 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
 }
 
 /// The problem of an integer beyond 32 bits.
-pub(crate) fn too_large(text: &str, span: Span) -> Problem {
+pub(crate) fn too_large(text: &str, span: Span) -> Diagnostic {
     let message = format!("{text} is too large for an integer of 32 bits");
-    Problem::new("E0007", span, message).help("write it with a decimal point to make it a real")
+    Diagnostic::new("E0007", span, message).help("write it with a decimal point to make it a real")
 }
 
 #[cfg(test)]

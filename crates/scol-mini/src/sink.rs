@@ -4,7 +4,7 @@
 
 use crate::prelude::*;
 
-use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Problem, Severity};
+use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
 
 /// Collects the remarks of one compilation, bounded by [`MAX_DIAGNOSTICS`].
 #[derive(Debug)]
@@ -28,14 +28,6 @@ impl Sink {
         Self { starts, list }
     }
 
-    pub fn error(&mut self, problem: Problem) {
-        self.push(Severity::Error, problem);
-    }
-
-    pub fn warning(&mut self, problem: Problem) {
-        self.push(Severity::Warning, problem);
-    }
-
     /// Whether there is an error. The first is never left out.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|d| d.severity == Severity::Error)
@@ -47,28 +39,23 @@ impl Sink {
         self.list
     }
 
-    fn push(&mut self, severity: Severity, problem: Problem) {
+    /// Adds a remark and looks up its line.
+    pub fn push(&mut self, mut remark: Diagnostic) {
         let room = MAX_DIAGNOSTICS.saturating_sub(self.list.len());
         // The place before the last is kept for errors, so that warnings cannot hide why there is no program.
-        if room == 0 || (room <= 2 && severity == Severity::Warning) {
+        if room == 0 || (room <= 2 && remark.severity == Severity::Warning) {
             return;
         }
-        let line = self.starts.partition_point(|start| *start <= problem.span.start);
+        if room == 1 {
+            remark.code = "E0009";
+            remark.message = "too many errors, the rest is left out".to_string();
+        }
+        let line = self.starts.partition_point(|start| *start <= remark.span.start);
         let begin = line.checked_sub(1).and_then(|line| self.starts.get(line));
-        let column = problem.span.start - begin.copied().unwrap_or(0) + 1;
-        let (code, message) = match room {
-            1 => ("E0009", "too many errors, the rest is left out".to_string()),
-            _ => (problem.code, problem.message),
-        };
-        self.list.push(Diagnostic {
-            severity,
-            code,
-            span: problem.span,
-            line: u32::try_from(line).unwrap_or(u32::MAX),
-            column: u32::try_from(column).unwrap_or(u32::MAX),
-            message,
-            help: problem.help,
-        });
+        let column = remark.span.start - begin.copied().unwrap_or(0) + 1;
+        remark.line = u32::try_from(line).unwrap_or(u32::MAX);
+        remark.column = u32::try_from(column).unwrap_or(u32::MAX);
+        self.list.push(remark);
     }
 }
 
@@ -81,8 +68,8 @@ mod tests {
     fn the_list_is_bounded_and_says_so() {
         let mut sink = Sink::new("X\n");
         for _ in 0..10_000 {
-            sink.warning(Problem::new("W0001", Span::default(), "w"));
-            sink.error(Problem::new("E0001", Span::default(), "e"));
+            sink.push(Diagnostic::new("W0001", Span::default(), "w"));
+            sink.push(Diagnostic::new("E0001", Span::default(), "e"));
         }
         assert!(sink.has_errors());
         let list = sink.finish();

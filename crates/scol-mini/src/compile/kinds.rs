@@ -6,7 +6,7 @@
 use crate::prelude::*;
 
 use crate::builtin::{Builtin, Condition, Numeric, System};
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::program::Symbols;
 use crate::sink::Sink;
 use crate::tree::{
@@ -36,7 +36,7 @@ struct Checker<'a> {
 
 impl Checker<'_> {
     fn error(&mut self, span: Span, message: String) {
-        self.sink.error(Problem::new("E0207", span, message));
+        self.sink.push(Diagnostic::new("E0207", span, message));
     }
 
     /// Checks the variables that the statement gives a value to.

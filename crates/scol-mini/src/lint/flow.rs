@@ -6,7 +6,7 @@
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Lexeme, Sign};
 use crate::outline::{Part, Row, word};
 use crate::sink::Sink;
@@ -54,8 +54,8 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
         };
         if !reported {
             let message = format!("this is never reached: line {line} always leaves by {by}");
-            let problem = Problem::new("W0603", span(row), message);
-            sink.warning(problem.help("remove it, or put a label before it that something jumps to"));
+            let problem = Diagnostic::new("W0603", span(row), message);
+            sink.push(problem.help("remove it, or put a label before it that something jumps to"));
             reported = true;
         }
     }
@@ -89,8 +89,8 @@ fn overtaking(part: &Part, sink: &mut Sink) {
                     let message =
                         format!("this PRINT follows the {motion} of line {line} without waiting for its end");
                     let place = segment.first().map_or(row.line.span, |first| first.span);
-                    let problem = Problem::new("W0601", place, message);
-                    sink.warning(problem.help(
+                    let problem = Diagnostic::new("W0601", place, message);
+                    sink.push(problem.help(
                         "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
                     ));
                 }
@@ -132,8 +132,8 @@ fn loops(part: &Part, sink: &mut Sink) {
             let message = format!(
                 "this jumps into the FOR {variable} loop of line {line}, whose NEXT then finds no FOR that was begun"
             );
-            let problem = Problem::new("W0609", span, message);
-            sink.warning(problem.help(format!("jump to a label before line {line} instead")));
+            let problem = Diagnostic::new("W0609", span, message);
+            sink.push(problem.help(format!("jump to a label before line {line} instead")));
         }
     }
 }
@@ -159,8 +159,8 @@ fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
         let mut open = open.iter();
         if let Some((line, _)) = open.find(|(_, variable)| *variable == name && !name.is_empty()) {
             let message = format!("{name} is changed in the FOR loop of line {line} that counts it");
-            let problem = Problem::new("W0608", lexeme.span, message);
-            sink.warning(problem.help("use another variable: this one decides how often the loop runs"));
+            let problem = Diagnostic::new("W0608", lexeme.span, message);
+            sink.push(problem.help("use another variable: this one decides how often the loop runs"));
         }
     }
 }

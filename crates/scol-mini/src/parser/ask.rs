@@ -8,14 +8,14 @@ use crate::prelude::*;
 use super::Cursor;
 use crate::builtin::{self, Builtin, Condition, MAX_ARGUMENTS};
 use crate::conditions::AXES;
-use crate::diagnostic::Problem;
+use crate::diagnostic::Diagnostic;
 use crate::lexer::{Sign, Token};
 use crate::request::{Channel, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Name, PerAxis, Simple, Variable};
 
 impl Cursor<'_> {
     /// The statement that begins with this word and asks for something; `None` when there is none.
-    pub(super) fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Problem> {
+    pub(super) fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Diagnostic> {
         let hand = |hand, open, at_once| Ask::Fixed(Request::Hand { hand, open, at_once });
         Ok(Some(match word {
             "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => self.motion(word)?,
@@ -46,7 +46,7 @@ impl Cursor<'_> {
         }))
     }
 
-    fn motion(&mut self, word: &str) -> Result<Ask, Problem> {
+    fn motion(&mut self, word: &str) -> Result<Ask, Diagnostic> {
         let motion = match word {
             "READY" => MotionKind::Ready,
             "MOVE" => MotionKind::Ptp(self.position()?),
@@ -63,24 +63,24 @@ impl Cursor<'_> {
         })
     }
 
-    fn position(&mut self) -> Result<Expression, Problem> {
+    fn position(&mut self) -> Result<Expression, Diagnostic> {
         self.expression_of(Builtin::Point)
     }
 
     /// Two positions; the comma between them may be left out.
-    fn positions(&mut self) -> Result<[Expression; 2], Problem> {
+    fn positions(&mut self) -> Result<[Expression; 2], Diagnostic> {
         let first = self.position()?;
         self.sign(Sign::Comma);
         Ok([first, self.position()?])
     }
 
-    fn axis_and_value(&mut self) -> Result<[Expression; 2], Problem> {
+    fn axis_and_value(&mut self) -> Result<[Expression; 2], Diagnostic> {
         let axis = self.expression()?;
         self.expect_sign(Sign::Comma)?;
         Ok([axis, self.expression()?])
     }
 
-    fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Problem> {
+    fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Diagnostic> {
         let mut known = Vec::new();
         self.separated(|cursor| {
             let (word, span) = (cursor.peek_word(), cursor.span());
@@ -91,7 +91,7 @@ impl Cursor<'_> {
                 cursor.expected("SPEED, ACCEL, DECEL, CONFIG, PASS, ACCUR, PAYLOAD, TOOL, WORK or BASE")
             })?;
             if known.contains(&condition) {
-                return Problem::fail("E0205", span, format!("{word} stands twice in one WITH"));
+                return Diagnostic::fail("E0205", span, format!("{word} stands twice in one WITH"));
             }
             known.push(condition);
             cursor.advance();
@@ -100,7 +100,7 @@ impl Cursor<'_> {
     }
 
     /// `= value` after a name, that of a motion condition if there is one.
-    pub(super) fn setting(&mut self, of: Option<Condition>) -> Result<Expression, Problem> {
+    pub(super) fn setting(&mut self, of: Option<Condition>) -> Result<Expression, Diagnostic> {
         self.expect_sign(Sign::Assign)?;
         match of {
             Some(Condition::Config) => self.configuration(),
@@ -110,7 +110,7 @@ impl Cursor<'_> {
     }
 
     /// The channel of PRINT or INPUT and its comma; `COM1` and its kin are reserved, so one word decides.
-    fn channel(&mut self) -> Result<Channel, Problem> {
+    fn channel(&mut self) -> Result<Channel, Diagnostic> {
         let channel = match self.peek_word() {
             "TP" => Channel::Tp,
             "COM1" => Channel::Com1,
@@ -123,7 +123,7 @@ impl Cursor<'_> {
         Ok(channel)
     }
 
-    fn print(&mut self) -> Result<Ask, Problem> {
+    fn print(&mut self) -> Result<Ask, Diagnostic> {
         let channel = self.channel()?;
         let (mut items, mut cr) = (Vec::new(), false);
         loop {
@@ -137,12 +137,12 @@ impl Cursor<'_> {
                     self.advance();
                     cr = true;
                     if self.is_next(Sign::Comma) {
-                        return Problem::fail("E0102", span, "CR is the last item of a PRINT");
+                        return Diagnostic::fail("E0102", span, "CR is the last item of a PRINT");
                     }
                     break;
                 }
                 Some(Token::Word(word)) if word == "CRE" => {
-                    let problem = Problem::new("E0106", span, "CRE is not a constant");
+                    let problem = Diagnostic::new("E0106", span, "CRE is not a constant");
                     return Err(problem.help("the record end is CR"));
                 }
                 _ => items.push(Item::Value(self.expression()?)),
@@ -154,19 +154,19 @@ impl Cursor<'_> {
         Ok(Ask::Print { channel, items, cr })
     }
 
-    fn input(&mut self) -> Result<Ask, Problem> {
+    fn input(&mut self) -> Result<Ask, Diagnostic> {
         let channel = self.channel()?;
         let targets = self.separated(|cursor| cursor.variable("a variable"))?;
         Ok(Ask::Input(channel, targets))
     }
 
-    fn outputs(&mut self) -> Result<Ask, Problem> {
+    fn outputs(&mut self) -> Result<Ask, Diagnostic> {
         let start = self.before();
         self.expect_sign(Sign::Open)?;
         let lines = self.list(Sign::Close)?;
         if lines.is_empty() || lines.len() > MAX_ARGUMENTS {
             let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.keyword());
-            return Problem::fail("E0206", start.to(self.before()), message);
+            return Diagnostic::fail("E0206", start.to(self.before()), message);
         }
         Ok(Ask::Outputs(lines))
     }
@@ -175,32 +175,32 @@ impl Cursor<'_> {
     pub(super) fn operands<const COUNT: usize>(
         &mut self,
         word: &str,
-    ) -> Result<[Expression; COUNT], Problem> {
+    ) -> Result<[Expression; COUNT], Diagnostic> {
         let start = self.before();
         self.expect_sign(Sign::Open)?;
         let list = self.list(Sign::Close)?;
         let found = list.len();
         list.try_into().map_err(|_| {
             let message = format!("{word} takes {COUNT} operands, found {found}");
-            Problem::new("E0206", start.to(self.before()), message)
+            Diagnostic::new("E0206", start.to(self.before()), message)
         })
     }
 
     /// `= {a, b, ...}` after the word, axis 1 first.
-    pub(super) fn per_axis(&mut self, condition: PerAxis) -> Result<Simple, Problem> {
+    pub(super) fn per_axis(&mut self, condition: PerAxis) -> Result<Simple, Diagnostic> {
         let start = self.before();
         self.expect_sign(Sign::Assign)?;
         self.expect_sign(Sign::OpenBrace)?;
         let values = self.list(Sign::CloseBrace)?;
         if values.is_empty() || values.len() > AXES {
             let message = format!("expected 1 to {AXES} axes, found {}", values.len());
-            return Problem::fail("E0206", start.to(self.before()), message);
+            return Diagnostic::fail("E0206", start.to(self.before()), message);
         }
         Ok(Simple::Change(Change::PerAxis(condition, values)))
     }
 
     /// `RESTORE`, or with names of GLOBAL and DATA.
-    fn restore(&mut self) -> Result<Ask, Problem> {
+    fn restore(&mut self) -> Result<Ask, Diagnostic> {
         let names = match self.peek() {
             None => Vec::new(),
             Some(_) if self.peek_word() == "ELSE" => Vec::new(),
@@ -210,7 +210,7 @@ impl Cursor<'_> {
     }
 
     /// What ENABLE and DISABLE switch; without a word the monitors.
-    pub(super) fn switch(&mut self, on: bool) -> Result<Simple, Problem> {
+    pub(super) fn switch(&mut self, on: bool) -> Result<Simple, Diagnostic> {
         let change = match self.peek_word() {
             "PASS" => Change::Pass(on),
             "NOWAIT" => Change::Nowait(on),
@@ -222,7 +222,7 @@ impl Cursor<'_> {
     }
 
     /// `("NAME")` after TASK; blanks in the name are ignored.
-    pub(super) fn task(&mut self, target: Option<Variable>) -> Result<Ask, Problem> {
+    pub(super) fn task(&mut self, target: Option<Variable>) -> Result<Ask, Diagnostic> {
         self.expect_sign(Sign::Open)?;
         let span = self.span();
         let Some(Token::Text(text)) = self.peek() else {

@@ -8,7 +8,7 @@ use crate::prelude::*;
 
 use super::{Cursor, Datum, Declaration};
 use crate::builtin;
-use crate::diagnostic::Problem;
+use crate::diagnostic::Diagnostic;
 use crate::lexer::{Sign, Token};
 use crate::options::Arm;
 use crate::tree::Name;
@@ -24,7 +24,7 @@ pub(super) enum DataLine {
 
 impl Cursor<'_> {
     /// A line of GLOBAL: `DIM`, `name = value` or a bare name.
-    pub(super) fn global_line(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
+    pub(super) fn global_line(&mut self, into: &mut Vec<Declaration>) -> Result<(), Diagnostic> {
         let line = self.span();
         if self.word("DIM") {
             return self.dim(into);
@@ -49,7 +49,7 @@ impl Cursor<'_> {
     }
 
     /// `DIM name(n, m) AS kind, ...` with the cursor after DIM.
-    pub(super) fn dim(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
+    pub(super) fn dim(&mut self, into: &mut Vec<Declaration>) -> Result<(), Diagnostic> {
         let start = self.before();
         let list = self.separated(|cursor| {
             let name = cursor.name("a variable")?;
@@ -70,7 +70,7 @@ impl Cursor<'_> {
         Ok(())
     }
 
-    fn bounds(&mut self) -> Result<Vec<u32>, Problem> {
+    fn bounds(&mut self) -> Result<Vec<u32>, Diagnostic> {
         let start = self.span();
         let mut list = Vec::new();
         loop {
@@ -88,12 +88,12 @@ impl Cursor<'_> {
         if list.len() > MAX_SUBSCRIPTS {
             let found = list.len();
             let message = format!("an array has at most {MAX_SUBSCRIPTS} subscripts, found {found}");
-            return Problem::fail("E0213", start.to(self.before()), message);
+            return Diagnostic::fail("E0213", start.to(self.before()), message);
         }
         Ok(list)
     }
 
-    fn kind(&mut self) -> Result<ValueKind, Problem> {
+    fn kind(&mut self) -> Result<ValueKind, Diagnostic> {
         let kind = match self.peek_word() {
             "INTEGER" => ValueKind::Integer,
             "REAL" => ValueKind::Real,
@@ -107,7 +107,7 @@ impl Cursor<'_> {
     }
 
     /// A line of DATA.
-    pub(super) fn data_line(&mut self) -> Result<DataLine, Problem> {
+    pub(super) fn data_line(&mut self) -> Result<DataLine, Diagnostic> {
         // Tools of the maker leave the word POINT out (scol.md 13.15).
         let bare = self.peek_at(1) == Some(&Token::Sign(Sign::Assign));
         let word = self.peek_word();
@@ -132,7 +132,7 @@ impl Cursor<'_> {
         if name.text.len() > MAX_DATA_NAME {
             let found = name.text.len();
             let message = format!("a name of DATA has at most {MAX_DATA_NAME} characters, found {found}");
-            return Problem::fail("E0403", name.span, message);
+            return Diagnostic::fail("E0403", name.span, message);
         }
         self.expect_sign(Sign::Assign)?;
         let start = self.span();
@@ -155,18 +155,18 @@ impl Cursor<'_> {
     }
 
     /// Numbers separated by commas, each of which may be left out and then is 0 (DATA-03).
-    fn numbers(&mut self, kind: ValueKind) -> Result<Vec<f64>, Problem> {
+    fn numbers(&mut self, kind: ValueKind) -> Result<Vec<f64>, Diagnostic> {
         let (start, most) = (self.span(), kind.width(self.arm));
         let numbers = self.separated(|cursor| Ok(cursor.number()?.unwrap_or(0.0)))?;
         if numbers.len() > most {
             let (data, found) = (kind.description(), numbers.len());
             let message = format!("{data} takes at most {most} numbers, found {found}");
-            return Problem::fail("E0401", start.to(self.before()), message);
+            return Diagnostic::fail("E0401", start.to(self.before()), message);
         }
         Ok(numbers)
     }
 
-    fn number(&mut self) -> Result<Option<f64>, Problem> {
+    fn number(&mut self) -> Result<Option<f64>, Diagnostic> {
         let negative = self.sign(Sign::Minus);
         let signed = negative || self.sign(Sign::Plus);
         let span = self.span();
@@ -178,13 +178,13 @@ impl Cursor<'_> {
         // The digits are read again: DATA holds more of them than a real of 32 bits keeps.
         let text = span.text(self.source);
         let Ok(value) = text.parse::<f64>() else {
-            return Problem::fail("E0007", span, format!("{text} is not a number"));
+            return Diagnostic::fail("E0007", span, format!("{text} is not a number"));
         };
         Ok(Some(if negative { -value } else { value }))
     }
 
     /// What follows the slash of a position: nothing, digits, or on a SCARA a word.
-    fn posture(&mut self) -> Result<Configuration, Problem> {
+    fn posture(&mut self) -> Result<Configuration, Diagnostic> {
         let slash = self.sign(Sign::Slash);
         let span = self.span();
         let number = match self.peek() {
@@ -200,7 +200,7 @@ impl Cursor<'_> {
                 Arm::SixAxis => "a configuration of up to five digits 0 to 2",
                 Arm::Scara => "LEFTY, RIGHTY, FREE or a digit 0 to 2",
             };
-            Problem {
+            Diagnostic {
                 code: "E0402",
                 ..self.expected(expected)
             }
