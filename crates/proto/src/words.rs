@@ -142,6 +142,12 @@ fn distance(one: &str, other: &str) -> usize {
     last.last().copied().unwrap_or_default()
 }
 
+/// A decimal number without sign.
+pub(crate) fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
+    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
+    word.parse().ok().filter(|_| digits)
+}
+
 /// Units of durations and their microseconds.
 const UNITS: [(&str, u32); 4] = [("us", 1), ("ms", 1_000), ("min", 60_000_000), ("s", 1_000_000)];
 

@@ -105,17 +105,9 @@ impl CommandRow {
         Some((name.trim_end_matches(REPEATED), Some(round + 1)))
     }
 
-    /// Whether blanks separate its operands (5.3.3), as its form shows. Blanks within `<>` are part of a description.
+    /// Whether blanks separate its operands (5.3.3).
     pub fn separates_by_blanks(&self) -> bool {
-        let mut depth = 0_u32;
-        self.form.chars().any(|char| {
-            match char {
-                '<' => depth += 1,
-                '>' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            char == ' ' && depth == 0
-        })
+        self.operands.len() > 1
     }
 }
 

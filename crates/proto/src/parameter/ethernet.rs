@@ -4,11 +4,12 @@
 //! emulator. The syntax of the file is in `reader.rs`.
 
 use super::{
-    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, number, split_words, with_line_end,
+    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, split_words, with_line_end,
 };
 use crate::codes::codes;
 use crate::prelude::*;
 use crate::status::AlarmLevel;
+use crate::words::number;
 
 codes! {
     /// How a channel is opened (\[E00\]).

@@ -198,12 +198,6 @@ impl<'a> SectionValues<'a> {
     }
 }
 
-/// A decimal number without sign.
-fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
-    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
-    word.parse().ok().filter(|_| digits)
-}
-
 /// Blank-separated words, if there are exactly `N`.
 fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
     let words: Vec<&str> = value.split_whitespace().collect();

@@ -3,10 +3,10 @@
 //! The real file has further sections that other manuals describe; they are ignored and kept. Configuring real ports is
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
-use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, split_words, with_line_end};
 use crate::codes::codes;
 use crate::prelude::*;
-use crate::words::{Word, one_of};
+use crate::words::{Word, number, one_of};
 
 codes! {
     /// Parity of a serial line.

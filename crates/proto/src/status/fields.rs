@@ -5,6 +5,7 @@
 use super::BodyError;
 use crate::prelude::*;
 use crate::text::CR;
+use crate::words::number;
 use core::ops::Range;
 
 /// Longest piece of a foreign content that an error quotes, in bytes.
@@ -131,10 +132,8 @@ impl<'a> Field<'a> {
 
     /// A decimal number without sign.
     pub(crate) fn number<N: core::str::FromStr>(self, expected: &'static str) -> Result<N, BodyError> {
-        let digits = !self.bytes.is_empty() && self.bytes.iter().all(u8::is_ascii_digit);
-        let text = core::str::from_utf8(self.bytes).ok().filter(|_| digits);
-        text.and_then(|text| text.parse().ok())
-            .ok_or_else(|| self.error(expected))
+        let number = core::str::from_utf8(self.bytes).ok().and_then(number);
+        number.ok_or_else(|| self.error(expected))
     }
 
     /// A decimal number without sign, `most` at most.
