@@ -6,26 +6,22 @@
 
 mod files;
 mod guide;
-mod internal;
 mod lines;
 mod macros;
 mod number;
 mod operand;
-mod reset;
+mod operate;
 mod row;
 mod table;
 mod variable;
-mod watchdog;
 
 pub use guide::{JogDirection, PositionQuery, ZsFrame};
-pub use internal::{InternalCommand, RunMode};
 pub use lines::{LineWrite, MAX_LINES, MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use number::Number;
-pub use reset::Reset;
+pub use operate::{InternalCommand, MAX_WATCHDOG_MS, Reset, RunMode};
 pub use row::{Answer, CommandPermission, CommandRow, Sender, Source};
 pub use table::{COMMANDS, Command};
 pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
-pub use watchdog::MAX_WATCHDOG_MS;
 
 pub(crate) use row::{count_permissions, permission_names};
 

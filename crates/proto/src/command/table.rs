@@ -6,12 +6,12 @@
 
 use super::macros::commands;
 use super::number::with_numbers;
-use super::reset::RESET_OF_ALARMS;
+use super::operate::RESET_OF_ALARMS;
 use super::row::valid;
 use super::{
     Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, Number, PositionQuery, Reset,
-    Sender, Source, VariableRead, VariableWrite, ZsFrame, decimal, files, guide, internal, lines, reset,
-    text, variable, watchdog,
+    Sender, Source, VariableRead, VariableWrite, ZsFrame, decimal, files, guide, lines, operate, text,
+    variable,
 };
 use crate::name::{FileName, VariableName};
 use crate::prelude::*;
@@ -48,7 +48,7 @@ commands! {
         operands: ["what"],
         help: "Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(4, "XXXOX", "XXXXO"),
-        parse: reset::rs, encode: text(reset.as_str()),
+        parse: operate::rs, encode: text(reset.as_str()),
     }
 
     /// Select the execution file (CMD-SL-01).
@@ -132,7 +132,7 @@ commands! {
         operands: ["internal command", "value"],
         help: "Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
-        parse: internal::ec, encode: text(internal::encode(*internal)),
+        parse: operate::ec, encode: text(operate::encode(*internal)),
     }
 
     /// Write a global variable (CMD-MW-01).
@@ -209,7 +209,7 @@ commands! {
         operands: ["milliseconds", "level of the alarm"],
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
-        parse: watchdog::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
+        parse: operate::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
     }
 
     /// Extension: current alarms (hosts 7.2).
@@ -350,6 +350,6 @@ commands! {
         operands: ["what"],
         help: "reset of alarms",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),
-        parse: reset::rs, encode: text(RESET_OF_ALARMS),
+        parse: operate::rs, encode: text(RESET_OF_ALARMS),
     }
 }
