@@ -7,8 +7,7 @@
 use crate::prelude::*;
 
 use crate::diagnostic::Span;
-use crate::lexer::{self, Lexeme, Sign, Token};
-use crate::lines::lines;
+use crate::lexer::{self, Lexeme, Sign, Token, lines};
 use crate::outline::{sign, word};
 use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 

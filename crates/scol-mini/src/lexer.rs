@@ -1,7 +1,7 @@
-//! Cuts a line into tokens.
+//! Cuts a file into lines, and a line into tokens.
 //!
-//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. `lines` cuts
-//! the file into lines before.
+//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. It ends with
+//! CR, LF or CR LF (RAM-05).
 
 use crate::prelude::*;
 
@@ -97,6 +97,29 @@ impl Lexeme {
     pub fn is(&self, sign: Sign) -> bool {
         self.token == Token::Sign(sign)
     }
+}
+
+/// A line of the file without its line end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Line {
+    /// Counted from 1.
+    pub number: u32,
+    pub span: Span,
+}
+
+/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
+pub(crate) fn lines(source: &str) -> Vec<Line> {
+    let text = source.split('\u{1A}').next().unwrap_or_default();
+    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
+    while let Some(rest) = text.get(start..).filter(|rest| !rest.is_empty()) {
+        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+        let span = Span::new(start, start + length);
+        lines.push(Line { number, span });
+        let pair = rest.get(length..).is_some_and(|tail| tail.starts_with("\r\n"));
+        start = span.end + if pair { 2 } else { 1 };
+        number += 1;
+    }
+    lines
 }
 
 /// Cuts one line into tokens; a comment is left out.
@@ -263,5 +286,15 @@ mod tests {
         );
         assert_eq!(tokens_of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
         assert_eq!(tokens_of("A REMARK \" % ~"), vec![Token::Word("A".into())]);
+    }
+
+    // clause: RAM-05 RAM-06 S7
+    #[test]
+    fn cr_lf_and_both_end_a_line_and_1a_ends_the_file() {
+        let spans: Vec<(u32, &str)> = lines("a\rb\r\nc\n\nd\x1Ae\r")
+            .iter()
+            .map(|l| (l.number, &"a\rb\r\nc\n\nd"[l.span.start..l.span.end]))
+            .collect();
+        assert_eq!(spans, vec![(1, "a"), (2, "b"), (3, "c"), (4, ""), (5, "d")]);
     }
 }

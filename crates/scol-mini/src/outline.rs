@@ -9,8 +9,7 @@ use alloc::collections::BTreeMap;
 use crate::MAX_LINE;
 use crate::builtin;
 use crate::diagnostic::Span;
-use crate::lexer::{self, Lexeme, Sign, Token};
-use crate::lines::{Line, lines};
+use crate::lexer::{self, Lexeme, Line, Sign, Token, lines};
 use crate::options::Arm;
 use crate::tree::Name;
 

@@ -5,12 +5,11 @@
 
 use crate::prelude::*;
 
-use crate::diagnostic::Span;
+use crate::diagnostic::{Sink, Span};
 use crate::memory::{AccessError, Memory, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::{Owner, Program};
-use crate::sink::Sink;
 use crate::value::{Position, Value, ValueKind};
 
 /// The source with the initial value of `name` in GLOBAL or DATA replaced; everything else stays byte for byte.

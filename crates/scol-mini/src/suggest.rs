@@ -6,8 +6,7 @@ use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
-use crate::lexer::{Lexeme, Sign, tokens};
-use crate::lines::lines;
+use crate::lexer::{Lexeme, Sign, lines, tokens};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names};
 use crate::program::Program;

@@ -7,13 +7,12 @@ use crate::prelude::*;
 use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::machine::{constant_value, convert};
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
-use crate::sink::Sink;
 use crate::tree::{Expression, Name};
 use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};

@@ -7,12 +7,11 @@ use crate::prelude::*;
 use alloc::sync::Arc;
 
 use super::{kinds, lower, names};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::leading_word;
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols, fingerprint};
 use crate::request::Request;
-use crate::sink::Sink;
 use crate::tree::{Ask, Simple, Statement};
 
 /// Compiles one statement for direct execution.

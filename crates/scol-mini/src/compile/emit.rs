@@ -8,10 +8,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::Signature;
 use crate::MAX_FOR_NESTING;
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::parser::Block;
 use crate::program::{Operation, Step};
-use crate::sink::Sink;
 use crate::tree::{Ask, Expression, Name, Node, Reference, Simple, Statement, Variable};
 use crate::value::Value;
 

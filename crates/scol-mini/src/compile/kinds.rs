@@ -6,9 +6,8 @@
 use crate::prelude::*;
 
 use crate::builtin::{Builtin, Condition, Numeric, System};
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::program::Symbols;
-use crate::sink::Sink;
 use crate::tree::{
     Ask, Assignment, Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable,
 };

@@ -16,12 +16,11 @@ use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
 use crate::MAX_SOURCE;
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::options::LanguageOptions;
 use crate::parser::{Block, parse_file};
 use crate::points::TaughtPoint;
 use crate::program::{Entry, Program, Symbols, fingerprint, hash};
-use crate::sink::Sink;
 use crate::tree::Name;
 
 pub use direct::compile_direct;

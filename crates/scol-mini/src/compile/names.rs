@@ -7,10 +7,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::declare::dim_slot;
 use super::duplicates;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
-use crate::sink::Sink;
 use crate::tree::{Ask, Name, Node, Reference, Simple, Statement, Takes, Variable};
 use crate::value::ValueKind;
 

@@ -7,8 +7,7 @@
     reason = "a test that cannot read its fixtures fails"
 )]
 
-use crate::lexer::{Lexeme, SIGNS, Token, tokens};
-use crate::lines::lines;
+use crate::lexer::{Lexeme, SIGNS, Token, lines, tokens};
 use crate::parser::parse_direct;
 use crate::{Arm, LanguageOptions, MAX_LINE, builtin, compile};
 use std::borrow::ToOwned;

@@ -6,10 +6,9 @@
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{Lexeme, Sign};
 use crate::outline::{Part, Row, word};
-use crate::sink::Sink;
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 

@@ -7,11 +7,10 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::flow::targets;
 use crate::builtin;
-use crate::diagnostic::{Diagnostic, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, word};
-use crate::sink::Sink;
 use crate::suggest::CHANNELS;
 
 /// What the statements of a program do with names.

@@ -6,11 +6,10 @@
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::{IntDivision, LanguageOptions};
 use crate::outline::{Part, sign, word};
-use crate::sink::Sink;
 
 pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
     let mut integers: BTreeMap<&str, u32> = BTreeMap::new();

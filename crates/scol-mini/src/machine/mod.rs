@@ -13,7 +13,6 @@ mod fast_sine;
 mod functions;
 mod monitor;
 mod place;
-mod print;
 mod request_values;
 #[cfg(feature = "serde")]
 mod snapshot;
