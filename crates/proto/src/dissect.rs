@@ -7,6 +7,7 @@
 
 use crate::prelude::*;
 use crate::reply::Reply;
+use crate::status::fields::Field;
 use crate::status::io;
 use crate::status::sf::SfLayout;
 use crate::status::sf::table::{SfFieldKind, sf_fields};
@@ -38,7 +39,7 @@ pub struct DissectedField {
 /// The fields of one text as it was on the wire, framing included. `letters` is the command it answers; empty if
 /// unknown.
 pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
-    framed(wire, |fields, data, start| fields.reply(letters, data, start)).0
+    framed(wire, |fields, data| fields.reply(letters, data)).0
 }
 
 /// Where the data section of a text lies: up to its ETX, which a checksum may follow, or up to the end.
@@ -50,17 +51,18 @@ pub(crate) fn data_section(wire: &[u8]) -> Range<usize> {
     }
 }
 
-/// The framing of a text, and what `content` finds in its data section, whose first byte it gets too.
-pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, &[u8], usize)) -> Fields {
-    let data = data_section(wire);
+/// The framing of a text, and what `content` finds in its data section.
+pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, Field<'_>)) -> Fields {
     let mut fields = Fields(Vec::new());
-    if data.start > 0 {
-        fields.add("text.stx", "STX", 0..data.start, "there".to_string());
+    let Range { start, end } = data_section(wire);
+    let (before_etx, etx) = Field::whole("", wire).split_at(end);
+    let (stx, data) = before_etx.split_at(start);
+    if !stx.bytes().is_empty() {
+        fields.add("text.stx", "STX", stx.range(), "there".to_string());
     }
-    let bytes = wire.get(data.clone()).unwrap_or_default();
-    content(&mut fields, bytes, data.start);
-    if let Some(etx @ [_, ..]) = wire.get(data.end..) {
-        fields.add("text.etx", "ETX", data.end..wire.len(), quoted(etx));
+    content(&mut fields, data);
+    if !etx.bytes().is_empty() {
+        fields.quote("text.etx", "ETX", etx);
     }
     fields
 }
@@ -130,164 +132,155 @@ impl Fields {
         });
     }
 
-    /// The data section of a text of the controller, at offset `start` of the wire.
-    pub(crate) fn reply(&mut self, letters: &str, data: &[u8], start: usize) {
-        let range = start..start + data.len();
-        match Reply::parse(data) {
-            Ok(Reply::Fl(_)) => self.file(letters, data, start),
-            Ok(_) => self.add("reply", "reply", range, quoted(data)),
-            Err(_) => self.add("text.data", "data", range, quoted(data)),
+    /// A field whose value is its bytes.
+    pub(crate) fn quote(&mut self, key: impl Into<String>, name: impl Into<String>, part: Field<'_>) {
+        self.add(key, name, part.range(), quoted(part.bytes()));
+    }
+
+    /// The data section of a text of the controller.
+    pub(crate) fn reply(&mut self, letters: &str, data: Field<'_>) {
+        match Reply::parse(data.bytes()) {
+            Ok(Reply::Fl(_)) => self.file(letters, data),
+            Ok(_) => self.quote("reply", "reply", data),
+            Err(_) => self.quote("text.data", "data", data),
         }
     }
 
-    /// A text that begins with `FL,` at offset `start` of the wire.
-    fn file(&mut self, letters: &str, data: &[u8], start: usize) {
-        let from = start + FL.len();
-        let rest = data.get(FL.len()..).unwrap_or_default();
-        let body = rest.strip_suffix(&[CR]).unwrap_or(rest);
-        let content = match (letters, rest.get(..io::LENGTH)) {
+    /// A data section that begins with `FL,`.
+    fn file(&mut self, letters: &str, data: Field<'_>) {
+        let (_, rest) = data.split_at(FL.len());
+        let body = rest.bytes().strip_suffix(&[CR]).unwrap_or(rest.bytes());
+        let length = match body.strip_suffix(&[EOF]) {
             // The last byte of its last word may equal EOF, so only the length tells the end.
-            ("IO", Some(words)) => words,
-            _ => body.strip_suffix(&[EOF]).unwrap_or(rest),
+            _ if letters == "IO" && rest.bytes().len() >= io::LENGTH => io::LENGTH,
+            content => content.unwrap_or(rest.bytes()).len(),
         };
+        let (content, tail) = rest.split_at(length);
         let key = letters.to_ascii_lowercase();
         match letters {
-            "SF" => self.system_status(content, from),
-            "IO" => self.words(content, from),
-            "SU" | "SM" => self.items(&key, content, from),
-            "" => self.lines("file", "line", content, from),
-            "UL" => self.lines("ul", "line", content, from),
-            _ => self.lines(&key, "record", content, from),
+            "SF" => self.system_status(content),
+            "IO" => self.words(content),
+            "SU" | "SM" => self.items(&key, content),
+            "" => self.lines("file", "line", content),
+            "UL" => self.lines("ul", "line", content),
+            _ => self.lines(&key, "record", content),
         }
-        let end = from + content.len();
-        let tail = rest.get(content.len()..).unwrap_or_default();
-        let range = end..start + data.len();
-        self.add("text.end", "end of the file", range, quoted(tail));
+        self.quote("text.end", "end of the file", tail);
     }
 
-    fn system_status(&mut self, content: &[u8], from: usize) {
-        let layout = match content.len() <= SfLayout::Six.len() {
+    fn system_status(&mut self, content: Field<'_>) {
+        let layout = match content.bytes().len() <= SfLayout::Six.len() {
             true => SfLayout::Six,
             false => SfLayout::Eight,
         };
-        let mut end = 0;
+        let mut rest = content;
         for field in sf_fields(layout) {
-            let range = field.offset..field.offset + field.size;
-            let Some(bytes) = content.get(range.clone()) else {
+            let Some((part, after)) = rest.cut(field.size) else {
                 break;
             };
-            end = range.end;
-            let value = field.kind.describe(bytes);
-            let range = from + range.start..from + range.end;
-            self.add(format!("sf.{}", field.key), field.name, range, value);
+            let value = field.kind.describe(part.bytes());
+            self.add(format!("sf.{}", field.key), field.name, part.range(), value);
+            rest = after;
         }
-        self.rest("sf.rest", content, end, from);
+        self.rest("sf.rest", rest);
     }
 
-    fn words(&mut self, content: &[u8], from: usize) {
-        let half = io::WORDS;
-        let mut end = 0;
-        for (index, pair) in content.chunks_exact(2).enumerate().take(2 * half) {
-            let direction = if index < half { "input" } else { "output" };
-            let number = index % half + 1;
-            let range = from + end..from + end + 2;
+    fn words(&mut self, content: Field<'_>) {
+        let mut rest = content;
+        for index in 0..2 * io::WORDS {
+            let Some((pair, after)) = rest.cut(2) else { break };
+            let direction = if index < io::WORDS { "input" } else { "output" };
+            let number = index % io::WORDS + 1;
             let key = format!("io.{direction}.{number}");
-            let value = SfFieldKind::Lines("bit ", 0).describe(pair);
-            self.add(key, format!("{direction} word {number}"), range, value);
-            end += 2;
+            let value = SfFieldKind::Lines("bit ", 0).describe(pair.bytes());
+            self.add(key, format!("{direction} word {number}"), pair.range(), value);
+            rest = after;
         }
-        self.rest("io.rest", content, end, from);
+        self.rest("io.rest", rest);
     }
 
     /// The items of SU and SM: records if there is a CR, otherwise words between blanks.
-    fn items(&mut self, key: &str, content: &[u8], from: usize) {
-        let separator = if content.contains(&CR) { CR } else { b' ' };
-        let mut at = from;
-        for (index, item) in content.split(|byte| *byte == separator).enumerate() {
-            let end = at + item.len();
-            let colon = item.iter().position(|byte| *byte == b':');
+    fn items(&mut self, key: &str, content: Field<'_>) {
+        let separator = if content.bytes().contains(&CR) { CR } else { b' ' };
+        for (index, item) in content.split(separator).enumerate() {
+            let bytes = item.bytes();
+            let colon = bytes.iter().position(|byte| *byte == b':');
             let length = colon.or((key == "sm").then_some(LABEL));
-            let label = match length.and_then(|length| item.get(..length)) {
+            let label = match length.and_then(|length| bytes.get(..length)) {
                 None | Some([]) => (index + 1).to_string(),
                 Some(label) => String::from_utf8_lossy(label).into_owned(),
             };
-            if !(item.is_empty() && end == from + content.len()) {
+            if !(bytes.is_empty() && item.range().end == content.range().end) {
                 let name = format!("{} {label}", key.to_ascii_uppercase());
-                let key = format!("{key}.{}", label.to_ascii_lowercase());
-                self.add(key, name, at..end, quoted(item));
+                self.quote(format!("{key}.{}", label.to_ascii_lowercase()), name, item);
             }
-            at = end + 1;
         }
     }
 
     /// Lines or records by their number; files of CA by their name.
-    fn lines(&mut self, key: &str, word: &str, content: &[u8], from: usize) {
-        let mut at = 0;
+    fn lines(&mut self, key: &str, word: &str, content: Field<'_>) {
+        let mut rest = content;
         let mut number = 0;
-        while at < content.len() && number < MAX_FIELDS {
+        while !rest.bytes().is_empty() && number < MAX_FIELDS {
             number += 1;
-            let rest = content.get(at..).unwrap_or_default();
-            let end = rest.iter().position(|byte| matches!(*byte, CR | LF));
-            let line = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
-            let file = line.split(|byte| *byte == b' ').next().unwrap_or_default();
+            let end = rest.bytes().iter().position(|byte| matches!(*byte, CR | LF));
+            let end = end.unwrap_or(rest.bytes().len());
+            let (line, _) = rest.split_at(end);
+            let (whole, after) = rest.split_at(end + 1);
+            rest = after;
+            let file = line.split(b' ').next().unwrap_or(line);
             let name = match key {
-                "ca" => String::from_utf8_lossy(file).into_owned(),
+                "ca" => String::from_utf8_lossy(file.bytes()).into_owned(),
                 _ => number.to_string(),
             };
-            let length = (line.len() + 1).min(rest.len());
-            let range = from + at..from + at + length;
-            let whole = rest.get(..length).unwrap_or_default();
             match key {
-                "eu" if number > 1 => self.entry(number - 1, line, range),
-                "ac" | "ah" => self.alarm(key, number, whole, range),
-                "eu" => self.add("eu.count", "number of entries", range, quoted(whole)),
-                _ => {
-                    let value = quoted(whole);
-                    self.add(format!("{key}.{name}"), format!("{word} {name}"), range, value);
-                }
+                "eu" if number > 1 => self.entry(number - 1, line.bytes(), whole),
+                "ac" | "ah" => self.alarm(key, number, whole),
+                "eu" => self.quote("eu.count", "number of entries", whole),
+                _ => self.quote(format!("{key}.{name}"), format!("{word} {name}"), whole),
             }
-            at += length;
         }
-        self.rest(&format!("{key}.rest"), content, at, from);
+        self.rest(&format!("{key}.rest"), rest);
     }
 
     /// A record of AC or AH: number, message and date of an alarm; the first record begins with the count.
-    fn alarm(&mut self, key: &str, number: usize, record: &[u8], range: Range<usize>) {
+    fn alarm(&mut self, key: &str, number: usize, record: Field<'_>) {
         let names = ["count", "alarm", "message", "date"].into_iter();
         let mut names = names.skip(usize::from(number > 1));
-        let mut at = range.start;
-        for item in record.split_inclusive(|byte| *byte == b',') {
+        let mut rest = record;
+        for item in record.bytes().split_inclusive(|byte| *byte == b',') {
             let name = names.next().unwrap_or("surplus");
-            let part = match name {
+            let key = match name {
                 "count" => format!("{key}.count"),
                 _ => format!("{key}.{number}.{name}"),
             };
-            let end = at + item.len();
-            self.add(part, format!("alarm {number}, {name}"), at..end, quoted(item));
-            at = end;
+            let (part, after) = rest.split_at(item.len());
+            self.quote(key, format!("alarm {number}, {name}"), part);
+            rest = after;
         }
     }
 
-    /// An entry of EU: its alarm and its date.
-    fn entry(&mut self, number: usize, line: &[u8], range: Range<usize>) {
+    /// An entry of EU, `whole` with its line end: its alarm and its date.
+    fn entry(&mut self, number: usize, line: &[u8], whole: Field<'_>) {
         let blank = line.iter().position(|byte| *byte == b' ').unwrap_or(line.len());
-        let (alarm, date) = line.split_at(blank);
-        let middle = range.start + blank;
+        let (alarm, rest) = whole.split_at(blank);
+        let date = line.get(blank..).unwrap_or_default();
         let date = date.strip_prefix(b" ").unwrap_or(date);
-        for (name, range, bytes) in [
-            ("alarm", range.start..middle, alarm),
-            ("date", middle..range.end, date),
-        ] {
+        for (name, part, bytes) in [("alarm", alarm, alarm.bytes()), ("date", rest, date)] {
             let key = format!("eu.{number}.{name}");
-            self.add(key, format!("entry {number}, {name}"), range, quoted(bytes));
+            self.add(
+                key,
+                format!("entry {number}, {name}"),
+                part.range(),
+                quoted(bytes),
+            );
         }
     }
 
-    fn rest(&mut self, key: &str, content: &[u8], at: usize, from: usize) {
-        if at < content.len() {
-            let range = from + at..from + content.len();
-            let rest = content.get(at..).unwrap_or_default();
-            self.add(key, "the rest", range, quoted(rest));
+    /// What fits no field, if there is anything left.
+    pub(crate) fn rest(&mut self, key: &str, rest: Field<'_>) {
+        if !rest.bytes().is_empty() {
+            self.quote(key, "the rest", rest);
         }
     }
 }

@@ -6,8 +6,9 @@
 //! [`crate::dissect`]'s.
 
 use crate::command::{Command, CommandError, CommandRow};
-use crate::dissect::{DissectedField, FL, Fields, data_section, framed, quoted};
+use crate::dissect::{DissectedField, FL, Fields, framed};
 use crate::prelude::*;
+use crate::status::fields::Field;
 use crate::text::{CR, MAX_DATA};
 use core::ops::Range;
 
@@ -21,26 +22,25 @@ const ERROR: &str = "error";
 /// The fields of one text of a host as it was on the wire, framing included. `is_content` says that it is a further text
 /// of a file: it has no command.
 pub fn dissect_command(wire: &[u8], is_content: bool) -> Vec<DissectedField> {
-    let mut fields = framed(wire, |fields, data, start| {
-        let begin = data.get(..FL.len()).unwrap_or_default();
-        let is_file = begin.eq_ignore_ascii_case(FL);
+    let mut fields = framed(wire, |fields, data| {
+        let (begin, _) = data.split_at(FL.len());
+        let is_file = begin.bytes().eq_ignore_ascii_case(FL);
         match is_file || is_content {
-            true => fields.reply("", data, start),
-            false => fields.message(data, start),
+            true => fields.reply("", data),
+            false => fields.message(data),
         }
         if let Some(row) = CommandRow::of_letters(b"FL").filter(|_| is_file) {
-            fields.letters(row, start);
+            fields.letters(row, data.split_at(LETTERS).0);
+        }
+        if data.range().end == wire.len() {
+            fields.error(data.range().end..wire.len(), "the text has no ETX".to_string());
+        }
+        let length = data.bytes().len();
+        if length > MAX_DATA {
+            let words = format!("the text has {length} bytes of data; at most {MAX_DATA} are allowed");
+            fields.error(data.split_at(MAX_DATA).1.range(), words);
         }
     });
-    let Range { start, end } = data_section(wire);
-    if end == wire.len() {
-        fields.error(end..end, "the text has no ETX".to_string());
-    }
-    let length = end - start;
-    if length > MAX_DATA {
-        let words = format!("the text has {length} bytes of data; at most {MAX_DATA} are allowed");
-        fields.error(start + MAX_DATA..end, words);
-    }
     fields.0.sort_by_key(|field| (field.range.start, field.range.end));
     fields.0
 }
@@ -50,80 +50,68 @@ impl Fields {
         self.add(ERROR, "what is wrong", range, words);
     }
 
-    /// A data section without ETX, at offset `start` of the wire.
-    fn message(&mut self, data: &[u8], start: usize) {
-        let message = data.strip_suffix(&[CR]).unwrap_or(data);
-        let end = start + message.len();
-        let parsed = Command::parse(message);
-        let letters = message.get(..LETTERS).unwrap_or(message);
+    /// A data section without ETX.
+    fn message(&mut self, data: Field<'_>) {
+        let length = data.bytes().len() - usize::from(data.bytes().last() == Some(&CR));
+        let (message, cr) = data.split_at(length);
+        let parsed = Command::parse(message.bytes());
+        let (letters, operands) = message.split_at(LETTERS);
         let row = parsed.as_ref().ok().map(Command::row);
-        if let Some(row) = row.or_else(|| CommandRow::of_letters(letters)) {
-            self.known(row, message, start);
+        if let Some(row) = row.or_else(|| CommandRow::of_letters(letters.bytes())) {
+            self.letters(row, letters);
+            self.operands(row, operands);
         } else {
-            let range = start..start + letters.len();
-            self.add("command", "command", range, quoted(letters));
-            if let Some(rest @ [_, ..]) = message.get(LETTERS..) {
-                self.add("rest", "the rest", start + LETTERS..end, quoted(rest));
-            }
+            self.quote("command", "command", letters);
+            self.rest("rest", operands);
         }
-        if message.len() < data.len() {
-            self.add("text.cr", "CR", end..end + 1, "there".to_string());
-        } else if data.len() == MAX_DATA {
+        if !cr.bytes().is_empty() {
+            self.add("text.cr", "CR", cr.range(), "there".to_string());
+        } else if length == MAX_DATA {
             let name = "a part of a longer message";
-            return self.add("text.part", name, end..end, "no CR".to_string());
+            return self.add("text.part", name, cr.range(), "no CR".to_string());
         } else {
-            self.error(end..end, "no CR before ETX".to_string());
+            self.error(cr.range(), "no CR before ETX".to_string());
         }
         match parsed {
             Ok(_) => {}
-            Err(error @ CommandError::Unknown { .. }) => {
-                self.error(start..start + letters.len(), error.to_string());
-            }
+            Err(error @ CommandError::Unknown { .. }) => self.error(letters.range(), error.to_string()),
             Err(CommandError::Malformed {
                 expected, found, at, ..
             }) => {
                 let words = format!("expected {expected}, found {found}");
-                self.error(start + at.min(message.len())..end, words);
+                self.error(message.split_at(at).1.range(), words);
             }
         }
     }
 
-    fn letters(&mut self, row: &CommandRow, start: usize) {
+    fn letters(&mut self, row: &CommandRow, letters: Field<'_>) {
         let value = format!("{}: {}", row.name, row.help);
-        self.add("command", "command", start..start + LETTERS, value);
+        self.add("command", "command", letters.range(), value);
     }
 
-    /// A message of this command: its letters and its operands.
-    fn known(&mut self, row: &CommandRow, message: &[u8], start: usize) {
-        self.letters(row, start);
-        let Some([b',', operands @ ..]) = message.get(LETTERS..) else {
-            if let Some(rest @ [_, ..]) = message.get(LETTERS..).map(<[u8]>::trim_ascii_end) {
-                let from = start + LETTERS;
-                self.add("rest", "the rest", from..from + rest.len(), quoted(rest));
-            }
-            return;
+    /// What follows the letters of this command.
+    fn operands(&mut self, row: &CommandRow, after_letters: Field<'_>) {
+        let [b',', list @ ..] = after_letters.bytes() else {
+            let length = after_letters.bytes().trim_ascii_end().len();
+            return self.rest("rest", after_letters.split_at(length).0);
         };
-        let from = start + LETTERS + 1;
+        let (_, operands) = after_letters.split_at(1);
         let key = row.letters.to_ascii_lowercase();
         let tokens = match row.operands {
             // A statement, a name: what is in it does not separate.
-            [_] => whole(operands),
-            _ => split(operands),
+            [_] => whole(list),
+            _ => split(list),
         };
         for (index, range) in tokens.into_iter().enumerate() {
-            let value = quoted(operands.get(range.clone()).unwrap_or_default());
-            let range = from + range.start..from + range.end;
+            let (_, rest) = operands.split_at(range.start);
+            let (token, _) = rest.split_at(range.len());
             match row.operand_name(index).filter(|_| index < MAX_OPERANDS) {
-                Some((name, None)) => self.add(operand_key(&key, name), name, range, value),
+                Some((name, None)) => self.quote(operand_key(&key, name), name, token),
                 Some((name, Some(number))) => {
                     let key = format!("{}.{number}", operand_key(&key, name));
-                    self.add(key, format!("{name} {number}"), range, value);
+                    self.quote(key, format!("{name} {number}"), token);
                 }
-                None => {
-                    let rest = quoted(operands.get(range.start - from..).unwrap_or_default());
-                    self.add("rest", "the rest", range.start..from + operands.len(), rest);
-                    return;
-                }
+                None => return self.rest("rest", rest),
             }
         }
     }

@@ -11,6 +11,7 @@ use crate::error_text;
 use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
+use core::iter::Peekable;
 
 /// A port that speaks the simple protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -36,6 +37,18 @@ pub enum Permission {
     WhenStopped,
     /// X: invalid.
     Invalid,
+}
+
+impl Permission {
+    /// The cell that a letter stands for: O, S or X.
+    pub(crate) const fn from_letter(letter: u8) -> Option<Permission> {
+        match letter {
+            b'O' => Some(Permission::Valid),
+            b'S' => Some(Permission::WhenStopped),
+            b'X' => Some(Permission::Invalid),
+            _ => None,
+        }
+    }
 }
 
 /// The rows of tables 5.3 and 5.4, in the order of the manual.
@@ -150,7 +163,8 @@ impl PermissionTable {
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
         let mut table = PermissionTable::printed();
         let mut missing = Vec::from(HEADINGS);
-        let mut lines = Lines::new(text);
+        let end = text.lines().count().max(1);
+        let mut lines = lines(text).peekable();
         while let Some((number, line)) = lines.next() {
             let tables = HEADINGS.into_iter().zip(table.tables_mut());
             let Some((_, (names, rows))) = tables.into_iter().find(|(heading, _)| *heading == line) else {
@@ -159,10 +173,10 @@ impl PermissionTable {
             };
             let place = missing.iter().position(|heading| *heading == line);
             missing.remove(place.ok_or_else(|| error(number, "each table once", line))?);
-            parse_table(&mut lines, names, rows)?;
+            parse_table(&mut lines, end, names, rows)?;
         }
         match missing.first() {
-            Some(heading) => Err(error(lines.number.max(1), heading, END)),
+            Some(heading) => Err(error(end, heading, END)),
             None => Ok(table),
         }
     }
@@ -205,37 +219,22 @@ fn is_optional(row: &str) -> bool {
     later.any(|later| *later == row)
 }
 
-/// Lines with content, blanks around them and comments removed.
-#[derive(Clone)]
-struct Lines<'a> {
-    rest: core::iter::Enumerate<core::str::Lines<'a>>,
-    number: usize,
+/// Lines with content and their numbers, from 1; blanks around them and comments removed.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    (1..)
+        .zip(text.lines())
+        .map(|(number, line)| (number, line.split('#').next().unwrap_or_default().trim()))
+        .filter(|(_, line)| !line.is_empty())
 }
 
-impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Lines<'a> {
-        Lines {
-            rest: text.lines().enumerate(),
-            number: 0,
-        }
-    }
-
-    fn next(&mut self) -> Option<(usize, &'a str)> {
-        self.rest.find_map(|(index, line)| {
-            self.number = index + 1;
-            let line = line.split('#').next().unwrap_or_default().trim();
-            (!line.is_empty()).then_some((self.number, line))
-        })
-    }
-}
-
-/// The head row and the rows of one table.
-fn parse_table(
-    lines: &mut Lines<'_>,
+/// The head row and the rows of one table. The last line of the file has the number `end`.
+fn parse_table<'a>(
+    lines: &mut Peekable<impl Iterator<Item = (usize, &'a str)>>,
+    end: usize,
     names: &[&'static str],
     rows: &mut [Row],
 ) -> Result<(), PermissionError> {
-    let (number, line) = lines.next().unwrap_or((lines.number, END));
+    let (number, line) = lines.next().unwrap_or((end, END));
     if !line.split_whitespace().eq(["COMMAND"].into_iter().chain(COLUMNS)) {
         let head = format!("COMMAND {}", COLUMNS.join(" "));
         return Err(error(number, &head, line));
@@ -243,7 +242,7 @@ fn parse_table(
     rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
     while seen.len() < names.len() {
-        let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
+        let ends = lines.peek().is_none_or(|(_, line)| line.starts_with('['));
         if ends && names.iter().all(|row| is_optional(row) || seen.contains(row)) {
             break;
         }
@@ -251,9 +250,7 @@ fn parse_table(
             let missing = names.iter().copied().filter(|row| !seen.contains(row));
             format!("a row of {}", missing.collect::<Vec<_>>().join(" "))
         };
-        let Some((number, line)) = lines.next() else {
-            return Err(error(lines.number, &expected(), END));
-        };
+        let (number, line) = lines.next().ok_or_else(|| error(end, &expected(), END))?;
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
         let mut named = names.iter().zip(rows.iter_mut());
@@ -266,17 +263,12 @@ fn parse_table(
     Ok(())
 }
 
-fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
-    let mut cells = [Permission::Invalid; CELLS];
-    for cell in &mut cells {
-        *cell = match words.next()? {
-            "O" => Permission::Valid,
-            "S" => Permission::WhenStopped,
-            "X" => Permission::Invalid,
-            _ => return None,
-        };
-    }
-    words.next().is_none().then_some(cells)
+fn parse_row<'a>(words: impl Iterator<Item = &'a str>) -> Option<Row> {
+    let cell = |word: &str| match *word.as_bytes() {
+        [letter] => Permission::from_letter(letter),
+        _ => None,
+    };
+    words.map(cell).collect::<Option<Vec<_>>>()?.try_into().ok()
 }
 
 /// Longest piece of a file that an error quotes, in characters.

@@ -128,7 +128,7 @@ pub enum Decoded {
 }
 
 /// A text whose ETX has not been received yet.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 struct Partial {
     framing: Framing,
@@ -141,15 +141,6 @@ struct Partial {
 }
 
 impl Partial {
-    fn new(framing: Framing) -> Partial {
-        Partial {
-            framing,
-            data: BytesMut::new(),
-            length: 0,
-            sum: 0,
-        }
-    }
-
     /// Takes the next `count` bytes of the input. What follows on what it has is not copied.
     fn take(&mut self, input: &mut BytesMut, count: usize, kept: usize) {
         let mut run = input.split_to(count);
@@ -187,18 +178,22 @@ impl Partial {
 ///   Outside --STX, or any byte with Detect--> Inside --ETX--> Outside
 ///                                                  \--ETX, with checksum--> Sum --one byte--> Outside
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 enum DecoderState {
+    #[default]
     Outside,
     Inside(Partial),
-    Sum { text: Text, expected: u8 },
+    Sum {
+        text: Text,
+        expected: u8,
+    },
 }
 
 /// Cuts a stream of bytes into texts. Pushed bytes are buffered until [`TextDecoder::next`] reads them, so that
 /// the caller can change how the next text is read ([`TextDecoder::expect_binary`]) after it has seen the last one.
 /// It holds at most [`MAX_BUFFERED`] bytes and one text.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct TextDecoder {
     options: TextOptions,
@@ -219,11 +214,7 @@ impl TextDecoder {
     pub fn new(options: TextOptions) -> TextDecoder {
         TextDecoder {
             options,
-            input: BytesMut::new(),
-            state: DecoderState::Outside,
-            noise: 0,
-            lost: 0,
-            binary: None,
+            ..TextDecoder::default()
         }
     }
 
@@ -246,7 +237,7 @@ impl TextDecoder {
     )]
     pub fn next(&mut self) -> Option<Decoded> {
         while let Some(&byte) = self.input.first() {
-            let decoded = match core::mem::replace(&mut self.state, DecoderState::Outside) {
+            let decoded = match core::mem::take(&mut self.state) {
                 DecoderState::Outside => self.outside(byte),
                 DecoderState::Inside(partial) => self.inside(partial, byte),
                 DecoderState::Sum { text, expected } => Some(self.sum(text, expected, byte)),
@@ -293,24 +284,28 @@ impl TextDecoder {
     /// Whether a decoder with these options can reach this state; to validate a deserialized one.
     #[cfg(feature = "serde")]
     pub fn is_valid(&self, options: TextOptions) -> bool {
-        let kept = match &self.state {
-            DecoderState::Outside => true,
-            DecoderState::Inside(partial) => partial.data.len() <= partial.length.min(MAX_BINARY),
-            DecoderState::Sum { text, .. } => text.data.len() <= MAX_BINARY,
+        let most = match &self.state {
+            DecoderState::Inside(partial) => partial.length.min(MAX_BINARY),
+            DecoderState::Outside | DecoderState::Sum { .. } => MAX_BINARY,
         };
-        kept && self.options == options
+        self.held() <= most
+            && self.options == options
             && self.input.len() <= MAX_BUFFERED
             && self.binary.is_none_or(|length| length <= MAX_BINARY)
     }
 
     /// Bytes held: unread ones and the data of the text under way.
     pub fn buffered(&self) -> usize {
-        let held = match &self.state {
+        self.input.len() + self.held()
+    }
+
+    /// Bytes held of the data of the text under way.
+    fn held(&self) -> usize {
+        match &self.state {
             DecoderState::Outside => 0,
             DecoderState::Inside(partial) => partial.data.len(),
             DecoderState::Sum { text, .. } => text.data.len(),
-        };
-        self.input.len() + held
+        }
     }
 
     /// Bytes received for the text under way.
@@ -341,7 +336,10 @@ impl TextDecoder {
         }
         let framing = if byte == STX { Framing::Stx } else { Framing::Bare };
         self.input.advance(usize::from(byte == STX));
-        self.state = DecoderState::Inside(Partial::new(framing));
+        self.state = DecoderState::Inside(Partial {
+            framing,
+            ..Partial::default()
+        });
         None
     }
 

@@ -24,13 +24,15 @@ pub trait Word: Copy + 'static {
     /// # Errors
     /// It is none of the words, of which each was expected.
     fn read(word: &str) -> Result<Self, UnexpectedWord> {
-        let words = || Self::ALL.iter().map(|value| value.word()).collect::<Vec<_>>();
-        Self::from_word(word).ok_or_else(|| UnexpectedWord::new(one_of(&words()), word))
+        Self::from_word(word).ok_or_else(|| {
+            let words: Vec<String> = Self::ALL.iter().map(|value| value.word().to_string()).collect();
+            UnexpectedWord::new(one_of(&words), word)
+        })
     }
 }
 
 /// The words as one may be chosen of them: `on or off`, `teaching, internal or ext`.
-fn one_of(words: &[&str]) -> String {
+pub(crate) fn one_of(words: &[String]) -> String {
     match words {
         [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
         words => words.concat(),
@@ -86,14 +88,11 @@ const MAX_COMPARED: usize = 64;
 /// The end of a message about an unknown word: `; did you mean "x"?` with the known words nearest to it, in backquotes.
 /// Empty if none is near.
 pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    let quoted = |word: &&str| format!("`{word}`");
-    match nearest(found, known).as_slice() {
-        [] => String::new(),
-        [one] => format!("; did you mean `{one}`?"),
-        [first @ .., last] => {
-            let first: Vec<String> = first.iter().map(quoted).collect();
-            format!("; did you mean {} or `{last}`?", first.join(", "))
-        }
+    let near = nearest(found, known).into_iter();
+    let near: Vec<String> = near.map(|word| format!("`{word}`")).collect();
+    match near.is_empty() {
+        true => String::new(),
+        false => format!("; did you mean {}?", one_of(&near)),
     }
 }
 
@@ -146,6 +145,12 @@ fn distance(one: &str, other: &str) -> usize {
         before = Some(letter);
     }
     last.last().copied().unwrap_or_default()
+}
+
+/// A decimal number without sign.
+pub(crate) fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
+    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
+    word.parse().ok().filter(|_| digits)
 }
 
 /// Units of durations and their microseconds.

@@ -174,11 +174,8 @@ impl Code {
 
     /// How many [`working_cells`](Code::working_cells) there are.
     pub fn extra_cells(&self) -> usize {
-        let temporaries = match self.instructions.is_empty() {
-            true => 0,
-            false => TEMPORARIES,
-        };
-        temporaries + self.constants.len()
+        let none = self.instructions.is_empty();
+        self.constants.len() + if none { 0 } else { TEMPORARIES }
     }
 }
 

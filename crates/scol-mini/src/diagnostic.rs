@@ -1,5 +1,6 @@
 //! Diagnostics: the errors and warnings about a source, with their place, a stable code and help.
-//! What follows from an error (NG, an alarm) is left to the caller. `sink` collects them, `suggest` adds to the help.
+//! What follows from an error (NG, an alarm) is left to the caller. [`Sink`] collects those of one
+//! compilation, at most [`MAX_DIAGNOSTICS`], and finds the line of each; `suggest` adds to the help.
 //! [`DIAGNOSTICS`](crate::DIAGNOSTICS) lists the codes.
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
@@ -80,6 +81,37 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// A remark whose line the sink will look up. The letter of its code says how bad it is.
+    pub(crate) fn new(code: &'static str, span: Span, message: impl Into<String>) -> Self {
+        let severity = match code.starts_with('W') {
+            true => Severity::Warning,
+            false => Severity::Error,
+        };
+        Self {
+            severity,
+            code,
+            span,
+            line: 0,
+            column: 0,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    /// The remark as the result of what fails with it.
+    pub(crate) fn fail<T>(
+        code: &'static str,
+        span: Span,
+        message: impl Into<String>,
+    ) -> Result<T, Diagnostic> {
+        Err(Diagnostic::new(code, span, message))
+    }
+
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
     /// Its columns from 1, in characters as editors count them; it does not go beyond the end of its line.
     ///
     /// `source` is the text that was compiled.
@@ -137,51 +169,86 @@ fn characters(text: &[u8]) -> usize {
     String::from_utf8_lossy(text).chars().count()
 }
 
-/// An error or warning whose line is not looked up yet.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Problem {
-    pub code: &'static str,
-    pub span: Span,
-    pub message: String,
-    pub help: Option<String>,
+/// Collects the remarks of one compilation, bounded by [`MAX_DIAGNOSTICS`].
+#[derive(Debug)]
+pub(crate) struct Sink {
+    /// Where each line begins.
+    starts: Vec<usize>,
+    list: Vec<Diagnostic>,
 }
 
-impl Problem {
-    pub fn new(code: &'static str, span: Span, message: impl Into<String>) -> Self {
-        Self {
-            code,
-            span,
-            message: message.into(),
-            help: None,
+impl Sink {
+    pub fn new(source: &str) -> Self {
+        let bytes = source.as_bytes();
+        let mut starts = Vec::from([0]);
+        for (at, byte) in bytes.iter().enumerate() {
+            let pair = *byte == b'\r' && bytes.get(at + 1) == Some(&b'\n');
+            if matches!(byte, b'\r' | b'\n') && !pair {
+                starts.push(at + 1);
+            }
         }
+        let list = Vec::new();
+        Self { starts, list }
     }
 
-    /// The problem as the result of what fails with it.
-    pub fn fail<T>(code: &'static str, span: Span, message: impl Into<String>) -> Result<T, Problem> {
-        Err(Problem::new(code, span, message))
+    /// Whether there is an error. The first is never left out.
+    pub fn has_errors(&self) -> bool {
+        self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
+    /// The remarks in source order.
+    pub fn finish(mut self) -> Vec<Diagnostic> {
+        self.list.sort_by_key(|d| (d.line, d.column));
+        self.list
+    }
+
+    /// Adds a remark and looks up its line.
+    pub fn push(&mut self, mut remark: Diagnostic) {
+        let room = MAX_DIAGNOSTICS.saturating_sub(self.list.len());
+        // The place before the last is kept for errors, so that warnings cannot hide why there is no program.
+        if room == 0 || (room <= 2 && remark.severity == Severity::Warning) {
+            return;
+        }
+        if room == 1 {
+            remark.code = "E0009";
+            remark.message = "too many errors, the rest is left out".to_string();
+        }
+        let line = self.starts.partition_point(|start| *start <= remark.span.start);
+        let begin = line.checked_sub(1).and_then(|line| self.starts.get(line));
+        let column = remark.span.start - begin.copied().unwrap_or(0) + 1;
+        remark.line = u32::try_from(line).unwrap_or(u32::MAX);
+        remark.column = u32::try_from(column).unwrap_or(u32::MAX);
+        self.list.push(remark);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sink::Sink;
 
     #[test]
     fn a_rendering_shows_the_line_and_points_at_the_place() {
         let source = "PROGRAM T\r\nN = = 1\r\nEND\r\n";
         let mut sink = Sink::new(source);
         let span = Span { start: 15, end: 16 };
-        sink.error(Problem::new("E0101", span, "expected a value, found \"=\"").help("write one ="));
+        sink.push(Diagnostic::new("E0101", span, "expected a value, found \"=\"").help("write one ="));
         let list = sink.finish();
         assert_eq!(
             list[0].render(source, "T"),
             "T:2:5: error[E0101]: expected a value, found \"=\"\n2 | N = = 1\n  |     ^\n  = help: write one =\n"
         );
+    }
+
+    #[test]
+    fn the_list_is_bounded_and_says_so() {
+        let mut sink = Sink::new("X\n");
+        for _ in 0..10_000 {
+            sink.push(Diagnostic::new("W0001", Span::default(), "w"));
+            sink.push(Diagnostic::new("E0001", Span::default(), "e"));
+        }
+        assert!(sink.has_errors());
+        let list = sink.finish();
+        assert_eq!(list.len(), MAX_DIAGNOSTICS);
+        assert!(list.iter().any(|d| d.code == "E0009"));
     }
 }

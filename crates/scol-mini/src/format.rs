@@ -7,8 +7,7 @@
 use crate::prelude::*;
 
 use crate::diagnostic::Span;
-use crate::lexer::{self, Lexeme, Sign, Token};
-use crate::lines::{Line, lines};
+use crate::lexer::{self, Lexeme, Sign, Token, lines};
 use crate::outline::{sign, word};
 use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 
@@ -27,13 +26,12 @@ pub fn format(source: &str) -> String {
     if source.len() > MAX_SOURCE {
         return source.into();
     }
-    let all = lines(source);
     let end = line_end(source);
     let mut layout = Layout::default();
     let mut text = String::new();
     let mut blank = true;
-    for line in &all {
-        let laid = layout.line(source, *line);
+    for line in lines(source) {
+        let laid = layout.line(source, line.span);
         // One empty line separates; more say nothing, nor do those at the beginning.
         if laid.is_empty() && blank {
             continue;
@@ -73,8 +71,8 @@ struct Layout {
 }
 
 impl Layout {
-    fn line(&mut self, source: &str, line: Line) -> String {
-        let text = line.span.text(source);
+    fn line(&mut self, source: &str, line: Span) -> String {
+        let text = line.text(source);
         let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
             return text.into();
         };
@@ -84,8 +82,8 @@ impl Layout {
         let depth = self.depth(&tokens);
         let mut laid = " ".repeat(depth * INDENT);
         laid.push_str(&self.spaced(source, &tokens));
-        let end = tokens.last().map_or(line.span.start, |last| last.span.end);
-        let tail = Span::new(end, line.span.end).text(source);
+        let end = tokens.last().map_or(line.start, |last| last.span.end);
+        let tail = Span::new(end, line.end).text(source);
         let comment = tail.trim_matches(' ');
         if !comment.is_empty() {
             if !tokens.is_empty() {
@@ -165,7 +163,11 @@ impl Layout {
             (Some(Sign::Comma | Sign::Colon), _) => true,
             (Some(Sign::Minus | Sign::Plus), _) if is_value(earlier).is_none() => false,
             (_, Some(Sign::Slash)) if after.is_none() => false,
-            (None, Some(Sign::Open)) => is_value(before) != Some(true) || is_operator(earlier, before),
+            (None, Some(Sign::Open)) => {
+                // MOD between two values is an operator, elsewhere a function.
+                let operator = word(before) == "MOD" && is_value(earlier).is_some();
+                is_value(before) != Some(true) || operator
+            }
             _ => true,
         }
     }
@@ -184,11 +186,6 @@ fn is_value(lexeme: Option<&Lexeme>) -> Option<bool> {
         Token::Sign(Sign::Close | Sign::CloseBrace) => Some(false),
         Token::Sign(_) => None,
     }
-}
-
-/// `MOD` between two values is an operator, elsewhere a function.
-fn is_operator(earlier: Option<&Lexeme>, before: Option<&Lexeme>) -> bool {
-    word(before) == "MOD" && is_value(earlier).is_some()
 }
 
 /// `remark` in upper case, its text as it is.
@@ -210,7 +207,7 @@ fn stuck(pair: &[Lexeme]) -> bool {
 
 /// Whether a line laid out has the words it had.
 fn same(laid: &str, tokens: &[Lexeme]) -> bool {
-    let again = lexer::tokens(laid, Line::only(laid), MAX_LINE);
+    let again = lexer::tokens(laid, Span::new(0, laid.len()), MAX_LINE);
     again.is_ok_and(|again| again.iter().map(|l| &l.token).eq(tokens.iter().map(|l| &l.token)))
 }
 

@@ -1,13 +1,12 @@
-//! Cuts a line into tokens.
+//! Cuts a file into lines, and a line into tokens.
 //!
-//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. `lines` cuts
-//! the file into lines before.
+//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. It ends with
+//! CR, LF or CR LF (RAM-05).
 
 use crate::prelude::*;
 
 use crate::builtin::spelling;
-use crate::diagnostic::{Problem, Span};
-use crate::lines::Line;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::tree::Relation;
 
 /// A word, a number, a text or a sign.
@@ -100,13 +99,36 @@ impl Lexeme {
     }
 }
 
+/// A line of the file without its line end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Line {
+    /// Counted from 1.
+    pub number: u32,
+    pub span: Span,
+}
+
+/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
+pub(crate) fn lines(source: &str) -> Vec<Line> {
+    let text = source.split('\u{1A}').next().unwrap_or_default();
+    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
+    while let Some(rest) = text.get(start..).filter(|rest| !rest.is_empty()) {
+        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+        let span = Span::new(start, start + length);
+        lines.push(Line { number, span });
+        let pair = rest.get(length..).is_some_and(|tail| tail.starts_with("\r\n"));
+        start = span.end + if pair { 2 } else { 1 };
+        number += 1;
+    }
+    lines
+}
+
 /// Cuts one line into tokens; a comment is left out.
-pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lexeme>, Problem> {
+pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lexeme>, Diagnostic> {
     check_characters(source, line, longest)?;
     let mut list = Vec::new();
-    let mut at = line.span.start;
-    while at < line.span.end {
-        let rest = Span::new(at, line.span.end).text(source);
+    let mut at = line.start;
+    while at < line.end {
+        let rest = Span::new(at, line.end).text(source);
         match rest.as_bytes().first() {
             None | Some(b' ') => {
                 at += 1;
@@ -126,33 +148,33 @@ pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lex
     Ok(list)
 }
 
-fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
-    let text = line.span.text(source);
+fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Diagnostic> {
+    let text = line.text(source);
     if text.len() > longest {
         let found = text.len();
         let message = format!("the line has {found} characters, at most {longest} are possible");
-        return Problem::fail("E0005", line.span, message);
+        return Diagnostic::fail("E0005", line, message);
     }
     for (at, c) in text.char_indices() {
-        let start = line.span.start + at;
+        let start = line.start + at;
         let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
-            return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
+            return Err(Diagnostic::new("E0003", span, "a file holds no tab codes").help("use blanks"));
         }
         if !c.is_ascii() {
             let message = format!("expected an ASCII character, found \"{c}\"");
-            return Problem::fail("E0004", span, message);
+            return Diagnostic::fail("E0004", span, message);
         }
         if c.is_ascii_control() {
             let message = format!("expected a printable character, found code {:02X}", u32::from(c));
-            return Problem::fail("E0002", span, message);
+            return Diagnostic::fail("E0002", span, message);
         }
     }
     Ok(())
 }
 
 /// The token at the beginning of `rest` and its length in bytes.
-fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn token(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let first = rest.chars().next().unwrap_or(' ');
     if first.is_ascii_alphabetic() {
         return word(rest, at);
@@ -164,7 +186,7 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     if let Some(tail) = rest.strip_prefix('"') {
         let Some((text, _)) = tail.split_once('"') else {
             let message = "a text ends with a double quote, found the end of the line";
-            return Problem::fail("E0006", Span::new(at, at + rest.len()), message);
+            return Diagnostic::fail("E0006", Span::new(at, at + rest.len()), message);
         };
         return Ok((Token::Text(text.to_string()), text.len() + 2));
     }
@@ -172,28 +194,27 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
         return Ok((Token::Sign(*sign), spelling.len()));
     }
     let message = format!("the character \"{first}\" has no meaning here");
-    Problem::fail("E0002", Span::new(at, at + 1), message)
+    Diagnostic::fail("E0002", Span::new(at, at + 1), message)
 }
 
 /// The word a text begins with, and what follows it.
 pub(crate) fn leading_word(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-    text.split_at_checked(end.unwrap_or(text.len()))
-        .unwrap_or((text, ""))
+    text.split_at(end.unwrap_or(text.len()))
 }
 
-fn word(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn word(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let (text, tail) = leading_word(rest);
     let word = text.to_ascii_uppercase();
     if tail.starts_with('$') {
         let span = Span::new(at, at + text.len() + 1);
-        let problem = Problem::new("E0107", span, format!("{word}$: there are no string variables"));
+        let problem = Diagnostic::new("E0107", span, format!("{word}$: there are no string variables"));
         return Err(problem.help("a text can only stand between double quotes in a PRINT"));
     }
     Ok((Token::Word(word), text.len()))
 }
 
-fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
+fn number(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     let bytes = rest.as_bytes();
     let digits = |from: usize| bytes.iter().skip(from).take_while(|b| b.is_ascii_digit()).count();
     let mut length = digits(0);
@@ -216,7 +237,7 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     if real {
         return match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok((Token::Real(value), length)),
-            _ => Problem::fail("E0007", span, format!("{text} is too large for a real")),
+            _ => Diagnostic::fail("E0007", span, format!("{text} is too large for a real")),
         };
     }
     match text.parse::<i64>() {
@@ -226,9 +247,9 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
 }
 
 /// The problem of an integer beyond 32 bits.
-pub(crate) fn too_large(text: &str, span: Span) -> Problem {
+pub(crate) fn too_large(text: &str, span: Span) -> Diagnostic {
     let message = format!("{text} is too large for an integer of 32 bits");
-    Problem::new("E0007", span, message).help("write it with a decimal point to make it a real")
+    Diagnostic::new("E0007", span, message).help("write it with a decimal point to make it a real")
 }
 
 #[cfg(test)]
@@ -237,7 +258,7 @@ mod tests {
     use std::vec;
 
     fn tokens_of(text: &str) -> Vec<Token> {
-        tokens(text, Line::only(text), crate::MAX_LINE)
+        tokens(text, Span::new(0, text.len()), crate::MAX_LINE)
             .unwrap()
             .into_iter()
             .map(|l| l.token)
@@ -265,5 +286,15 @@ mod tests {
         );
         assert_eq!(tokens_of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
         assert_eq!(tokens_of("A REMARK \" % ~"), vec![Token::Word("A".into())]);
+    }
+
+    // clause: RAM-05 RAM-06 S7
+    #[test]
+    fn cr_lf_and_both_end_a_line_and_1a_ends_the_file() {
+        let spans: Vec<(u32, &str)> = lines("a\rb\r\nc\n\nd\x1Ae\r")
+            .iter()
+            .map(|l| (l.number, &"a\rb\r\nc\n\nd"[l.span.start..l.span.end]))
+            .collect();
+        assert_eq!(spans, vec![(1, "a"), (2, "b"), (3, "c"), (4, ""), (5, "d")]);
     }
 }

@@ -46,7 +46,6 @@ mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;
-mod lines;
 mod lint;
 mod machine;
 mod memory;
@@ -58,7 +57,6 @@ mod prelude;
 mod program;
 mod request;
 mod rewrite;
-mod sink;
 #[cfg(feature = "serde")]
 mod snapshot;
 mod suggest;

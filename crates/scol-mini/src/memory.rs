@@ -14,7 +14,7 @@ use core::fmt;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
-use crate::program::{Owner, Program, Slot, StateVersion, Symbols};
+use crate::program::{Owner, Program, STATE_VERSION, Slot, Symbols};
 use crate::value::{Frame, Trans, Value, ValueKind};
 use locals::Locals;
 
@@ -89,7 +89,8 @@ impl core::error::Error for AccessError {}
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Memory {
-    version: StateVersion,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
+    version: u32,
     /// Fingerprint of the program.
     source: u64,
     cells: Cells,
@@ -155,7 +156,7 @@ impl Memory {
         cells.resize(symbols.cells, Cell::EMPTY);
         cells.extend(program.code.working_cells());
         let mut memory = Self {
-            version: StateVersion,
+            version: STATE_VERSION,
             source: program.fingerprint(),
             cells: Cells {
                 all: cells,

@@ -9,8 +9,7 @@ use alloc::collections::BTreeMap;
 use crate::MAX_LINE;
 use crate::builtin;
 use crate::diagnostic::Span;
-use crate::lexer::{self, Lexeme, Sign, Token};
-use crate::lines::{Line, lines};
+use crate::lexer::{self, Lexeme, Line, Sign, Token, lines};
 use crate::options::Arm;
 use crate::tree::Name;
 
@@ -48,7 +47,7 @@ impl Outline {
         let mut outline = Outline::default();
         let mut place = Place::Outside;
         for line in lines(source) {
-            let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
+            let Ok(tokens) = lexer::tokens(source, line.span, MAX_LINE) else {
                 continue;
             };
             let row = Row::new(line, tokens);

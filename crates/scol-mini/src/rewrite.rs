@@ -5,12 +5,11 @@
 
 use crate::prelude::*;
 
-use crate::diagnostic::Span;
+use crate::diagnostic::{Sink, Span};
 use crate::memory::{AccessError, Memory, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::{Owner, Program};
-use crate::sink::Sink;
 use crate::value::{Position, Value, ValueKind};
 
 /// The source with the initial value of `name` in GLOBAL or DATA replaced; everything else stays byte for byte.
@@ -131,9 +130,54 @@ impl<'a> Rewriter<'a> {
             return Ok(Edit::Taught(format!("POINT {name}={text}")));
         }
         let text = global_text(value, arm).ok_or_else(too_large)?;
-        let site = global_site(source, &self.file, &name, subscripts, &text);
+        let site = self.global_site(&name, subscripts, &text);
         let (span, text) = site.ok_or(AccessError::NotInSource(name))?;
         Ok(Edit::At(span, text))
+    }
+
+    /// What to replace in GLOBAL, and by what.
+    fn global_site(&self, name: &str, subscripts: &[i32], text: &str) -> Option<(Span, String)> {
+        let globals = &self.file.globals;
+        let mine: Vec<&Declaration> = globals.iter().filter(|d| d.name.text == name).collect();
+        let same = |d: &&&Declaration| {
+            let known = d.subscripts.iter().map(|subscript| i64::from(*subscript));
+            !d.dim && known.eq(subscripts.iter().map(|subscript| i64::from(*subscript)))
+        };
+        // The last line wins, as it does in the compiler.
+        if let Some(found) = mine.iter().rev().find(same) {
+            return Some(match &found.value {
+                Some(value) => (value.span, text.to_string()),
+                None => (Span::at(found.name.span.end), format!(" = {text}")),
+            });
+        }
+        let last = mine.last()?;
+        if subscripts.is_empty() {
+            // DIM X AS REAL: the plain assignment declares as much; a DIM of several names cannot be split.
+            let alone = globals.iter().filter(|d| d.line == last.line).count() == 1;
+            return alone.then(|| (last.line, format!("{name} = {text}")));
+        }
+        let (at, line_end) = line_end(self.source, last.line.end);
+        let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+        let line = format!("{line_end}{name}({}) = {text}", list.join(","));
+        Some((Span::at(at), line))
+    }
+
+    /// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
+    /// DATA, a block at the end of the file.
+    fn taught_site(&self, lines: &[String]) -> (Span, String) {
+        let source = self.source;
+        let heading = self.file.data_heading;
+        let at_heading = heading.map(|heading| line_end(source, heading.end));
+        let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
+        let lines = lines.join(end);
+        if let Some((at, end)) = at_heading {
+            return (Span::at(at), format!("{end}{lines}"));
+        }
+        let at = source.find('\u{1A}').unwrap_or(source.len());
+        let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
+        let begin = if open { end } else { "" };
+        let block = format!("{begin}DATA{end}{lines}{end}END{end}");
+        (Span::at(at), block)
     }
 
     /// The source with all changes.
@@ -146,7 +190,7 @@ impl<'a> Rewriter<'a> {
             }
         }
         if !taught.is_empty() {
-            changes.push(taught_site(self.source, &self.file, &taught));
+            changes.push(self.taught_site(&taught));
         }
         // Stable: elements of one array go after one line, in their order.
         changes.sort_by_key(|(span, _)| span.start);
@@ -162,38 +206,6 @@ impl<'a> Rewriter<'a> {
     }
 }
 
-/// What to replace in GLOBAL, and by what.
-fn global_site(
-    source: &str,
-    file: &File,
-    name: &str,
-    subscripts: &[i32],
-    text: &str,
-) -> Option<(Span, String)> {
-    let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
-    let same = |d: &&&Declaration| {
-        let known = d.subscripts.iter().map(|subscript| i64::from(*subscript));
-        !d.dim && known.eq(subscripts.iter().map(|subscript| i64::from(*subscript)))
-    };
-    // The last line wins, as it does in the compiler.
-    if let Some(found) = mine.iter().rev().find(same) {
-        return Some(match &found.value {
-            Some(value) => (value.span, text.to_string()),
-            None => (Span::at(found.name.span.end), format!(" = {text}")),
-        });
-    }
-    let last = mine.last()?;
-    if subscripts.is_empty() {
-        // DIM X AS REAL: the plain assignment declares as much; a DIM of several names cannot be split.
-        let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
-        return alone.then(|| (last.line, format!("{name} = {text}")));
-    }
-    let (at, line_end) = line_end(source, last.line.end);
-    let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-    let line = format!("{line_end}{name}({}) = {text}", list.join(","));
-    Some((Span::at(at), line))
-}
-
 /// Where the line that holds `from` ends, and by what.
 fn line_end(source: &str, from: usize) -> (usize, &'static str) {
     let rest = source.get(from..).unwrap_or_default();
@@ -202,22 +214,6 @@ fn line_end(source: &str, from: usize) -> (usize, &'static str) {
     let mut ends = ["\r\n", "\n"].into_iter();
     let line_end = ends.find(|end| tail.starts_with(end)).unwrap_or("\r");
     (from + length, line_end)
-}
-
-/// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
-/// DATA, a block at the end of the file.
-fn taught_site(source: &str, file: &File, lines: &[String]) -> (Span, String) {
-    let at_heading = file.data_heading.map(|heading| line_end(source, heading.end));
-    let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
-    let lines = lines.join(end);
-    if let Some((at, end)) = at_heading {
-        return (Span::at(at), format!("{end}{lines}"));
-    }
-    let at = source.find('\u{1A}').unwrap_or(source.len());
-    let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
-    let begin = if open { end } else { "" };
-    let block = format!("{begin}DATA{end}{lines}{end}END{end}");
-    (Span::at(at), block)
 }
 
 /// A value as GLOBAL writes it.

@@ -6,11 +6,11 @@
 
 use crate::prelude::*;
 use core::fmt;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 
 use crate::conditions::Conditions;
 use crate::options::Arm;
-use crate::program::{Program, STATE_VERSION, StateVersion};
+use crate::program::{Program, STATE_VERSION};
 use crate::value::{Position, Value};
 
 /// Why a state cannot be restored.
@@ -49,34 +49,23 @@ impl core::error::Error for RestoreError {}
 
 /// Fails unless `holds`, saying what was expected.
 pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {
-    if holds {
-        return Ok(());
-    }
-    Err(RestoreError::Invalid(format!("expected {expected}")))
+    let holds = holds.then_some(());
+    holds.ok_or_else(|| RestoreError::Invalid(format!("expected {expected}")))
 }
 
-impl Serialize for StateVersion {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        STATE_VERSION.serialize(to)
-    }
-}
-
-impl<'de> Deserialize<'de> for StateVersion {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<StateVersion, D::Error> {
-        match u32::deserialize(from)? {
-            STATE_VERSION => Ok(StateVersion),
-            found => Err(serde::de::Error::custom(RestoreError::Version(found))),
-        }
+/// Reads the field `version` of a state: no other than [`STATE_VERSION`] is read.
+pub(crate) fn version<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
+    match u32::deserialize(from)? {
+        STATE_VERSION => Ok(STATE_VERSION),
+        found => Err(serde::de::Error::custom(RestoreError::Version(found))),
     }
 }
 
 /// Whether a state was written for this program.
 pub(crate) fn belongs(source: u64, program: &Program) -> Result<(), RestoreError> {
     let (expected, found) = (program.fingerprint(), source);
-    match expected == found {
-        true => Ok(()),
-        false => Err(RestoreError::Program { expected, found }),
-    }
+    let same = (expected == found).then_some(());
+    same.ok_or(RestoreError::Program { expected, found })
 }
 
 /// Whether a value is one the language can have.

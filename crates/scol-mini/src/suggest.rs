@@ -6,8 +6,7 @@ use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
-use crate::lexer::{Lexeme, Sign, tokens};
-use crate::lines::lines;
+use crate::lexer::{Lexeme, Sign, lines, tokens};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names};
 use crate::program::Program;
@@ -123,7 +122,7 @@ impl Suggester<'_> {
     fn keyword(&self, diagnostic: &Diagnostic) -> Option<String> {
         // A line outside all blocks has words as well.
         let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
-        let line = tokens(self.source, *lines(self.source).get(at)?, MAX_LINE).ok()?;
+        let line = tokens(self.source, lines(self.source).get(at)?.span, MAX_LINE).ok()?;
         let split = line.partition_point(|lexeme| lexeme.span.start < diagnostic.span.start);
         let (before, rest) = line.split_at_checked(split)?;
         // The first word of the statement the error is in: after a label, THEN, ELSE or at the beginning.

@@ -11,7 +11,7 @@ use crate::request::{Channel, Request};
 use crate::value::{Value, ValueKind};
 
 /// A name as written, in upper case, and where.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Name {
     pub text: String,
     pub span: Span,

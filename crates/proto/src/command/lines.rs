@@ -1,13 +1,16 @@
-//! IW: forces I/O lines, `IW,<line> <0|1> ...`.
+//! IW: forces I/O lines, `IW,<line> <0|1> ...`. HI and HO: successive lines as one number, `HI,<first> <count>` and
+//! `HO,<first> <count> <value>` (hosts 2).
 //!
-//! The controller knows which numbers are lines (CMD-IW-04). HI and HO are in `line_value.rs`.
+//! The controller knows which numbers are lines (CMD-IW-04).
 
-use crate::command::operand::{Operands, ParseResult, list, separator, whole};
+use crate::command::operand::{GrammarError, Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
 use crate::prelude::*;
 use nom::Parser;
 use nom::character::complete::one_of;
+use nom::combinator::verify;
 use nom::error::context;
+use nom::sequence::terminated;
 
 /// Lines an IW may force (CMD-IW-02).
 pub const MAX_LINES: usize = 32;
@@ -45,6 +48,45 @@ fn pair(input: &str) -> ParseResult<'_, LineWrite> {
             on: state == '1',
         })
         .parse(input)
+}
+
+/// Lines that one HI may read (ste80722 S14).
+pub const MAX_LINES_READ: u8 = 32;
+/// Lines that one HO may write. Hosts were seen with 8; this limit, one word, is ours (hosts 8.7).
+pub const MAX_LINES_WRITTEN: u8 = 16;
+
+const FIRST: &str = "a line number, the last at most 65535";
+const COUNT_READ: &str = "a count of lines from 1 to 32";
+const COUNT_WRITTEN: &str = "a count of lines from 1 to 16";
+const VALUE: &str = "a value that the lines can show";
+
+/// `first count`.
+pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
+    operands
+        .parse(FIRST, successive(MAX_LINES_READ, COUNT_READ))
+        .map(|(first, count)| Command::Hi { first, count })
+}
+
+/// `first count value`.
+pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
+    let value = |(first, count): (u16, u8)| {
+        whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count))).map(move |value| (first, count, value))
+    };
+    let grammar = terminated(successive(MAX_LINES_WRITTEN, COUNT_WRITTEN), separator).flat_map(value);
+    operands
+        .parse(FIRST, grammar)
+        .map(|(first, count, value)| Command::Ho { first, count, value })
+}
+
+/// A first line and a count, which stay within the numbers of lines.
+fn successive<'a>(
+    most: u8,
+    expected: &'static str,
+) -> impl Parser<&'a str, Output = (u16, u8), Error = GrammarError<'a>> {
+    let count = whole(expected, 1..=most);
+    let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
+    let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();
+    context(FIRST, verify(numbers, last))
 }
 
 #[cfg(test)]
@@ -115,6 +157,75 @@ mod tests {
                 Err(CommandError::Malformed {
                     letters: "IW", at, ..
                 }) => assert_eq!(at, position, "{message}"),
+                other => panic!("{message}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn lines_of_the_vendors_client() {
+        let read = Command::Hi { first: 1, count: 8 };
+        let write = Command::Ho {
+            first: 1,
+            count: 8,
+            value: 165,
+        };
+        for (message, command) in [("HI,1 8", read), ("HO,1 8 165", write)] {
+            assert_eq!(Command::parse(message.as_bytes()).as_ref(), Ok(&command));
+            assert_eq!(command.encode(), format!("{message}\r").into_bytes());
+        }
+    }
+
+    #[test]
+    fn a_value_fits_its_lines() {
+        for count in 1..=MAX_LINES_WRITTEN {
+            let most = (1u32 << count) - 1;
+            let read = |value: u32| Command::parse(format!("HO,101 {count} {value}").as_bytes());
+            let fitting = Command::Ho {
+                first: 101,
+                count,
+                value: most,
+            };
+            assert_eq!(read(most), Ok(fitting));
+            assert!(read(most + 1).is_err(), "{count}");
+        }
+    }
+
+    #[test]
+    fn the_last_line_has_a_number() {
+        assert!(Command::parse(b"HI,65504 32").is_ok());
+        assert!(Command::parse(b"HI,65535 1").is_ok());
+        for message in ["HI,65505 32", "HI,65535 2", "HO,65535 2 0"] {
+            let error = Command::parse(message.as_bytes());
+            assert!(
+                matches!(error, Err(CommandError::Malformed { at: 3, .. })),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn bad_lines_and_values_are_malformed_where_they_are_bad() {
+        for (message, position) in [
+            ("HI", 2),
+            ("HI,", 3),
+            ("HI,1", 4),
+            ("HI,1 0", 5),
+            ("HI,1 33", 5),
+            ("HO,1 17 0", 5),
+            ("HI,1 256", 5),
+            ("HI,65536 1", 3),
+            ("HI,-1 1", 3),
+            ("HI,1 8 1", 6),
+            ("HO,1 8", 6),
+            ("HO,1 8 -1", 7),
+            ("HO,1 8 A5", 7),
+            ("HO,1 8 4294967296", 7),
+            ("HO,1 8 256", 7),
+            ("HO,1 8 165 1", 10),
+        ] {
+            match Command::parse(message.as_bytes()) {
+                Err(CommandError::Malformed { at, .. }) => assert_eq!(at, position, "{message}"),
                 other => panic!("{message}: {other:?}"),
             }
         }

@@ -5,33 +5,23 @@
 //! it does, is the controller's.
 
 mod files;
-mod frame;
-mod internal;
-mod jog;
-mod line_value;
+mod guide;
 mod lines;
 mod macros;
 mod number;
 mod operand;
-mod request;
-mod reset;
+mod operate;
 mod row;
 mod table;
 mod variable;
-mod watchdog;
 
-pub use frame::ZsFrame;
-pub use internal::{InternalCommand, RunMode};
-pub use jog::JogDirection;
-pub use line_value::{MAX_LINES_READ, MAX_LINES_WRITTEN};
-pub use lines::{LineWrite, MAX_LINES};
+pub use guide::{JogDirection, PositionQuery, ZsFrame};
+pub use lines::{LineWrite, MAX_LINES, MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use number::Number;
-pub use request::PositionQuery;
-pub use reset::Reset;
+pub use operate::{InternalCommand, MAX_WATCHDOG_MS, Reset, RunMode};
 pub use row::{Answer, CommandPermission, CommandRow, Sender, Source};
 pub use table::{COMMANDS, Command};
 pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
-pub use watchdog::MAX_WATCHDOG_MS;
 
 pub(crate) use row::{count_permissions, permission_names};
 

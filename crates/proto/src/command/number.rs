@@ -65,6 +65,12 @@ impl fmt::Display for Number {
     }
 }
 
+/// Operands in canonical form, with these numbers as further ones.
+pub(super) fn with_numbers(operands: String, numbers: impl IntoIterator<Item = Number>) -> String {
+    let numbers = numbers.into_iter().map(|number| format!(" {number}"));
+    numbers.fold(operands, |operands, number| operands + &number)
+}
+
 /// The grammar of a number among operands.
 pub(super) fn number(input: &str) -> ParseResult<'_, Number> {
     context("a number", map_opt(number_token, Number::parse)).parse(input)

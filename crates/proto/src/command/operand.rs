@@ -100,11 +100,9 @@ impl<'a> Operands<'a> {
     /// `command` if there are no operands; trailing blanks do not count.
     pub(super) fn none(self, command: Command) -> Result<Command, CommandError> {
         let rest = self.message.get(LETTERS..).unwrap_or_default();
-        if rest.trim_ascii_end().is_empty() {
-            Ok(command)
-        } else {
-            Err(self.malformed(END, LETTERS))
-        }
+        let none = rest.trim_ascii_end().is_empty();
+        none.then_some(command)
+            .ok_or_else(|| self.malformed(END, LETTERS))
     }
 
     /// Everything after the comma.

@@ -105,17 +105,9 @@ impl CommandRow {
         Some((name.trim_end_matches(REPEATED), Some(round + 1)))
     }
 
-    /// Whether blanks separate its operands (5.3.3), as its form shows. Blanks within `<>` are part of a description.
+    /// Whether blanks separate its operands (5.3.3).
     pub fn separates_by_blanks(&self) -> bool {
-        let mut depth = 0_u32;
-        self.form.chars().any(|char| {
-            match char {
-                '<' => depth += 1,
-                '>' => depth = depth.saturating_sub(1),
-                _ => {}
-            }
-            char == ' ' && depth == 0
-        })
+        self.operands.len() > 1
     }
 }
 
@@ -135,14 +127,11 @@ const fn cells(letters: &str) -> [Permission; CELLS] {
     let mut cells = [Permission::Invalid; CELLS];
     let mut column = 0;
     while column < CELLS {
-        cells[column] = match letters[column] {
-            b'O' => Permission::Valid,
-            b'S' => Permission::WhenStopped,
-            letter => {
-                assert!(letter == b'X', "O, S or X");
-                Permission::Invalid
-            }
-        };
+        let cell = Permission::from_letter(letters[column]);
+        assert!(cell.is_some(), "O, S or X");
+        if let Some(cell) = cell {
+            cells[column] = cell;
+        }
         column += 1;
     }
     cells

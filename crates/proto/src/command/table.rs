@@ -5,12 +5,13 @@
 //! grammars and encoders of operands are in the files next to it, one for each group.
 
 use super::macros::commands;
-use super::reset::RESET_OF_ALARMS;
+use super::number::with_numbers;
+use super::operate::RESET_OF_ALARMS;
 use super::row::valid;
 use super::{
-    Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset, Sender,
-    Source, VariableRead, VariableWrite, ZsFrame, decimal, files, frame, internal, jog, line_value, lines,
-    request, reset, text, variable, watchdog,
+    Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, Number, PositionQuery, Reset,
+    Sender, Source, VariableRead, VariableWrite, ZsFrame, decimal, files, guide, lines, operate, text,
+    variable,
 };
 use crate::name::{FileName, VariableName};
 use crate::prelude::*;
@@ -47,7 +48,7 @@ commands! {
         operands: ["what"],
         help: "Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(4, "XXXOX", "XXXXO"),
-        parse: reset::rs, encode: text(reset.as_str()),
+        parse: operate::rs, encode: text(reset.as_str()),
     }
 
     /// Select the execution file (CMD-SL-01).
@@ -131,7 +132,7 @@ commands! {
         operands: ["internal command", "value"],
         help: "Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
-        parse: internal::ec, encode: text(internal::encode(*internal)),
+        parse: operate::ec, encode: text(operate::encode(*internal)),
     }
 
     /// Write a global variable (CMD-MW-01).
@@ -208,7 +209,7 @@ commands! {
         operands: ["milliseconds", "level of the alarm"],
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
-        parse: watchdog::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
+        parse: operate::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
     }
 
     /// Extension: current alarms (hosts 7.2).
@@ -243,7 +244,7 @@ commands! {
         operands: ["first line", "count"],
         help: "successive input lines as one number",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
-        parse: line_value::hi, encode: text(format!("{first} {count}")),
+        parse: lines::hi, encode: text(format!("{first} {count}")),
     }
 
     /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
@@ -259,7 +260,7 @@ commands! {
         operands: ["first line", "count", "value"],
         help: "set successive output lines from one number",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
-        parse: line_value::ho, encode: text(format!("{first} {count} {value}")),
+        parse: lines::ho, encode: text(format!("{first} {count} {value}")),
     }
 
     /// Extension: a present position (hosts 2).
@@ -268,7 +269,7 @@ commands! {
         operands: ["position"],
         help: "position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work",
         source: ScaraManual, sender: Host, answer: Status, permission: valid(4, "OOOOO", "OOOOO"),
-        parse: request::pr, encode: decimal(query.code()),
+        parse: guide::pr, encode: decimal(query.code()),
     }
 
     /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
@@ -293,7 +294,7 @@ commands! {
         operands: ["coordinate system", "variable", "value ..."],
         help: "set the work or the tool coordinate system",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
-        parse: frame::zs, encode: text(frame::encode(*frame, name, values)),
+        parse: guide::zs, encode: text(with_numbers(format!("{} {name}", frame.code()), values.iter().copied().map(Number::Real))),
     }
 
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
@@ -334,7 +335,7 @@ commands! {
         operands: ["axis", "direction"],
         help: "guide an axis up (+), down (-), or stop it (!)",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
-        parse: jog::jg, encode: text(format!("{axis} {}", motion.sign())),
+        parse: guide::jg, encode: text(format!("{axis} {}", motion.sign())),
     }
 
     /// Extension: maintenance information (S29).
@@ -349,6 +350,6 @@ commands! {
         operands: ["what"],
         help: "reset of alarms",
         source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),
-        parse: reset::rs, encode: text(RESET_OF_ALARMS),
+        parse: operate::rs, encode: text(RESET_OF_ALARMS),
     }
 }

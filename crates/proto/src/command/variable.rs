@@ -4,12 +4,11 @@
 //! [`crate::status::mr`].
 
 use crate::codes::codes;
-use crate::command::number::number;
+use crate::command::number::{number, with_numbers};
 use crate::command::operand::{Operands, ParseResult, list, number_token, separator};
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
 use crate::prelude::*;
-use core::fmt::Write;
 use nom::Parser;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, one_of};
@@ -107,12 +106,8 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
 /// The operands of MW in canonical form.
 pub(super) fn encode_write(write: &VariableWrite) -> String {
     let (restore, kind) = (u8::from(write.restore), write.kind.code());
-    let mut text = format!("{restore} {} {kind}", write.variable);
-    for value in &write.values {
-        // Writing to a string cannot fail.
-        let _ = write!(text, " {value}");
-    }
-    text
+    let operands = format!("{restore} {} {kind}", write.variable);
+    with_numbers(operands, write.values.iter().copied())
 }
 
 const NAME: &str = "a variable name of at most ten characters, with subscripts as (1,2)";

@@ -4,11 +4,12 @@
 //! emulator. The syntax of the file is in `reader.rs`.
 
 use super::{
-    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, number, split_words, with_line_end,
+    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, split_words, with_line_end,
 };
 use crate::codes::codes;
 use crate::prelude::*;
 use crate::status::AlarmLevel;
+use crate::words::number;
 
 codes! {
     /// How a channel is opened (\[E00\]).
@@ -262,12 +263,8 @@ fn port(value: &str) -> Option<u16> {
 }
 
 fn address(value: &str) -> Option<[u8; 4]> {
-    let mut parts = value.split('.');
-    let mut address = [0; 4];
-    for part in &mut address {
-        *part = number(parts.next()?)?;
-    }
-    parts.next().is_none().then_some(address)
+    let parts: Option<Vec<u8>> = value.split('.').map(number).collect();
+    parts?.try_into().ok()
 }
 
 fn name(value: &str) -> Option<String> {

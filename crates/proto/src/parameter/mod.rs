@@ -198,20 +198,10 @@ impl<'a> SectionValues<'a> {
     }
 }
 
-/// A decimal number without sign.
-fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
-    let digits = word.bytes().all(|byte| byte.is_ascii_digit());
-    word.parse().ok().filter(|_| digits)
-}
-
 /// Blank-separated words, if there are exactly `N`.
 fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
-    let mut words = value.split_whitespace();
-    let mut found = [""; N];
-    for word in &mut found {
-        *word = words.next()?;
-    }
-    words.next().is_none().then_some(found)
+    let words: Vec<&str> = value.split_whitespace().collect();
+    words.try_into().ok()
 }
 
 /// A text, in which LF ends a line, with this line end.

@@ -3,10 +3,10 @@
 //! The real file has further sections that other manuals describe; they are ignored and kept. Configuring real ports is
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
-use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, number, split_words, with_line_end};
+use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, split_words, with_line_end};
 use crate::codes::codes;
 use crate::prelude::*;
-use crate::words::Word;
+use crate::words::{Word, number, one_of};
 
 codes! {
     /// Parity of a serial line.
@@ -135,8 +135,8 @@ impl UserParameters {
              {{{COM1}}} = {}\n\
              {{{HOST}}} = {}\n\
              [END]\n",
-            listed(&SPEEDS),
-            listed(edition.host_speeds()),
+            words(&SPEEDS).join(", "),
+            words(edition.host_speeds()).join(", "),
             values(self.com1),
             values(self.host)
         );
@@ -160,7 +160,7 @@ impl UserParameters {
             (COM1, &mut next.com1, SPEEDS.as_slice()),
             (HOST, &mut next.host, host.as_slice()),
         ] {
-            let one_of = one_of(speeds);
+            let one_of = one_of(&words(speeds));
             let expected = format!("speed {one_of}, length 7 or 8, parity 0 to 2, stop bits 1 or 2");
             section.read(Some(key), line, &expected, |value| serial_line(value, speeds));
         }
@@ -187,16 +187,8 @@ const HOST: &str = "HOST";
 /// Speeds of both ports in bit/s.
 const SPEEDS: [u32; 6] = [1_200, 2_400, 4_800, 9_600, 19_200, 38_400];
 
-fn listed(speeds: &[u32]) -> String {
-    let words: Vec<String> = speeds.iter().map(ToString::to_string).collect();
-    words.join(", ")
-}
-
-fn one_of(speeds: &[u32]) -> String {
-    match speeds.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", listed(rest)),
-        _ => listed(speeds),
-    }
+fn words(speeds: &[u32]) -> Vec<String> {
+    speeds.iter().map(ToString::to_string).collect()
 }
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {

@@ -61,11 +61,8 @@ pub fn decode_alarms(content: &[u8]) -> Result<Vec<AlarmRecord>, BodyError> {
         }
         records.push(decode_record(whole, &part)?);
     }
-    if records.len() == number && number <= MAX_ENTRIES {
-        Ok(records)
-    } else {
-        Err(count.error(COUNT))
-    }
+    let complete = records.len() == number && number <= MAX_ENTRIES;
+    complete.then_some(records).ok_or_else(|| count.error(COUNT))
 }
 
 fn decode_record(near: Field<'_>, parts: &[Field<'_>]) -> Result<AlarmRecord, BodyError> {

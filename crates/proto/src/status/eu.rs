@@ -45,11 +45,9 @@ pub fn decode_history(content: &[u8]) -> Result<Vec<ErrorEntry>, BodyError> {
         .ok_or_else(|| whole.error("the number of entries"))?;
     let count: usize = header.number("the number of entries")?;
     let entries = records.map(decode_entry).collect::<Result<Vec<_>, _>>()?;
-    if entries.len() == count && count <= MAX_ENTRIES {
-        Ok(entries)
-    } else {
-        Err(header.error("the number of the entries that follow, 99 at most"))
-    }
+    let complete = entries.len() == count && count <= MAX_ENTRIES;
+    let expected = "the number of the entries that follow, 99 at most";
+    complete.then_some(entries).ok_or_else(|| header.error(expected))
 }
 
 /// Largest sub code of three digits.
@@ -93,11 +91,8 @@ pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> 
         minute: minute.number(expected)?,
         second: second.number(expected)?,
     };
-    if at.is_valid() {
-        Ok(at)
-    } else {
-        Err(field.error("a date and time that exist"))
-    }
+    let exists = at.is_valid().then_some(at);
+    exists.ok_or_else(|| field.error("a date and time that exist"))
 }
 
 #[cfg(test)]

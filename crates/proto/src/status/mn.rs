@@ -28,11 +28,8 @@ impl Maintenance {
     /// The content of the file: a record each item in the order of their numbers, its number and its values with one
     /// decimal, commas between them (S29), CR at the end of each (assumed).
     pub fn encode(&self) -> Vec<u8> {
-        let axes = self.axes.iter().map(<[f64; MN_AXES]>::as_slice);
-        let items = INFORMATION_ITEMS
-            .into_iter()
-            .zip(self.information.chunks_exact(1));
-        let mut records: Vec<(u8, &[f64])> = AXIS_ITEMS.into_iter().zip(axes).chain(items).collect();
+        let mut items = *self;
+        let mut records: Vec<(u8, &mut [f64])> = items.places().collect();
         records.sort_unstable_by_key(|(number, _)| *number);
         let mut content = String::new();
         for (number, values) in records {
@@ -57,8 +54,11 @@ impl Maintenance {
             let place = missing.iter().position(|known| *known == number);
             missing.remove(place.ok_or_else(|| item.error(EXPECTED_ITEM))?);
             let values = fields.map(value).collect::<Result<Vec<f64>, BodyError>>()?;
-            read.take(number, &values)
-                .ok_or_else(|| record.error("six values, or one from item 10 to 16"))?;
+            let place = read
+                .places()
+                .find(|(known, place)| (*known, place.len()) == (number, values.len()));
+            let (_, place) = place.ok_or_else(|| record.error("six values, or one from item 10 to 16"))?;
+            place.copy_from_slice(&values);
         }
         match missing.first() {
             None => Ok(read),
@@ -66,17 +66,13 @@ impl Maintenance {
         }
     }
 
-    fn take(&mut self, number: u8, values: &[f64]) -> Option<()> {
-        let of_axes = AXIS_ITEMS.iter().zip(&mut self.axes);
-        if let Some((_, place)) = of_axes.into_iter().find(|(known, _)| **known == number) {
-            *place = values.try_into().ok()?;
-            return Some(());
-        }
-        let mut items = INFORMATION_ITEMS.iter().zip(&mut self.information);
-        let (_, place) = items.find(|(known, _)| **known == number)?;
-        let [value] = values.try_into().ok()?;
-        *place = value;
-        Some(())
+    /// The numbers of the items and their values.
+    fn places(&mut self) -> impl Iterator<Item = (u8, &mut [f64])> {
+        let axes = self.axes.iter_mut().map(<[f64; MN_AXES]>::as_mut_slice);
+        let items = INFORMATION_ITEMS
+            .into_iter()
+            .zip(self.information.chunks_exact_mut(1));
+        AXIS_ITEMS.into_iter().zip(axes).chain(items)
     }
 }
 

@@ -7,7 +7,7 @@
 pub mod ac;
 pub mod ca;
 pub mod eu;
-mod fields;
+pub(crate) mod fields;
 pub mod io;
 pub mod mn;
 pub mod mr;

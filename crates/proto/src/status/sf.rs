@@ -131,11 +131,8 @@ impl SystemStatus {
             DUMMY,
         ];
         out.extend(alarms.take(ALARM_SLOTS).chain(words).flat_map(u16::to_be_bytes));
-        out.extend(
-            [self.power_on_minutes, self.run_minutes]
-                .into_iter()
-                .flat_map(u32::to_be_bytes),
-        );
+        let minutes = [self.power_on_minutes, self.run_minutes];
+        out.extend(minutes.into_iter().flat_map(u32::to_be_bytes));
         let lines = self.inputs.into_iter().chain(self.outputs);
         out.extend(lines.flat_map(u16::to_be_bytes));
         for group in [self.joint, self.world, self.work] {
@@ -199,12 +196,10 @@ const DUMMY: u16 = 0;
 
 /// What is not ASCII 20-7E goes as `?`, so that the fixed width counts characters.
 fn put_name(out: &mut Vec<u8>, name: &str) {
-    let printable = |char| {
-        u8::try_from(char)
-            .ok()
-            .filter(|byte| (b' '..=b'~').contains(byte))
-    };
-    let bytes = name.chars().map(|char| printable(char).unwrap_or(b'?'));
+    let bytes = name.chars().map(|char| match char {
+        ' '..='~' => char as u8,
+        _ => b'?',
+    });
     out.extend(bytes.chain(core::iter::repeat(0)).take(NAME_LENGTH));
 }
 

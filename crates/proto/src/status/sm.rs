@@ -111,11 +111,8 @@ fn flag(field: Field<'_>) -> Result<bool, BodyError> {
 fn alarm_level(field: Field<'_>) -> Result<u8, BodyError> {
     const EXPECTED: &str = "an alarm level 8, 4, 2 or 1, or 0";
     let level: u8 = field.number(EXPECTED)?;
-    if level == 0 || AlarmLevel::from_number(level).is_some() {
-        Ok(level)
-    } else {
-        Err(field.error(EXPECTED))
-    }
+    let known = level == 0 || AlarmLevel::from_number(level).is_some();
+    known.then_some(level).ok_or_else(|| field.error(EXPECTED))
 }
 
 #[cfg(test)]

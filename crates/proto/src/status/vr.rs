@@ -94,11 +94,9 @@ fn decode_record(record: Field<'_>) -> Result<VersionRecord, BodyError> {
     let plain = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
     let number = u16::from_str_radix(digits, 16).ok().filter(|_| plain);
     let checksum = number.ok_or_else(|| checksum.error(hexadecimal))?;
-    if date.is_valid() {
-        Ok(VersionRecord { name, date, checksum })
-    } else {
-        Err(record.error("a date and time that exist"))
-    }
+    let date = Some(date).filter(|date| date.is_valid());
+    let date = date.ok_or_else(|| record.error("a date and time that exist"))?;
+    Ok(VersionRecord { name, date, checksum })
 }
 
 #[cfg(test)]

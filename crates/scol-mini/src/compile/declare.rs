@@ -7,13 +7,12 @@ use crate::prelude::*;
 use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
-use crate::diagnostic::Problem;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::machine::{constant_value, convert};
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
-use crate::sink::Sink;
 use crate::tree::{Expression, Name};
 use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
@@ -22,13 +21,13 @@ use crate::{MAX_ARRAY, MAX_DATA_NAME};
 pub(super) fn globals(file: &mut File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     for declaration in &file.globals {
         if let Err(problem) = global(declaration, options, symbols) {
-            sink.error(problem);
+            sink.push(problem);
             file.suppressed.insert(declaration.name.text.clone());
         } else if declaration.name.text.len() > MAX_DATA_NAME {
             let name = &declaration.name;
             let message = format!("{} is too long to be read or written by a host", name.text);
-            let problem = Problem::new("W0209", name.span, message);
-            sink.warning(problem.help(format!("hosts reach names of at most {MAX_DATA_NAME} characters")));
+            let problem = Diagnostic::new("W0209", name.span, message);
+            sink.push(problem.help(format!("hosts reach names of at most {MAX_DATA_NAME} characters")));
         }
     }
 }
@@ -37,7 +36,7 @@ fn global(
     declaration: &Declaration,
     options: &LanguageOptions,
     symbols: &mut Symbols,
-) -> Result<(), Problem> {
+) -> Result<(), Diagnostic> {
     let name = &declaration.name;
     if declaration.dim {
         let slot = dim_slot(declaration, Owner::Global, symbols)?;
@@ -45,10 +44,10 @@ fn global(
     }
     let constant = |expression: &Expression| match expression.is_constant() {
         true => constant_value(expression, options)
-            .map_err(|error| Problem::new("E0207", expression.span, error.message)),
+            .map_err(|error| Diagnostic::new("E0207", expression.span, error.message)),
         false => {
             let message = "an initial value is made of constants only";
-            Problem::fail("E0210", expression.span, message)
+            Diagnostic::fail("E0210", expression.span, message)
         }
     };
     let value = declaration.value.as_ref().map(constant).transpose()?;
@@ -62,21 +61,21 @@ fn global(
 }
 
 /// `name(i) = value` in GLOBAL: the initial value of one element.
-fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Result<(), Problem> {
+fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Result<(), Diagnostic> {
     let name = &declaration.name;
     let slot = symbols.find_mut(&name.text).filter(|slot| slot.bounds.is_some());
     let Some(slot) = slot else {
-        let problem = Problem::new("E0212", name.span, format!("{} is not an array", name.text));
+        let problem = Diagnostic::new("E0212", name.span, format!("{} is not an array", name.text));
         return Err(problem.help("declare it before with DIM"));
     };
     let Some(index) = slot.index(&declaration.subscripts) else {
-        return Problem::fail("E0213", name.span, format!("{} has no such element", name.text));
+        return Diagnostic::fail("E0213", name.span, format!("{} has no such element", name.text));
     };
     let kind = *slot.kind.get_or_insert(value.kind());
     // Numbers convert, reals toward zero.
     let Ok(value) = convert(value, kind) else {
         let message = format!("{} holds {}", name.text, kind.description());
-        return Problem::fail("E0207", name.span, message);
+        return Diagnostic::fail("E0207", name.span, message);
     };
     slot.initial.retain(|(known, _)| *known != index);
     slot.initial.push((index, value));
@@ -88,7 +87,7 @@ pub(super) fn dim_slot(
     declaration: &Declaration,
     owner: Owner,
     symbols: &mut Symbols,
-) -> Result<Slot, Problem> {
+) -> Result<Slot, Diagnostic> {
     let name = &declaration.name;
     let plain = Slot {
         kind: declaration.kind,
@@ -97,7 +96,7 @@ pub(super) fn dim_slot(
     let zeroed = declaration.kind.is_some();
     if declaration.subscripts.is_empty() {
         if !zeroed {
-            let problem = Problem::new("E0101", name.span, "expected bounds or a kind after the name");
+            let problem = Diagnostic::new("E0101", name.span, "expected bounds or a kind after the name");
             return Err(problem.help("DIM TABLE(10) AS INTEGER"));
         }
         return Ok(Slot { zeroed, ..plain });
@@ -105,7 +104,7 @@ pub(super) fn dim_slot(
     let length = flat_length(&declaration.subscripts);
     if length > MAX_ARRAY.saturating_sub(symbols.elements) {
         let message = format!("the arrays of a file have at most {MAX_ARRAY} elements together");
-        return Problem::fail("E0214", name.span, message);
+        return Diagnostic::fail("E0214", name.span, message);
     }
     symbols.elements += length;
     Ok(Slot {
@@ -150,18 +149,10 @@ pub(super) fn data(
 fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     // A position in a frame that does not exist is still a name: what uses it is not wrong.
     let work = work(datum, symbols).unwrap_or_else(|problem| {
-        sink.error(problem);
+        sink.push(problem);
         None
     });
-    let value = datum_value(datum, work, options);
-    let slot = Slot::with_value(&datum.name.text, Owner::Data, value);
-    if let Err(problem) = add(symbols, &datum.name, slot) {
-        sink.error(problem);
-    }
-}
-
-fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
-    match datum.kind {
+    let value = match datum.kind {
         ValueKind::Position => Position {
             config: datum.config,
             work,
@@ -172,11 +163,15 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
         ValueKind::Load | ValueKind::Integer | ValueKind::Real => {
             Payload::from_leading(&datum.numbers).into()
         }
+    };
+    let slot = Slot::with_value(&datum.name.text, Owner::Data, value);
+    if let Err(problem) = add(symbols, &datum.name, slot) {
+        sink.push(problem);
     }
 }
 
 /// The coordinate system a WORK line names (DATA-09, DATA-11).
-fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Problem> {
+fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Diagnostic> {
     let Some(name) = &datum.work else { return Ok(None) };
     if let Some(slot) = symbols.find_mut(&name.text)
         && let Some((_, Value::Coordinate(trans))) = slot.initial.first()
@@ -189,13 +184,13 @@ fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Prob
         return Ok(Some(Arc::new(frame)));
     }
     let message = format!("expected the name of coordinate data, found {}", name.text);
-    Err(Problem::new("E0404", name.span, message).help(format!("add TRANS {}=... to DATA", name.text)))
+    Err(Diagnostic::new("E0404", name.span, message).help(format!("add TRANS {}=... to DATA", name.text)))
 }
 
-fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Problem> {
+fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Diagnostic> {
     if symbols.shared.contains_key(&name.text) {
         let message = format!("{} stands twice in GLOBAL and DATA", name.text);
-        return Problem::fail("E0205", name.span, message);
+        return Diagnostic::fail("E0205", name.span, message);
     }
     symbols.share(slot);
     Ok(())

@@ -7,12 +7,11 @@ use crate::prelude::*;
 use alloc::sync::Arc;
 
 use super::{kinds, lower, names};
-use crate::diagnostic::{Diagnostic, Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::leading_word;
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols, fingerprint};
 use crate::request::Request;
-use crate::sink::Sink;
 use crate::tree::{Ask, Simple, Statement};
 
 /// Compiles one statement for direct execution.
@@ -49,18 +48,19 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                 }));
             }
         }
-        Err(problem) => sink.error(problem),
+        Err(problem) => sink.push(problem),
     }
     let mut diagnostics = sink.finish();
     crate::suggest::attach_direct(statement, base, &mut diagnostics);
     Err(diagnostics)
 }
 
-fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
+fn parse(statement: &str, base: &Program) -> Result<Statement, Diagnostic> {
     let whole = Span::new(0, statement.len());
-    let refused = |what: &str| Problem::fail("E0501", whole, format!("{what} cannot be executed directly"));
+    let refused =
+        |what: &str| Diagnostic::fail("E0501", whole, format!("{what} cannot be executed directly"));
     match parse_direct(statement, &base.options)? {
-        None => Problem::fail("E0101", whole, "expected a statement, found nothing"),
+        None => Diagnostic::fail("E0101", whole, "expected a statement, found nothing"),
         Some(Statement::Simple(Simple::Ask(Ask::Task { .. }))) => refused("TASK"),
         // There is no program that it could stop, nor a task.
         Some(
@@ -81,7 +81,7 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
         Some(Statement::Call(name, _)) => {
             let message = format!("{} is no statement that can be executed directly", name.text);
-            Problem::fail("E0501", name.span, message)
+            Diagnostic::fail("E0501", name.span, message)
         }
     }
 }

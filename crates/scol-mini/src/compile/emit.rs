@@ -8,10 +8,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::Signature;
 use crate::MAX_FOR_NESTING;
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::parser::Block;
 use crate::program::{Operation, Step};
-use crate::sink::Sink;
 use crate::tree::{Ask, Expression, Name, Node, Reference, Simple, Statement, Variable};
 use crate::value::Value;
 
@@ -99,7 +98,7 @@ impl Emitter<'_> {
     }
 
     fn error(&mut self, code: &'static str, span: Span, message: String) {
-        self.sink.error(Problem::new(code, span, message));
+        self.sink.push(Diagnostic::new(code, span, message));
     }
 
     /// The statement of a label; `finish` replaces it by its step.
@@ -107,8 +106,8 @@ impl Emitter<'_> {
         let known = self.labels.get(&name.text).copied();
         if known.is_none() && !self.suppressed.contains(&name.text) {
             let message = format!("this program has no label {}", name.text);
-            let problem = Problem::new("E0202", name.span, message);
-            self.sink.error(problem.help("a jump cannot leave its program"));
+            let problem = Diagnostic::new("E0202", name.span, message);
+            self.sink.push(problem.help("a jump cannot leave its program"));
         }
         known.unwrap_or(0)
     }
@@ -232,8 +231,8 @@ impl Emitter<'_> {
         if let Some(name) = parameter {
             let Name { text, span } = name;
             let message = format!("ON outlasts the call: the parameter {text} cannot stand in it");
-            let problem = Problem::new("E0218", span, message);
-            self.sink.error(problem.help("copy it to a variable first"));
+            let problem = Diagnostic::new("E0218", span, message);
+            self.sink.push(problem.help("copy it to a variable first"));
         }
         let jump = matches!(action, Statement::Goto(_) | Statement::Select(..));
         let on = self.steps.len();

@@ -6,9 +6,8 @@
 use crate::prelude::*;
 
 use crate::builtin::{Builtin, Condition, Numeric, System};
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::program::Symbols;
-use crate::sink::Sink;
 use crate::tree::{
     Ask, Assignment, Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable,
 };
@@ -36,7 +35,7 @@ struct Checker<'a> {
 
 impl Checker<'_> {
     fn error(&mut self, span: Span, message: String) {
-        self.sink.error(Problem::new("E0207", span, message));
+        self.sink.push(Diagnostic::new("E0207", span, message));
     }
 
     /// Checks the variables that the statement gives a value to.

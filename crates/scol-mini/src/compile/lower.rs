@@ -40,10 +40,8 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
 pub(crate) fn plain(steps: &[Step]) -> Code {
     let mut code = Code::default();
     for (number, step) in (0..).zip(steps) {
-        let op = match step.operation == Operation::Return {
-            true => Op::Return,
-            false => Op::Step,
-        };
+        let returns = step.operation == Operation::Return;
+        let op = if returns { Op::Return } else { Op::Step };
         let cost = u8::from(step.head);
         code.entries.push(number);
         code.steps.push(number);
@@ -82,6 +80,14 @@ struct Lowering<'a> {
     constants: BTreeMap<(bool, u32), Register>,
     /// Temporaries that the step under way uses.
     temporaries: usize,
+}
+
+/// Where a number is that a variable holds.
+enum Place {
+    Plain(Register),
+    /// An array, and the register of the flat subscript.
+    Element(Array, Register),
+    Parameter(u16),
 }
 
 /// A step that needs a number beyond 16 bits becomes [`Op::Step`].
@@ -141,25 +147,19 @@ impl Lowering<'_> {
     }
 
     fn assign(&mut self, target: &Variable, value: &Expression) -> Option<()> {
-        match target.reference {
-            Reference::Slot { .. } if target.subscripts.is_empty() => {
-                let to = self.plain(target)?;
-                self.compute(value, Some(to)).map(drop)
-            }
-            Reference::Slot { .. } => {
-                let (array, index) = self.element(target)?;
+        let op = match self.place(target)? {
+            Place::Plain(to) => return self.compute(value, Some(to)).map(drop),
+            Place::Element(array, index) => {
                 let a = self.register(value)?;
-                self.push(Op::Store { array, index, a });
-                Some(())
+                Op::Store { array, index, a }
             }
-            Reference::Parameter(parameter) => {
+            Place::Parameter(parameter) => {
                 let a = self.register(value)?;
-                let parameter = narrow(parameter)?;
-                self.push(Op::Put { parameter, a });
-                Some(())
+                Op::Put { parameter, a }
             }
-            Reference::Unresolved => None,
-        }
+        };
+        self.push(op);
+        Some(())
     }
 
     fn branch(&mut self, condition: &Expression, target: Target) -> Option<()> {
@@ -220,26 +220,22 @@ impl Lowering<'_> {
 
     /// The register an expression is in once its instructions are done.
     fn register(&mut self, expression: &Expression) -> Option<Register> {
-        if expression.is_constant() {
-            return self.constant(constant_number(expression, self.options)?);
-        }
-        if let Node::Variable(variable) = &expression.node
-            && let Reference::Slot { .. } = variable.reference
-            && variable.subscripts.is_empty()
-        {
-            return self.plain(variable);
-        }
         self.compute(expression, None)
     }
 
-    /// Writes the instructions of an expression, the last of them with the result to `to`, or to a temporary.
+    /// Writes the instructions of an expression, the last of them with the result to `to`. Without `to` the result is where it
+    /// is already, or in a temporary.
     fn compute(&mut self, expression: &Expression, to: Option<Register>) -> Option<Register> {
         if expression.is_constant() {
-            let a = self.register(expression)?;
-            return self.result(to, |to| Op::Copy { to, a });
+            let a = self.constant(constant_number(expression, self.options)?)?;
+            return self.copied(to, a);
         }
         match &expression.node {
-            Node::Variable(variable) => self.variable(variable, to),
+            Node::Variable(variable) => match self.place(variable)? {
+                Place::Plain(a) => self.copied(to, a),
+                Place::Element(array, index) => self.result(to, |to| Op::Load { to, array, index }),
+                Place::Parameter(parameter) => self.result(to, |to| Op::Fetch { to, parameter }),
+            },
             Node::Unary(operator, of) => {
                 let (operator, a) = (*operator, self.register(of)?);
                 self.result(to, |to| Op::Unary { operator, to, a })
@@ -277,20 +273,21 @@ impl Lowering<'_> {
         Some(to)
     }
 
-    fn variable(&mut self, variable: &Variable, to: Option<Register>) -> Option<Register> {
+    /// Copies a register to `to`; without it the register is the result.
+    fn copied(&mut self, to: Option<Register>, a: Register) -> Option<Register> {
+        match to {
+            Some(_) => self.result(to, |to| Op::Copy { to, a }),
+            None => Some(a),
+        }
+    }
+
+    fn place(&mut self, variable: &Variable) -> Option<Place> {
         match variable.reference {
             Reference::Slot { .. } if variable.subscripts.is_empty() => {
-                let a = self.plain(variable)?;
-                self.result(to, |to| Op::Copy { to, a })
+                self.plain(variable).map(Place::Plain)
             }
-            Reference::Slot { .. } => {
-                let (array, index) = self.element(variable)?;
-                self.result(to, |to| Op::Load { to, array, index })
-            }
-            Reference::Parameter(parameter) => {
-                let parameter = narrow(parameter)?;
-                self.result(to, |to| Op::Fetch { to, parameter })
-            }
+            Reference::Slot { .. } => self.element(variable),
+            Reference::Parameter(parameter) => narrow(parameter).map(Place::Parameter),
             Reference::Unresolved => None,
         }
     }
@@ -309,8 +306,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// An element of an array of numbers with one or two subscripts: the array, and the register of its flat subscript.
-    fn element(&mut self, variable: &Variable) -> Option<(Array, Register)> {
+    /// An element of an array of numbers with one or two subscripts.
+    fn element(&mut self, variable: &Variable) -> Option<Place> {
         let slot = self.slot(variable)?;
         if slot.kind.is_some_and(|kind| !kind.is_number()) {
             return None;
@@ -328,11 +325,11 @@ impl Lowering<'_> {
         // That the last cell has a number spares looking at that of each.
         array.base.checked_add(length)?;
         match variable.subscripts.as_slice() {
-            [only] => Some((array, self.register(only)?)),
+            [only] => Some(Place::Element(array, self.register(only)?)),
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
                 let flat = |to| Op::Flatten(Operands { to, a, b }, Rows { row, length });
-                Some((array, self.result(None, flat)?))
+                Some(Place::Element(array, self.result(None, flat)?))
             }
             _ => None,
         }

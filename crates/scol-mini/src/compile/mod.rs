@@ -16,12 +16,11 @@ use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
 use crate::MAX_SOURCE;
-use crate::diagnostic::{Diagnostic, Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::options::LanguageOptions;
 use crate::parser::{Block, parse_file};
 use crate::points::TaughtPoint;
 use crate::program::{Entry, Program, Symbols, fingerprint, hash};
-use crate::sink::Sink;
 use crate::tree::Name;
 
 pub use direct::compile_direct;
@@ -60,7 +59,7 @@ fn build(
     if source.len() > MAX_SOURCE {
         let found = source.len();
         let message = format!("a file has at most {MAX_SOURCE} bytes, this one has {found}");
-        sink.error(Problem::new("E0001", Span::default(), message));
+        sink.push(Diagnostic::new("E0001", Span::default(), message));
         return None;
     }
     let mut file = parse_file(source, options, sink);
@@ -118,7 +117,7 @@ fn duplicates<'a>(names: impl Iterator<Item = &'a Name>, what: &str, sink: &mut 
     for name in names.filter(|name| !name.text.is_empty()) {
         if !seen.insert(name.text.as_str()) {
             let message = format!("the {what} {} stands twice", name.text);
-            sink.error(Problem::new("E0205", name.span, message));
+            sink.push(Diagnostic::new("E0205", name.span, message));
         }
     }
 }

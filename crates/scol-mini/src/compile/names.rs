@@ -7,10 +7,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::declare::dim_slot;
 use super::duplicates;
-use crate::diagnostic::Problem;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
-use crate::sink::Sink;
 use crate::tree::{Ask, Name, Node, Reference, Simple, Statement, Takes, Variable};
 use crate::value::ValueKind;
 
@@ -34,7 +33,7 @@ pub(super) fn resolve_block(
         match dim_slot(declaration, Owner::Local, scope.symbols) {
             Ok(slot) => scope.local(slot),
             Err(problem) => {
-                scope.sink.error(problem);
+                scope.sink.push(problem);
                 scope.failed_dims.insert(declaration.name.text.clone());
             }
         }
@@ -182,7 +181,7 @@ impl<'a> Scope<'a> {
         statement.expressions(&mut |e, _| {
             e.variables(&mut |variable| {
                 if self.is_missing(variable) && positions.contains(&variable.name.text) {
-                    self.sink.error(no_point(variable));
+                    self.sink.push(no_point(variable));
                 } else {
                     self.resolve(variable);
                 }
@@ -193,9 +192,9 @@ impl<'a> Scope<'a> {
     fn restored(&mut self, name: &Name) {
         if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
             let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
-            let problem = Problem::new("E0201", name.span, message);
+            let problem = Diagnostic::new("E0201", name.span, message);
             let help = "RESTORE writes into the file what stands in GLOBAL and DATA";
-            self.sink.error(problem.help(help));
+            self.sink.push(problem.help(help));
         }
     }
 
@@ -209,7 +208,7 @@ impl<'a> Scope<'a> {
         let Name { text: name, span } = &variable.name;
         let Some(reference) = self.lookup(name) else {
             if !self.is_suppressed(name) {
-                self.sink.error(undefined(variable));
+                self.sink.push(undefined(variable));
             }
             return;
         };
@@ -230,24 +229,24 @@ impl<'a> Scope<'a> {
             None if found > 0 => ("E0212", format!("{name} is not an array")),
             _ => return,
         };
-        self.sink.error(Problem::new(code, *span, message));
+        self.sink.push(Diagnostic::new(code, *span, message));
     }
 }
 
 /// The problem of a name that nothing gives a value.
-fn undefined(variable: &Variable) -> Problem {
+fn undefined(variable: &Variable) -> Diagnostic {
     let Name { text: name, span } = &variable.name;
     if !variable.subscripts.is_empty() {
-        let problem = Problem::new("E0201", *span, format!("{name} is no array and no function"));
+        let problem = Diagnostic::new("E0201", *span, format!("{name} is no array and no function"));
         return problem.help(format!("declare an array with DIM {name}(n)"));
     }
-    let problem = Problem::new("E0201", *span, format!("{name} is never given a value"));
+    let problem = Diagnostic::new("E0201", *span, format!("{name} is never given a value"));
     problem.help("assign it, or declare it in GLOBAL or DATA")
 }
 
 /// A point of which neither the file nor the table of taught points says where it is.
-fn no_point(variable: &Variable) -> Problem {
+fn no_point(variable: &Variable) -> Diagnostic {
     let name = &variable.name;
     let message = format!("no value for {}: add DATA, or give --points", name.text);
-    Problem::new("E0201", name.span, message)
+    Diagnostic::new("E0201", name.span, message)
 }

@@ -7,8 +7,7 @@
     reason = "a test that cannot read its fixtures fails"
 )]
 
-use crate::lexer::{Lexeme, SIGNS, Token, tokens};
-use crate::lines::lines;
+use crate::lexer::{Lexeme, SIGNS, Token, lines, tokens};
 use crate::parser::parse_direct;
 use crate::{Arm, LanguageOptions, MAX_LINE, builtin, compile};
 use std::borrow::ToOwned;
@@ -38,7 +37,7 @@ type Rows = Vec<Vec<String>>;
 fn words_of(source: &str) -> Rows {
     lines(source)
         .into_iter()
-        .filter_map(|line| tokens(source, line, MAX_LINE).ok())
+        .filter_map(|line| tokens(source, line.span, MAX_LINE).ok())
         .filter(|list| !list.is_empty())
         .map(|list| list.iter().map(|lexeme| spelling(source, lexeme)).collect())
         .collect()

@@ -6,10 +6,9 @@
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{Lexeme, Sign};
 use crate::outline::{Part, Row, word};
-use crate::sink::Sink;
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 
@@ -54,8 +53,8 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
         };
         if !reported {
             let message = format!("this is never reached: line {line} always leaves by {by}");
-            let problem = Problem::new("W0603", span(row), message);
-            sink.warning(problem.help("remove it, or put a label before it that something jumps to"));
+            let problem = Diagnostic::new("W0603", span(row), message);
+            sink.push(problem.help("remove it, or put a label before it that something jumps to"));
             reported = true;
         }
     }
@@ -89,8 +88,8 @@ fn overtaking(part: &Part, sink: &mut Sink) {
                     let message =
                         format!("this PRINT follows the {motion} of line {line} without waiting for its end");
                     let place = segment.first().map_or(row.line.span, |first| first.span);
-                    let problem = Problem::new("W0601", place, message);
-                    sink.warning(problem.help(
+                    let problem = Diagnostic::new("W0601", place, message);
+                    sink.push(problem.help(
                         "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
                     ));
                 }
@@ -101,12 +100,8 @@ fn overtaking(part: &Part, sink: &mut Sink) {
     }
 }
 
-/// A FOR loop that is open at some row.
-#[derive(Clone, PartialEq)]
-struct Loop<'a> {
-    line: u32,
-    variable: &'a str,
-}
+/// A FOR loop that is open at some row: its line and its variable.
+type Loop<'a> = (u32, &'a str);
 
 /// W0608 and W0609.
 fn loops(part: &Part, sink: &mut Sink) {
@@ -124,10 +119,7 @@ fn loops(part: &Part, sink: &mut Sink) {
             }
         }
         if row.head() == "FOR" && open.len() < crate::MAX_FOR_NESTING {
-            open.push(Loop {
-                line: row.line.number,
-                variable: word(row.body.get(1)),
-            });
+            open.push((row.line.number, word(row.body.get(1))));
         } else if row.head() == "NEXT" {
             open.pop();
         }
@@ -135,13 +127,12 @@ fn loops(part: &Part, sink: &mut Sink) {
     for (label, span, from) in jumps {
         let mut around = labels.get(label).into_iter().flatten().enumerate();
         let entered = around.find(|(depth, known)| from.get(*depth) != Some(known));
-        if let Some((_, entered)) = entered {
+        if let Some((_, (line, variable))) = entered {
             let message = format!(
-                "this jumps into the FOR {} loop of line {}, whose NEXT then finds no FOR that was begun",
-                entered.variable, entered.line
+                "this jumps into the FOR {variable} loop of line {line}, whose NEXT then finds no FOR that was begun"
             );
-            let problem = Problem::new("W0609", span, message);
-            sink.warning(problem.help(format!("jump to a label before line {} instead", entered.line)));
+            let problem = Diagnostic::new("W0609", span, message);
+            sink.push(problem.help(format!("jump to a label before line {line} instead")));
         }
     }
 }
@@ -165,10 +156,10 @@ fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
     for lexeme in targets.unwrap_or_default() {
         let name = lexeme.word();
         let mut open = open.iter();
-        if let Some(Loop { line, .. }) = open.find(|open| open.variable == name && !name.is_empty()) {
+        if let Some((line, _)) = open.find(|(_, variable)| *variable == name && !name.is_empty()) {
             let message = format!("{name} is changed in the FOR loop of line {line} that counts it");
-            let problem = Problem::new("W0608", lexeme.span, message);
-            sink.warning(problem.help("use another variable: this one decides how often the loop runs"));
+            let problem = Diagnostic::new("W0608", lexeme.span, message);
+            sink.push(problem.help("use another variable: this one decides how often the loop runs"));
         }
     }
 }

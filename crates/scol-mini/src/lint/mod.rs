@@ -10,11 +10,10 @@ mod values;
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
 
-use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
+use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Sink};
 use crate::options::LanguageOptions;
 use crate::outline::Outline;
 use crate::points::TaughtPoint;
-use crate::sink::Sink;
 use crate::{Compilation, MAX_SOURCE, compile_with_points};
 
 /// Compiles a file and warns of what is legal and likely wrong in it, in the order of the source, at most

@@ -7,11 +7,10 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::flow::targets;
 use crate::builtin;
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, word};
-use crate::sink::Sink;
 use crate::suggest::CHANNELS;
 
 /// What the statements of a program do with names.
@@ -54,19 +53,19 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
             && shared.remove(name).is_some()
         {
             let message = format!("no program of this file uses {} {name}", row.datum_word());
-            let problem = Problem::new("W0606", span, message);
-            sink.warning(problem.help("remove it from DATA, unless a host uses it by DO or MR"));
+            let problem = Diagnostic::new("W0606", span, message);
+            sink.push(problem.help("remove it from DATA, unless a host uses it by DO or MR"));
         }
     }
     for (name, span) in shared {
-        let problem = Problem::new("W0607", span, format!("no program of this file uses {name}"));
-        sink.warning(problem.help("remove it from GLOBAL, unless a host reads it by MR"));
+        let problem = Diagnostic::new("W0607", span, format!("no program of this file uses {name}"));
+        sink.push(problem.help("remove it from GLOBAL, unless a host reads it by MR"));
     }
     for name in outline.parts.iter().skip(1).filter_map(|part| part.name.as_ref()) {
         if !called.contains(name.text.as_str()) {
             let message = format!("nothing calls or starts {}", name.text);
-            let problem = Problem::new("W0611", name.span, message);
-            sink.warning(problem.help("only the first PROGRAM of a file starts by itself"));
+            let problem = Diagnostic::new("W0611", name.span, message);
+            sink.push(problem.help("only the first PROGRAM of a file starts by itself"));
         }
     }
 }
@@ -96,12 +95,12 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
             || part.has_parameter(name);
         if !has_value {
             let message = format!("{name} gets its kind from what the peer happens to send first");
-            let problem = Problem::new("W0602", *span, message);
+            let problem = Diagnostic::new("W0602", *span, message);
             let help = match CHANNELS.contains(name) {
                 true => String::from("it is no channel of a program: those are TP, COM1, IP1 and IP2"),
                 false => format!("give it a value before: {name} = 0 or {name} = 0.0"),
             };
-            sink.warning(problem.help(help));
+            sink.push(problem.help(help));
         }
     }
 }
@@ -110,8 +109,8 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
 fn labels(part: &Part, uses: &Uses<'_>, sink: &mut Sink) {
     for label in part.rows.iter().filter_map(|row| row.label.as_ref()) {
         if label.text != "RCYCLE" && !uses.labels.contains(label.text.as_str()) {
-            let problem = Problem::new("W0604", label.span, format!("nothing jumps to {}", label.text));
-            sink.warning(problem.help("remove the label"));
+            let problem = Diagnostic::new("W0604", label.span, format!("nothing jumps to {}", label.text));
+            sink.push(problem.help("remove the label"));
         }
     }
 }
@@ -122,8 +121,8 @@ fn unread(part: &Part, uses: &Uses<'_>, shared: &BTreeMap<&str, Span>, sink: &mu
         let known = uses.used.contains(name) || shared.contains_key(name) || part.has_parameter(name);
         if !known {
             let message = format!("{name} is given a value that nothing reads");
-            let problem = Problem::new("W0605", *span, message);
-            sink.warning(problem.help("remove it; if a host reads it by MR, declare it in GLOBAL"));
+            let problem = Diagnostic::new("W0605", *span, message);
+            sink.push(problem.help("remove it; if a host reads it by MR, declare it in GLOBAL"));
         }
     }
 }

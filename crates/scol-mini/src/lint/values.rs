@@ -6,11 +6,10 @@
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 
-use crate::diagnostic::Problem;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::{IntDivision, LanguageOptions};
 use crate::outline::{Part, sign, word};
-use crate::sink::Sink;
 
 pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
     let mut integers: BTreeMap<&str, u32> = BTreeMap::new();
@@ -42,8 +41,8 @@ fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u3
         && (real - cut) != 0.0
     {
         let message = format!("{name} is an integer since line {line}, so {real} becomes {cut}");
-        let problem = Problem::new("W0610", value.span, message);
-        sink.warning(problem.help(format!("make it a real from the beginning: {name} = 0.0")));
+        let problem = Diagnostic::new("W0610", value.span, message);
+        sink.push(problem.help(format!("make it a real from the beginning: {name} = 0.0")));
     }
 }
 
@@ -55,8 +54,8 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
             continue;
         }
         if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
-            let problem = Problem::new("W0613", right.span, "this divides by zero, which is an alarm");
-            sink.warning(problem.help("divide by something that is not 0"));
+            let problem = Diagnostic::new("W0613", right.span, "this divides by zero, which is an alarm");
+            sink.push(problem.help("divide by something that is not 0"));
             continue;
         }
         let before = at.checked_sub(1).and_then(|at| tokens.get(at));
@@ -70,8 +69,8 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
         {
             let span = left.span.to(right.span);
             let message = format!("{a}/{b} divides integers and gives {}", a / b);
-            let problem = Problem::new("W0612", span, message);
-            sink.warning(problem.help(format!("write {a}.0/{b} to keep the fraction")));
+            let problem = Diagnostic::new("W0612", span, message);
+            sink.push(problem.help(format!("write {a}.0/{b} to keep the fraction")));
         }
     }
 }
@@ -91,8 +90,8 @@ fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
         };
         if outside {
             let message = format!("{condition} takes 1 to 100 percent");
-            let problem = Problem::new("W0614", value.span, message);
-            sink.warning(problem.help("the machine maximum is 100"));
+            let problem = Diagnostic::new("W0614", value.span, message);
+            sink.push(problem.help("the machine maximum is 100"));
         }
     }
 }

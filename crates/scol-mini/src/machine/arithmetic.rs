@@ -99,7 +99,7 @@ fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) 
     match operator {
         Binary::Or => Ok(truth_value(left != 0 || right != 0)),
         Binary::And => Ok(truth_value(left != 0 && right != 0)),
-        Binary::Relation(relation) => Ok(truth_value(integers_hold(relation, left, right))),
+        Binary::Relation(relation) => Ok(truth_value(holds(relation, &left, &right))),
         Binary::Add => integer(left.checked_add(right)),
         Binary::Subtract => integer(left.checked_sub(right)),
         Binary::Multiply => integer(left.checked_mul(right)),
@@ -143,12 +143,6 @@ fn division_by_zero() -> Box<Fault> {
     FaultKind::DivisionByZero.error("division by zero")
 }
 
-/// Whether a relation holds between two integers.
-#[inline(always)]
-pub(super) fn integers_hold(relation: Relation, left: i32, right: i32) -> bool {
-    holds(relation, &left, &right)
-}
-
 /// Whether a relation holds between two reals, of which those that differ by `within` or less are equal.
 #[inline(always)]
 pub(super) fn reals_hold(relation: Relation, left: f32, right: f32, within: f32) -> bool {
@@ -158,8 +152,9 @@ pub(super) fn reals_hold(relation: Relation, left: f32, right: f32, within: f32)
     holds(relation, &left, &right)
 }
 
+/// Whether a relation holds between two numbers.
 #[inline(always)]
-fn holds<T: PartialOrd>(relation: Relation, left: &T, right: &T) -> bool {
+pub(super) fn holds<T: PartialOrd>(relation: Relation, left: &T, right: &T) -> bool {
     match relation {
         Relation::Equal => left == right,
         Relation::NotEqual => left != right,

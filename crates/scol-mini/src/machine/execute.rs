@@ -1,16 +1,16 @@
 //! Executes the operation of one step. Assignments, branches and calls are done here; everything that touches the world
 //! becomes a request (`request_values`).
 //!
-//! Loops are in `loops`, monitors in `monitor`.
+//! Which loops are open is decided here too; monitors are in `monitor`.
 
-use super::arithmetic::double;
-use super::evaluate::{World, component, no_component};
+use super::arithmetic::{binary, double};
+use super::evaluate::{Context, World, component, no_component};
 use super::{Frame, Loop, Machine, Result, RunPhase};
 use crate::MAX_CALL_NESTING;
 use crate::prelude::*;
 use crate::program::Operation;
 use crate::request::FaultKind;
-use crate::tree::{Assignment, Expression, Simple};
+use crate::tree::{Assignment, Binary, Expression, Simple, Variable};
 use crate::value::Number;
 
 impl Machine {
@@ -151,5 +151,82 @@ impl Machine {
             }
         }
         self.write(world, place, value)
+    }
+
+    /// Begins a FOR; returns the step that follows: the body, or what comes after NEXT.
+    fn begin_loop(
+        &mut self,
+        world: &mut World<'_>,
+        variable: &Variable,
+        from: Number,
+        opened: Loop,
+    ) -> Result<usize> {
+        if double(opened.step) == 0.0 {
+            return FaultKind::Range.fail("the STEP of a FOR cannot be 0");
+        }
+        let now = self.count(world, variable, from)?;
+        // A jump may have left loops without their NEXT: those that do not surround this FOR are over.
+        let (at, first) = (self.at, self.frames.last().map_or(0, |frame| frame.loops));
+        let mut number = 0;
+        self.loops.retain(|open| {
+            number += 1;
+            number <= first || (open.opener < at && at < open.exit)
+        });
+        if opened.is_past(now) {
+            return Ok(opened.exit);
+        }
+        self.loops.push(opened);
+        Ok(at + 1)
+    }
+
+    /// Executes NEXT; returns the step that follows.
+    fn next(&mut self, world: &mut World<'_>, opener: usize) -> Result<usize> {
+        let first = self.frames.last().map_or(0, |frame| frame.loops);
+        let mine = self.loops.get(first..).unwrap_or_default();
+        let found = mine.iter().position(|open| open.opener == opener).and_then(|at| {
+            self.loops.truncate(first + at + 1);
+            self.loops.last().copied()
+        });
+        let operation = world.program.steps.get(opener).map(|step| &step.operation);
+        let (Some(open), Some(Operation::For { counting, .. })) = (found, operation) else {
+            return FaultKind::NextWithoutFor.fail("NEXT is reached without its FOR");
+        };
+        let variable = &counting.variable;
+        let now = self.context(world).counter(variable)?;
+        let sum = binary(Binary::Add, now, open.step, &world.program.options)?;
+        if open.is_past(self.count(world, variable, sum)?) {
+            self.loops.pop();
+            return Ok(self.at + 1);
+        }
+        Ok(opener + 1)
+    }
+
+    /// Gives the variable of a loop its next number; returns the number as the variable holds it.
+    fn count(&mut self, world: &mut World<'_>, variable: &Variable, number: Number) -> Result<Number> {
+        let place = self.context(world).place(variable)?;
+        self.write(world, place, number.into())?;
+        self.context(world).counter(variable)
+    }
+}
+
+impl Context<'_> {
+    fn counter(&self, variable: &Variable) -> Result<Number> {
+        let value = self.fetch(variable)?;
+        value.number().ok_or_else(|| {
+            let (name, found) = (&variable.name.text, value.kind().description());
+            FaultKind::Type.error(format!("a FOR counts with a number, {name} is {found}"))
+        })
+    }
+}
+
+impl Loop {
+    /// The counter has passed its limit in the direction of the step.
+    fn is_past(&self, now: Number) -> bool {
+        let (now, limit) = (double(now), double(self.limit));
+        if double(self.step) > 0.0 {
+            now > limit
+        } else {
+            now < limit
+        }
     }
 }

@@ -28,21 +28,10 @@ const POWERS: [f64; 8] = [
     -3.132466742105379e-39,
 ];
 
-/// The sine of an angle in degrees (a real, or an integer), if its rounding is certain.
-#[inline(always)]
-pub(super) fn sine(degrees: f64) -> Option<f32> {
-    certain(degrees)
-}
-
-/// The cosine of an angle in degrees, if its rounding is certain.
-#[inline(always)]
-pub(super) fn cosine(degrees: f64) -> Option<f32> {
-    certain(degrees + 90.0)
-}
-
+/// The sine of an angle in degrees (a real, or an integer, and perhaps a quarter turn), if its rounding is certain.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "rounded to a real")]
-fn certain(degrees: f64) -> Option<f32> {
+pub(super) fn sine(degrees: f64) -> Option<f32> {
     if !(-MAX_DEGREES..=MAX_DEGREES).contains(&degrees) {
         return None;
     }
@@ -72,8 +61,8 @@ mod tests {
             for degrees in [f32::from_bits(bits), -f32::from_bits(bits)] {
                 let angle = f64::from(degrees);
                 for (fast, slow) in [
-                    (sine(angle), functions::sine(angle) as f32),
-                    (cosine(angle), functions::cosine(angle) as f32),
+                    (sine(angle), functions::sine(0, angle) as f32),
+                    (sine(angle + 90.0), functions::sine(1, angle) as f32),
                 ] {
                     all += 1;
                     if let Some(fast) = fast {
@@ -96,8 +85,8 @@ mod tests {
             assert_eq!(sine(degrees), None, "{degrees}");
         }
         assert_eq!(sine(30.0), Some(0.5));
-        assert_eq!(cosine(60.0), Some(0.5));
-        assert_eq!(cosine(180.0), Some(-1.0));
+        assert_eq!(sine(60.0 + 90.0), Some(0.5));
+        assert_eq!(sine(180.0 + 90.0), Some(-1.0));
     }
 
     /// All of them; takes minutes.

@@ -206,18 +206,9 @@ pub(super) fn numeric(
     }
 }
 
-/// The sine of an angle in degrees, exact at quarter turns: SIN(180) is 0.
-pub(super) fn sine(degrees: f64) -> f64 {
-    sine_after(0, degrees)
-}
-
-/// The cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, so TAN(90) has no value.
-pub(super) fn cosine(degrees: f64) -> f64 {
-    sine_after(1, degrees)
-}
-
-/// The sine of an angle in degrees and so many quarter turns.
-fn sine_after(quarters: i32, degrees: f64) -> f64 {
+/// The sine of an angle in degrees and so many quarter turns, exact at quarter turns: SIN(180) and COS(270) are 0, so
+/// TAN(90) has no value. One quarter turn makes it the cosine.
+pub(super) fn sine(quarters: i32, degrees: f64) -> f64 {
     // A real has 24 significant bits: below the bound the rest of whole quarter turns is exact without this.
     let within = match libm::fabs(degrees) < 1e6 {
         true => degrees,
@@ -240,11 +231,11 @@ fn sine_after(quarters: i32, degrees: f64) -> f64 {
 fn scalar(function: Numeric, x: f64, y: f64) -> f64 {
     match function {
         // The result is rounded to a real, so the fast value is the same.
-        Numeric::Sin => fast_sine::sine(x).map_or_else(|| sine(x), f64::from),
-        Numeric::Cos => fast_sine::cosine(x).map_or_else(|| cosine(x), f64::from),
-        Numeric::Tan => match cosine(x) {
+        Numeric::Sin => fast_sine::sine(x).map_or_else(|| sine(0, x), f64::from),
+        Numeric::Cos => fast_sine::sine(x + 90.0).map_or_else(|| sine(1, x), f64::from),
+        Numeric::Tan => match sine(1, x) {
             0.0 => f64::NAN,
-            cosine => sine(x) / cosine + 0.0,
+            cosine => sine(0, x) / cosine + 0.0,
         },
         Numeric::Asin => libm::asin(x) * DEGREES,
         Numeric::Acos => libm::acos(x) * DEGREES,

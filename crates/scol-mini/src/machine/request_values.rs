@@ -8,18 +8,19 @@ use crate::prelude::*;
 use super::evaluate::{Context, unexpected};
 use super::functions::configuration;
 use super::place::ValuePlace;
-use super::print::field;
 use super::{PendingRequest, Result};
 use crate::builtin::Condition;
 use crate::conditions::{Accuracy, Conditions};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Node, PerAxis, Variable};
-use crate::value::{Frame, Position, Value};
+use crate::value::{Frame, Number, Position, Value};
 
 /// Text that clears a receive buffer instead of being sent (BUF-03).
 const BUFFER_RESET: &str = "BUFFRESET";
 /// Most axes `MOVEA` and `MOVEI` can name.
 pub(super) const MAX_AXIS: u8 = 8;
+/// Width of the field of a number (PRT-04).
+const FIELD: usize = 12;
 
 impl Context<'_> {
     /// The motion conditions as a statement changes them.
@@ -256,4 +257,54 @@ fn name(value: &Expression) -> Option<String> {
         return None;
     };
     variable.subscripts.is_empty().then(|| variable.name.text.clone())
+}
+
+/// The field of a number: right-aligned; integers decimal, reals with exactly three decimals rounded half away from
+/// zero; what does not fit is twelve asterisks (PRT-04 to PRT-07, PRT-11, PRT-12).
+fn field(number: Number) -> String {
+    let text = match number {
+        Number::Integer(value) => format!("{value}"),
+        Number::Real(value) => {
+            // A real has 24 significant bits, so thousandths of one that fits the field are exact in a double. What is
+            // too large for the cast becomes its largest number, which does not fit either.
+            let thousandths = libm::round(libm::fabs(f64::from(value) * 1000.0)) as u64;
+            let sign = if value.is_sign_negative() { "-" } else { "" };
+            format!("{sign}{}.{:03}", thousandths / 1000, thousandths % 1000)
+        }
+    };
+    if text.len() > FIELD {
+        "*".repeat(FIELD)
+    } else {
+        format!("{text:>FIELD$}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // clause: PRT-04 PRT-05 PRT-06 PRT-07 PRT-11 PRT-12
+    #[test]
+    fn fields_are_twelve_wide() {
+        for (number, text) in [
+            (Number::Integer(7), "           7"),
+            (Number::Integer(1_234_567_890), "  1234567890"),
+            (Number::Integer(-5), "          -5"),
+            (Number::Integer(i32::MIN), " -2147483648"),
+            (Number::Real(1.5), "       1.500"),
+            (Number::Real(1234.5), "    1234.500"),
+            (Number::Real(-12.25), "     -12.250"),
+            (Number::Real(-1000.0 / 3.0), "    -333.333"),
+            (Number::Real(2.0 / 3.0), "       0.667"),
+            (Number::Real(0.0625), "       0.063"),
+            (Number::Real(-0.0625), "      -0.063"),
+            (Number::Real(12345.678), "   12345.678"),
+            (Number::Real(99_999_990.0), "99999992.000"),
+            (Number::Real(1e9), "************"),
+            (Number::Real(-99_999_992.0), "************"),
+            (Number::Real(f32::MAX), "************"),
+        ] {
+            assert_eq!(field(number), text);
+        }
+    }
 }

@@ -5,7 +5,7 @@
 //! values of any kind (`execute`), which also reports the fault. The instructions are defined in `code`; start with
 //! [`Machine::compute`].
 
-use super::arithmetic::{binary, integers_hold, reals_hold, truncated, truth, unary};
+use super::arithmetic::{binary, holds, reals_hold, truncated, truth, unary};
 use super::functions::numeric;
 use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine};
@@ -359,7 +359,7 @@ impl Registers<'_> {
     fn holds(&self, relation: Relation, a: Register, b: Register) -> Option<bool> {
         let (a, b) = (self.get(a)?, self.get(b)?);
         let holds = match Cell::integers([a, b]) {
-            Some([a, b]) => integers_hold(relation, a, b),
+            Some([a, b]) => holds(relation, &a, &b),
             None => reals_hold(relation, a.single()?, b.single()?, self.within),
         };
         Some(holds)

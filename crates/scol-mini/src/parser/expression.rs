@@ -7,7 +7,7 @@ use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{self, Builtin, System};
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
 use crate::tree::{Binary, Expression, Node, Unary, Variable};
@@ -34,11 +34,11 @@ fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
 
 impl Cursor<'_> {
     /// An expression; stops at the first token that cannot continue it.
-    pub fn expression(&mut self) -> Result<Expression, Problem> {
+    pub fn expression(&mut self) -> Result<Expression, Diagnostic> {
         self.nested(|cursor| cursor.binary(1))
     }
 
-    fn binary(&mut self, weakest: u8) -> Result<Expression, Problem> {
+    fn binary(&mut self, weakest: u8) -> Result<Expression, Diagnostic> {
         let mut left = self.unary()?;
         while let Some((operator, strength)) = operator(self.peek()) {
             if strength < weakest {
@@ -50,13 +50,13 @@ impl Cursor<'_> {
             left = Expression::new(Node::Binary(operator, Box::new(left), Box::new(right)), span);
         }
         if weakest == 1 && self.is_next(Sign::Assign) {
-            let problem = Problem::new("E0101", self.span(), "expected an operator, found \"=\"");
+            let problem = Diagnostic::new("E0101", self.span(), "expected an operator, found \"=\"");
             return Err(problem.help("\"=\" assigns; two values are compared with \"==\""));
         }
         Ok(left)
     }
 
-    fn unary(&mut self) -> Result<Expression, Problem> {
+    fn unary(&mut self) -> Result<Expression, Diagnostic> {
         let start = self.span();
         let operator = match self.peek() {
             Some(Token::Sign(Sign::Minus)) => Unary::Minus,
@@ -75,7 +75,7 @@ impl Cursor<'_> {
         Ok(Expression::new(Node::Unary(operator, Box::new(of)), span))
     }
 
-    fn postfix(&mut self) -> Result<Expression, Problem> {
+    fn postfix(&mut self) -> Result<Expression, Diagnostic> {
         let mut of = self.primary()?;
         while self.sign(Sign::Dot) {
             let letter = self.component()?;
@@ -86,7 +86,7 @@ impl Cursor<'_> {
     }
 
     /// The letter after the dot of `P.X`.
-    pub fn component(&mut self) -> Result<u8, Problem> {
+    pub fn component(&mut self) -> Result<u8, Diagnostic> {
         let letters = self.arm.coordinates();
         match *self.peek_word().as_bytes() {
             [letter] if letters.contains(char::from(letter)) => {
@@ -97,7 +97,7 @@ impl Cursor<'_> {
         }
     }
 
-    fn primary(&mut self) -> Result<Expression, Problem> {
+    fn primary(&mut self) -> Result<Expression, Diagnostic> {
         let span = self.span();
         let node = match self.peek() {
             Some(Token::Integer(value)) => {
@@ -114,7 +114,7 @@ impl Cursor<'_> {
             Some(Token::Sign(Sign::OpenBrace)) => return self.braces(span),
             Some(Token::Word(word)) => return self.word_value(word, span),
             Some(Token::Text(_)) => {
-                let problem = Problem::new("E0101", span, "expected a value, found a text");
+                let problem = Diagnostic::new("E0101", span, "expected a value, found a text");
                 return Err(problem.help("a text can only be an item of PRINT"));
             }
             _ => return Err(self.expected("a value")),
@@ -124,14 +124,14 @@ impl Cursor<'_> {
     }
 
     /// `{a, b, ...}`: a vector written in place, of the kind that its statement takes.
-    fn braces(&mut self, span: Span) -> Result<Expression, Problem> {
+    fn braces(&mut self, span: Span) -> Result<Expression, Diagnostic> {
         self.advance();
         let arguments = self.arguments(self.vector, Sign::CloseBrace)?;
         self.function(self.vector, arguments, span)
     }
 
     /// An expression in which braces make a vector of this kind.
-    pub(super) fn expression_of(&mut self, vector: Builtin) -> Result<Expression, Problem> {
+    pub(super) fn expression_of(&mut self, vector: Builtin) -> Result<Expression, Diagnostic> {
         let outer = core::mem::replace(&mut self.vector, vector);
         let expression = self.expression();
         self.vector = outer;
@@ -140,7 +140,7 @@ impl Cursor<'_> {
 
     /// The arguments of a function. Those of a vector may be left out, and the configuration of a POINT may be a
     /// word.
-    fn arguments(&mut self, builtin: Builtin, close: Sign) -> Result<Vec<Expression>, Problem> {
+    fn arguments(&mut self, builtin: Builtin, close: Sign) -> Result<Vec<Expression>, Diagnostic> {
         self.items(close, |cursor, before| {
             if builtin.is_vector() && cursor.left_out(close) {
                 return Ok(Expression::integer(0, cursor.before()));
@@ -152,29 +152,25 @@ impl Cursor<'_> {
         })
     }
 
-    /// The next word as a configuration, if it is one and no operand of an operator; the cursor stays before it.
-    fn configuration_word(&self) -> Option<Expression> {
+    /// The next word as a configuration, if it is one and no operand of an operator; otherwise an expression.
+    fn configuration_or_value(&mut self) -> Result<Expression, Diagnostic> {
         let alone = match self.peek_at(1) {
             None | Some(Token::Word(_)) => true,
             Some(Token::Sign(sign)) => matches!(sign, Sign::Comma | Sign::Close | Sign::CloseBrace),
             Some(_) => false,
         };
-        let number = builtin::configuration(self.peek_word(), self.arm).filter(|_| alone)?;
-        Some(Expression::integer(number, self.span()))
-    }
-
-    fn configuration_or_value(&mut self) -> Result<Expression, Problem> {
-        match self.configuration_word() {
-            Some(word) => {
+        let span = self.span();
+        match builtin::configuration(self.peek_word(), self.arm).filter(|_| alone) {
+            Some(number) => {
                 self.advance();
-                Ok(word)
+                Ok(Expression::integer(number, span))
             }
             None => self.expression(),
         }
     }
 
     /// The value of CONFIG: a number, words, five letters, or the digits one by one between braces.
-    pub(super) fn configuration(&mut self) -> Result<Expression, Problem> {
+    pub(super) fn configuration(&mut self) -> Result<Expression, Diagnostic> {
         match self.is_next(Sign::OpenBrace) {
             true => self.configuration_list(),
             false => self.configuration_or_value(),
@@ -183,7 +179,7 @@ impl Cursor<'_> {
 
     /// `{LEFTY, ABOVE, NFLIP, SINGLE4, SINGLE6}`: words in any order, or digits in the order shoulder, elbow, wrist,
     /// axis 4, axis 6 (hosts 8.6). What is left out is undefined.
-    fn configuration_list(&mut self) -> Result<Expression, Problem> {
+    fn configuration_list(&mut self) -> Result<Expression, Diagnostic> {
         let start = self.span();
         self.advance();
         let places: &[i32] = match self.arm {
@@ -195,14 +191,14 @@ impl Cursor<'_> {
             let span = cursor.span();
             let place = places.get(before).copied().ok_or_else(|| {
                 let message = format!("a configuration has {} digits, found more", places.len());
-                Problem::new("E0206", span, message)
+                Diagnostic::new("E0206", span, message)
             })?;
             if cursor.left_out(Sign::CloseBrace) {
                 return Ok(());
             }
             let (place, digit) = cursor.configuration_digit(place)?;
             if digits.iter().any(|(known, _)| *known == place) {
-                return Problem::fail("E0205", span, "this digit of CONFIG stands twice");
+                return Diagnostic::fail("E0205", span, "this digit of CONFIG stands twice");
             }
             digits.extend((digit > 0).then_some((place, digit)));
             cursor.advance();
@@ -213,7 +209,7 @@ impl Cursor<'_> {
     }
 
     /// The next item of a list of digits: its place and its value. A number has the `place` where it is written.
-    fn configuration_digit(&self, place: i32) -> Result<(i32, i32), Problem> {
+    fn configuration_digit(&self, place: i32) -> Result<(i32, i32), Diagnostic> {
         let named = match self.peek() {
             Some(Token::Integer(digit @ 0..=2)) => i32::try_from(*digit).ok().map(|digit| (place, digit)),
             Some(Token::Word(word)) => {
@@ -230,7 +226,7 @@ impl Cursor<'_> {
         named.ok_or_else(|| self.expected("a digit 0 to 2 or a word of the configuration"))
     }
 
-    fn word_value(&mut self, word: &str, span: Span) -> Result<Expression, Problem> {
+    fn word_value(&mut self, word: &str, span: Span) -> Result<Expression, Diagnostic> {
         let node = if let Some(builtin) = Builtin::from_word(word) {
             self.advance();
             self.expect_sign(Sign::Open)?;
@@ -249,13 +245,13 @@ impl Cursor<'_> {
     }
 
     /// A variable, or an element of an array; `what` says what it is for.
-    pub(super) fn variable(&mut self, what: &str) -> Result<Variable, Problem> {
+    pub(super) fn variable(&mut self, what: &str) -> Result<Variable, Diagnostic> {
         let name = self.name(what)?;
         Ok(Variable::new(name, self.subscripts()?.unwrap_or_default()))
     }
 
     /// What parentheses hold, if there are any.
-    pub(super) fn subscripts(&mut self) -> Result<Option<Vec<Expression>>, Problem> {
+    pub(super) fn subscripts(&mut self) -> Result<Option<Vec<Expression>>, Diagnostic> {
         let open = self.sign(Sign::Open);
         open.then(|| self.list(Sign::Close)).transpose()
     }
@@ -265,7 +261,7 @@ impl Cursor<'_> {
         builtin: Builtin,
         arguments: Vec<Expression>,
         start: Span,
-    ) -> Result<Expression, Problem> {
+    ) -> Result<Expression, Diagnostic> {
         let span = start.to(self.before());
         let (fewest, most) = builtin.arity(self.arm);
         if (fewest..=most).contains(&arguments.len()) {
@@ -279,11 +275,11 @@ impl Cursor<'_> {
         let plural = if count == "1" { "" } else { "s" };
         let (word, found) = (builtin.keyword(), arguments.len());
         let message = format!("{word} takes {count} argument{plural}, found {found}");
-        Problem::fail("E0206", span, message)
+        Diagnostic::fail("E0206", span, message)
     }
 
     /// Expressions separated by commas up to the closing sign; may be empty.
-    pub fn list(&mut self, close: Sign) -> Result<Vec<Expression>, Problem> {
+    pub fn list(&mut self, close: Sign) -> Result<Vec<Expression>, Diagnostic> {
         self.items(close, |cursor, _| cursor.expression())
     }
 
@@ -296,8 +292,8 @@ impl Cursor<'_> {
     fn items<T>(
         &mut self,
         close: Sign,
-        mut item: impl FnMut(&mut Self, usize) -> Result<T, Problem>,
-    ) -> Result<Vec<T>, Problem> {
+        mut item: impl FnMut(&mut Self, usize) -> Result<T, Diagnostic>,
+    ) -> Result<Vec<T>, Diagnostic> {
         let mut list = Vec::new();
         if self.sign(close) {
             return Ok(list);

@@ -4,14 +4,12 @@
 
 use crate::prelude::*;
 
-use super::data::DataLine;
+use super::declaration::DataLine;
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
-use crate::diagnostic::{Problem, Span};
-use crate::lexer::{self, Lexeme, Sign, Token, leading_word};
-use crate::lines::{Line, lines};
+use crate::diagnostic::{Diagnostic, Sink, Span};
+use crate::lexer::{self, Lexeme, Line, Sign, Token, leading_word, lines};
 use crate::options::LanguageOptions;
-use crate::sink::Sink;
 use crate::suggest;
 use crate::tree::{Counting, Expression, Name, Statement, Variable};
 use crate::value::ValueKind;
@@ -31,7 +29,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         work: None,
     };
     for line in lines(source) {
-        match lexer::tokens(source, line, MAX_LINE) {
+        match lexer::tokens(source, line.span, MAX_LINE) {
             Ok(tokens) if tokens.is_empty() => {}
             Ok(tokens) => {
                 if let Err(problem) = parser.line(line, &tokens) {
@@ -71,13 +69,13 @@ struct Parser<'a> {
 
 impl Parser<'_> {
     /// Reports a line that does not parse.
-    fn broken(&mut self, line: Line, problem: Problem) {
+    fn broken(&mut self, line: Line, problem: Diagnostic) {
         let text = line.span.text(self.source).to_ascii_uppercase();
         let words = text
             .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
             .filter(|word| !word.is_empty());
         self.file.suppressed.extend(words.map(String::from));
-        self.sink.error(problem);
+        self.sink.push(problem);
         if self.place == Place::Program {
             self.keep_loops_paired(line, &text);
         }
@@ -118,19 +116,19 @@ impl Parser<'_> {
     }
 
     /// A line outside all blocks: a misspelt heading opens its block all the same.
-    fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Problem> {
+    fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Diagnostic> {
         let message = match self.after_data {
             true => "nothing follows the DATA block",
             false => "expected GLOBAL, PROGRAM or DATA",
         };
         let (word, place) = (cursor.peek_word(), cursor.span());
-        let problem = Problem::new("E0301", place, format!("{message}, found this line"));
+        let problem = Diagnostic::new("E0301", place, format!("{message}, found this line"));
         let problem = problem.help("every statement belongs between PROGRAM and END");
         let mut headings = ["GLOBAL", "DATA", "PROGRAM"].into_iter();
         let meant = headings.find(|known| (alone || *known == "PROGRAM") && suggest::is_nearly(word, known));
         if let Some(heading) = meant {
             self.astray = false;
-            self.sink.error(problem);
+            self.sink.push(problem);
             return match heading {
                 "PROGRAM" => self.program(cursor),
                 _ => self.open(heading, place),
@@ -142,13 +140,15 @@ impl Parser<'_> {
         Err(problem)
     }
 
-    fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Problem> {
+    fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Diagnostic> {
         let mut cursor = Cursor::new(self.source, self.options.arm, tokens);
         let word = cursor.peek_word();
         let alone = tokens.len() == 1;
         match (word, self.place) {
             ("END", Place::Outside) if core::mem::take(&mut self.astray) => Ok(()),
-            ("END", Place::Outside) => Problem::fail("E0303", cursor.span(), "END without a block to close"),
+            ("END", Place::Outside) => {
+                Diagnostic::fail("E0303", cursor.span(), "END without a block to close")
+            }
             ("END", _) if alone => {
                 self.close(line.number);
                 Ok(())
@@ -168,17 +168,17 @@ impl Parser<'_> {
         }
     }
 
-    fn open(&mut self, word: &str, span: Span) -> Result<(), Problem> {
+    fn open(&mut self, word: &str, span: Span) -> Result<(), Diagnostic> {
         self.opened = Some(span);
         if word == "GLOBAL" {
             self.place = Place::Global;
             if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data {
-                return Problem::fail("E0301", span, "GLOBAL must come first, and once only");
+                return Diagnostic::fail("E0301", span, "GLOBAL must come first, and once only");
             }
         } else {
             self.place = Place::Data;
             if self.after_data {
-                return Problem::fail("E0301", span, "a file has one DATA block");
+                return Diagnostic::fail("E0301", span, "a file has one DATA block");
             }
             self.after_data = true;
             self.file.data_heading = Some(span);
@@ -191,7 +191,7 @@ impl Parser<'_> {
         self.astray = false;
         if self.place != Place::Outside {
             let message = format!("expected END before {word}");
-            self.sink.error(Problem::new("E0302", span, message));
+            self.sink.push(Diagnostic::new("E0302", span, message));
             self.close(line);
         }
     }
@@ -214,35 +214,30 @@ impl Parser<'_> {
             return;
         }
         if let Some(name) = self.work.take() {
-            let problem = Problem::new("W0404", name.span, "this WORK is not followed by a POINT");
-            self.sink
-                .warning(problem.help("WORK holds for the next line only"));
+            let problem = Diagnostic::new("W0404", name.span, "this WORK is not followed by a POINT");
+            self.sink.push(problem.help("WORK holds for the next line only"));
         }
     }
 
-    fn program(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+    fn program(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Diagnostic> {
         let span = cursor.span();
         cursor.advance();
         self.place = Place::Program;
         self.opened = Some(span);
         let mut block = Block {
             name: Name::new("", span),
-            parameters: Vec::new(),
-            dims: Vec::new(),
-            labels: Vec::new(),
-            statements: Vec::new(),
-            end_line: 0,
+            ..Block::default()
         };
         let heading = heading(cursor, &mut block);
         self.file.blocks.push(block);
         heading?;
         if self.after_data {
-            return Problem::fail("E0301", span, "programs stand before the DATA block");
+            return Diagnostic::fail("E0301", span, "programs stand before the DATA block");
         }
         Ok(())
     }
 
-    fn data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+    fn data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Diagnostic> {
         match cursor.data_line()? {
             DataLine::Work(name) => {
                 self.lonely_work();
@@ -263,7 +258,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn statement(&mut self, line: u32, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+    fn statement(&mut self, line: u32, cursor: &mut Cursor<'_>) -> Result<(), Diagnostic> {
         let Some(block) = self.file.blocks.last_mut() else {
             return Ok(());
         };
@@ -298,26 +293,26 @@ impl Parser<'_> {
         if let Some(span) = self.opened {
             let word = span.text(self.source).trim().to_ascii_uppercase();
             let message = format!("this {word} has no END");
-            self.sink.error(Problem::new("E0302", span, message));
+            self.sink.push(Diagnostic::new("E0302", span, message));
         } else if self.file.blocks.is_empty() {
             let message = "expected a PROGRAM, found none in the file";
-            self.sink.error(Problem::new("E0304", Span::default(), message));
+            self.sink.push(Diagnostic::new("E0304", Span::default(), message));
         }
     }
 }
 
 /// `name` or `name(p, q)`.
-fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
+fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Diagnostic> {
     block.name = cursor.name("the name of the program")?;
     if cursor.sign(Sign::Open) && !cursor.sign(Sign::Close) {
         loop {
             let name = cursor.name("a parameter")?;
             if block.parameters.len() >= builtin::MAX_ARGUMENTS {
                 let message = format!("a program has at most {} parameters", builtin::MAX_ARGUMENTS);
-                return Problem::fail("E0206", name.span, message);
+                return Diagnostic::fail("E0206", name.span, message);
             }
             if block.parameters.iter().any(|known| known.text == name.text) {
-                return Problem::fail("E0205", name.span, format!("{} stands twice", name.text));
+                return Diagnostic::fail("E0205", name.span, format!("{} stands twice", name.text));
             }
             block.parameters.push(name);
             if cursor.sign(Sign::Close) {
@@ -330,14 +325,14 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
 }
 
 /// Parses one statement for direct execution; labels and lines of the file layout are errors.
-pub(crate) fn parse_direct(source: &str, options: &LanguageOptions) -> Result<Option<Statement>, Problem> {
-    let tokens = lexer::tokens(source, Line::only(source), MAX_DIRECT)?;
+pub(crate) fn parse_direct(source: &str, options: &LanguageOptions) -> Result<Option<Statement>, Diagnostic> {
+    let tokens = lexer::tokens(source, Span::new(0, source.len()), MAX_DIRECT)?;
     let mut cursor = Cursor::new(source, options.arm, &tokens);
     if tokens.is_empty() {
         return Ok(None);
     }
     if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
-        return Problem::fail("E0501", cursor.span(), "a label cannot be executed directly");
+        return Diagnostic::fail("E0501", cursor.span(), "a label cannot be executed directly");
     }
     cursor.statement_line().map(Some)
 }

@@ -3,20 +3,17 @@
 //! Names are not resolved here. A line with an error is dropped and the next one parsed, so one run finds the errors of all
 //! lines. `file` has the layout, `statement` the statements, `expression` the expressions.
 
-mod communication;
-mod data;
+mod ask;
 mod declaration;
-mod device;
 mod expression;
 mod file;
-mod motion;
 mod statement;
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
 
 use crate::builtin::{self, Builtin};
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
 use crate::tree::{Expression, Name, Statement};
@@ -37,7 +34,7 @@ pub(crate) struct File {
 }
 
 /// A PROGRAM block.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Block {
     pub name: Name,
     pub parameters: Vec<Name>,
@@ -129,10 +126,7 @@ impl<'a> Cursor<'a> {
 
     /// The next token if it is a word, in upper case as the lexer gives it; nothing if it is none.
     pub fn peek_word(&self) -> &'a str {
-        match self.peek() {
-            Some(Token::Word(word)) => word,
-            _ => "",
-        }
+        self.tokens.get(self.at).map_or("", Lexeme::word)
     }
 
     /// Whether the next token is this sign.
@@ -175,36 +169,31 @@ impl<'a> Cursor<'a> {
     ///
     /// # Errors
     /// E0101.
-    pub fn expect_sign(&mut self, sign: Sign) -> Result<(), Problem> {
-        match self.sign(sign) {
-            true => Ok(()),
-            false => Err(self.expected(&format!("\"{}\"", sign.spelling()))),
-        }
+    pub fn expect_sign(&mut self, sign: Sign) -> Result<(), Diagnostic> {
+        let found = self.sign(sign).then_some(());
+        found.ok_or_else(|| self.expected(&format!("\"{}\"", sign.spelling())))
     }
 
     /// Takes this word.
     ///
     /// # Errors
     /// E0101.
-    pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
-        match self.word(word) {
-            true => Ok(()),
-            false => Err(self.expected(word)),
-        }
+    pub fn expect_word(&mut self, word: &str) -> Result<(), Diagnostic> {
+        self.word(word).then_some(()).ok_or_else(|| self.expected(word))
     }
 
     /// A name that is no word of the language. The configuration words of the other arm are free.
     ///
     /// # Errors
     /// E0101 where no word stands, E0208 for a word of the language; `what` says what the name is for.
-    pub fn name(&mut self, what: &str) -> Result<Name, Problem> {
+    pub fn name(&mut self, what: &str) -> Result<Name, Diagnostic> {
         let (word, span) = (self.peek_word(), self.span());
         if word.is_empty() {
             return Err(self.expected(what));
         }
         if builtin::is_reserved(word, self.arm) {
             let message = format!("expected {what}, found {word}, which is a word of the language");
-            return Problem::fail("E0208", span, message);
+            return Diagnostic::fail("E0208", span, message);
         }
         self.advance();
         Ok(Name::new(word, span))
@@ -214,22 +203,20 @@ impl<'a> Cursor<'a> {
     ///
     /// # Errors
     /// E0101 at what follows.
-    pub fn end_of_line(&self) -> Result<(), Problem> {
-        match self.peek() {
-            None => Ok(()),
-            Some(_) => Err(self.expected("the end of the line")),
-        }
+    pub fn end_of_line(&self) -> Result<(), Diagnostic> {
+        let end = self.peek().is_none().then_some(());
+        end.ok_or_else(|| self.expected("the end of the line"))
     }
 
     /// The problem "expected this, found the next token".
-    pub fn expected(&self, what: &str) -> Problem {
+    pub fn expected(&self, what: &str) -> Diagnostic {
         let found = match self.peek() {
             None => "the end of the line".to_string(),
             Some(Token::Word(word)) => word.clone(),
             Some(Token::Text(_)) => "a text".to_string(),
             Some(_) => format!("\"{}\"", self.span().text(self.source)),
         };
-        Problem::new("E0101", self.span(), format!("expected {what}, found {found}"))
+        Diagnostic::new("E0101", self.span(), format!("expected {what}, found {found}"))
     }
 
     /// What `item` reads, once or more, with commas between.
@@ -238,8 +225,8 @@ impl<'a> Cursor<'a> {
     /// Those of `item`.
     pub fn separated<T>(
         &mut self,
-        mut item: impl FnMut(&mut Self) -> Result<T, Problem>,
-    ) -> Result<Vec<T>, Problem> {
+        mut item: impl FnMut(&mut Self) -> Result<T, Diagnostic>,
+    ) -> Result<Vec<T>, Diagnostic> {
         let mut list = Vec::from([item(self)?]);
         while self.sign(Sign::Comma) {
             list.push(item(self)?);
@@ -251,10 +238,13 @@ impl<'a> Cursor<'a> {
     ///
     /// # Errors
     /// E0104 beyond the deepest level: parsers call themselves, and a line of parentheses must not exhaust the stack.
-    pub fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Result<T, Problem>) -> Result<T, Problem> {
+    pub fn nested<T>(
+        &mut self,
+        parse: impl FnOnce(&mut Self) -> Result<T, Diagnostic>,
+    ) -> Result<T, Diagnostic> {
         if self.depth >= crate::MAX_EXPRESSION_NESTING {
             let message = format!("nested more than {} deep", crate::MAX_EXPRESSION_NESTING);
-            return Problem::fail("E0104", self.span(), message);
+            return Diagnostic::fail("E0104", self.span(), message);
         }
         self.depth += 1;
         let result = parse(self);

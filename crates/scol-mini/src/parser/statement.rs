@@ -1,29 +1,28 @@
 //! Parses statements, one a line; `IF` holds one or two more.
 //!
-//! Which statements may stand where is checked here; their names are resolved later. Statements about motions, devices and
-//! channels have their own files.
+//! Which statements may stand where is checked here; their names are resolved later. Statements that ask
+//! for something outside are in `ask`.
 
 use crate::prelude::*;
 
 use super::Cursor;
 use crate::builtin::{self, System};
-use crate::diagnostic::{Problem, Span};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Sign, Token};
-use crate::request::Request;
 use crate::tree::{
-    Ask, Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
+    Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
     Variable,
 };
 
 impl Cursor<'_> {
     /// A statement up to the end of the line.
-    pub fn statement_line(&mut self) -> Result<Statement, Problem> {
+    pub fn statement_line(&mut self) -> Result<Statement, Diagnostic> {
         let statement = self.statement()?;
         self.end_of_line()?;
         Ok(statement)
     }
 
-    pub(super) fn statement(&mut self) -> Result<Statement, Problem> {
+    pub(super) fn statement(&mut self) -> Result<Statement, Diagnostic> {
         let (word, span) = (self.peek_word(), self.span());
         if word.is_empty() {
             return Err(self.expected("a statement"));
@@ -59,39 +58,7 @@ impl Cursor<'_> {
         Ok(Statement::Simple(simple))
     }
 
-    /// The statement that begins with this word and asks for something; `None` when there is none.
-    fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Problem> {
-        let hand = |hand, open, at_once| Ask::Fixed(Request::Hand { hand, open, at_once });
-        Ok(Some(match word {
-            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => self.motion(word)?,
-            "PRINT" => self.print()?,
-            "INPUT" => self.input()?,
-            "DOUT" => self.outputs()?,
-            "BCDOUT" => Ask::Bcd(self.operands(word)?),
-            "PULOUT" => Ask::Pulse(self.operands(word)?),
-            "OPEN1" => hand(1, true, false),
-            "OPEN2" => hand(2, true, false),
-            "OPENI1" => hand(1, true, true),
-            "OPENI2" => hand(2, true, true),
-            "CLOSE1" => hand(1, false, false),
-            "CLOSE2" => hand(2, false, false),
-            "CLOSEI1" => hand(1, false, true),
-            "CLOSEI2" => hand(2, false, true),
-            "DELAY" => Ask::Delay(self.expression()?),
-            "TIMER" if assigned => Ask::Timer(self.setting(None)?),
-            "TASK" => self.task(None)?,
-            "KILL" => Ask::Kill(self.expression()?),
-            "RESTORE" => self.restore()?,
-            "BREAK" => Ask::Fixed(Request::Break),
-            "PAUSE" => Ask::Fixed(Request::Pause),
-            "RESUME" => Ask::Fixed(Request::Resume),
-            "SWITCH" => Ask::Fixed(Request::Switch),
-            "STOP" => Ask::Fixed(Request::Stop),
-            _ => return Ok(None),
-        }))
-    }
-
-    fn branch(&mut self) -> Result<Statement, Problem> {
+    fn branch(&mut self) -> Result<Statement, Diagnostic> {
         self.advance();
         let condition = self.expression()?;
         self.expect_word("THEN")?;
@@ -105,7 +72,7 @@ impl Cursor<'_> {
     }
 
     /// The statement after THEN or ELSE.
-    fn inner(&mut self) -> Result<Statement, Problem> {
+    fn inner(&mut self) -> Result<Statement, Diagnostic> {
         let span = self.span();
         if self.peek().is_none() {
             let problem = self.expected("a statement");
@@ -113,13 +80,13 @@ impl Cursor<'_> {
         }
         let statement = self.statement()?;
         if matches!(statement, Statement::For(_) | Statement::Next(_)) {
-            let problem = Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF");
+            let problem = Diagnostic::new("E0103", span, "FOR and NEXT cannot depend on an IF");
             return Err(problem.help("jump over the loop, or out of it, with GOTO"));
         }
         Ok(statement)
     }
 
-    fn for_loop(&mut self) -> Result<Statement, Problem> {
+    fn for_loop(&mut self) -> Result<Statement, Diagnostic> {
         let variable = Variable::new(self.name("a variable")?, Vec::new());
         self.expect_sign(Sign::Assign)?;
         let from = self.expression()?;
@@ -132,12 +99,12 @@ impl Cursor<'_> {
         }))
     }
 
-    fn next(&mut self) -> Result<Statement, Problem> {
+    fn next(&mut self) -> Result<Statement, Diagnostic> {
         let name = self.peek().map(|_| self.name("the variable of the FOR"));
         name.transpose().map(Statement::Next)
     }
 
-    fn goto(&mut self) -> Result<Statement, Problem> {
+    fn goto(&mut self) -> Result<Statement, Diagnostic> {
         if !self.sign(Sign::Open) {
             return self.label().map(Statement::Goto);
         }
@@ -146,7 +113,7 @@ impl Cursor<'_> {
         Ok(Statement::Select(selector, self.separated(Self::label)?))
     }
 
-    fn label(&mut self) -> Result<Name, Problem> {
+    fn label(&mut self) -> Result<Name, Diagnostic> {
         let number = matches!(self.peek(), Some(Token::Integer(_)));
         self.name("a label").map_err(|problem| match number {
             true => problem.help("a label is a name: NAME: at the beginning of a line, GOTO NAME"),
@@ -155,7 +122,7 @@ impl Cursor<'_> {
     }
 
     /// `ON condition DO statement`.
-    fn monitor(&mut self) -> Result<Statement, Problem> {
+    fn monitor(&mut self) -> Result<Statement, Diagnostic> {
         let condition = self.expression()?;
         self.expect_word("DO")?;
         let span = self.span();
@@ -170,7 +137,7 @@ impl Cursor<'_> {
             | Statement::Next(_)
             | Statement::Return
             | Statement::On { .. } => {
-                let problem = Problem::new("E0103", span, "this statement cannot stand behind DO");
+                let problem = Diagnostic::new("E0103", span, "this statement cannot stand behind DO");
                 Err(problem.help("GOTO, a call, or a statement that does one thing"))
             }
         }
@@ -186,13 +153,13 @@ impl Cursor<'_> {
     }
 
     /// A line that begins with this name: an assignment or a call.
-    fn named(&mut self, name: Name) -> Result<Statement, Problem> {
+    fn named(&mut self, name: Name) -> Result<Statement, Diagnostic> {
         let list = self.subscripts()?;
         let component = self.sign(Sign::Dot).then(|| self.component()).transpose()?;
         if self.sign(Sign::Assign) {
             if list.as_ref().is_some_and(Vec::is_empty) {
                 let message = "expected a subscript between ( and )";
-                return Problem::fail("E0101", self.before(), message);
+                return Diagnostic::fail("E0101", self.before(), message);
             }
             let target = Variable::new(name, list.unwrap_or_default());
             if component.is_none() && self.word("TASK") {
@@ -208,7 +175,7 @@ impl Cursor<'_> {
             return Err(self.expected("\"=\""));
         }
         if self.is_next(Sign::Relation(Relation::Equal)) {
-            let problem = Problem::new("E0101", self.span(), "expected \"=\", found \"==\"");
+            let problem = Diagnostic::new("E0101", self.span(), "expected \"=\", found \"==\"");
             return Err(problem.help("\"==\" compares; a value is assigned with \"=\""));
         }
         if list.is_none() && self.peek().is_some() {
@@ -217,7 +184,7 @@ impl Cursor<'_> {
                 "ELSE" => {}
                 _ => {
                     let message = format!("{} begins no statement", name.text);
-                    return Problem::fail("E0103", name.span, message);
+                    return Diagnostic::fail("E0103", name.span, message);
                 }
             }
         }
@@ -228,8 +195,8 @@ impl Cursor<'_> {
 }
 
 /// The problem of a word of the language that begins no statement.
-fn misplaced(word: &str, span: Span) -> Problem {
-    let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
+fn misplaced(word: &str, span: Span) -> Diagnostic {
+    let problem = Diagnostic::new("E0103", span, format!("expected a statement, found {word}"));
     match word {
         "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
         "TIMER" => problem,
