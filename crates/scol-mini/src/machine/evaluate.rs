@@ -17,23 +17,15 @@ use crate::request::{Fault, FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
 use crate::value::{Number, Value};
 
-/// What a machine runs in: its program, the values of the variables, and what is outside.
-pub(super) struct World<'a> {
+/// A machine at work: its program, the values of the variables, and what is outside.
+pub(super) struct Execution<'a> {
+    pub machine: &'a mut Machine,
     pub program: &'a Program,
     pub memory: &'a mut Memory,
     pub inputs: &'a dyn Inputs,
 }
 
-/// Everything an expression can read.
-#[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
-    pub machine: &'a Machine,
-    pub program: &'a Program,
-    pub memory: &'a Memory,
-    pub inputs: &'a dyn Inputs,
-}
-
-impl Context<'_> {
+impl Execution<'_> {
     /// The value of an expression; operands are evaluated from left to right, so the leftmost fault is reported.
     pub fn evaluate(&self, expression: &Expression) -> Result<Value> {
         match &expression.node {

@@ -75,9 +75,9 @@ impl Machine {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
-        let world = self.enter(&program, memory, inputs);
-        for index in 0..self.monitors.len() {
-            let Some(monitor) = self.monitors.get(index).copied() else {
+        let execution = self.enter(&program, memory, inputs);
+        for index in 0..execution.machine.monitors.len() {
+            let Some(monitor) = execution.machine.monitors.get(index).copied() else {
                 break;
             };
             let step = program.steps.get(monitor.on);
@@ -85,18 +85,18 @@ impl Machine {
             let Some((line, Operation::On { condition, jump, .. })) = operation else {
                 continue;
             };
-            match self.context(&world).truth(condition) {
+            match execution.truth(condition) {
                 Ok(true) if !monitor.last_value => {
-                    self.monitors.remove(index);
-                    return Ok(Some(self.triggered(monitor, *jump)));
+                    execution.machine.monitors.remove(index);
+                    return Ok(Some(execution.machine.triggered(monitor, *jump)));
                 }
                 Ok(value) => {
-                    if let Some(monitor) = self.monitors.get_mut(index) {
+                    if let Some(monitor) = execution.machine.monitors.get_mut(index) {
                         monitor.last_value = value;
                     }
                 }
                 Err(error) => {
-                    self.monitors.remove(index);
+                    execution.machine.monitors.remove(index);
                     return Err(Fault { line, ..*error });
                 }
             }

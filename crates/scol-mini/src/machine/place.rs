@@ -4,9 +4,9 @@
 
 use crate::prelude::*;
 
+use super::Result;
 use super::arithmetic::convert;
-use super::evaluate::{Context, World};
-use super::{Machine, Result};
+use super::evaluate::Execution;
 use crate::MAX_SUBSCRIPTS;
 use crate::request::FaultKind;
 use crate::tree::{Expression, Node, Reference, Variable};
@@ -36,7 +36,7 @@ pub(super) enum Argument {
     Unset,
 }
 
-impl Context<'_> {
+impl Execution<'_> {
     /// The place of a variable; its subscripts are evaluated.
     pub fn place(&self, variable: &Variable) -> Result<ValuePlace> {
         let name = &variable.name.text;
@@ -109,26 +109,17 @@ impl Context<'_> {
         }
         self.evaluate(expression).map(Argument::from_value)
     }
-}
 
-impl Argument {
-    /// An argument passed by value.
-    fn from_value(value: Value) -> Self {
-        value.number().map_or(Argument::Vector(value), Argument::Number)
-    }
-}
-
-impl Machine {
     /// Stores a value, converted to the kind of its place; the first value of a variable fixes the kind.
-    pub(super) fn write(&mut self, world: &mut World<'_>, place: ValuePlace, value: Value) -> Result<()> {
+    pub fn write(&mut self, place: ValuePlace, value: Value) -> Result<()> {
         match place {
             ValuePlace::Cell { slot, cell } => {
-                let kind = world.memory.kind(slot).unwrap_or_else(|| value.kind());
+                let kind = self.memory.kind(slot).unwrap_or_else(|| value.kind());
                 let value = convert(value, kind)?;
-                world.memory.store(world.program, slot, cell, value);
+                self.memory.store(self.program, slot, cell, value);
             }
             ValuePlace::Argument(at) => {
-                let Some(held) = self.arguments.get_mut(at) else {
+                let Some(held) = self.machine.arguments.get_mut(at) else {
                     return Ok(());
                 };
                 let kind = match held {
@@ -142,5 +133,12 @@ impl Machine {
             }
         }
         Ok(())
+    }
+}
+
+impl Argument {
+    /// An argument passed by value.
+    fn from_value(value: Value) -> Self {
+        value.number().map_or(Argument::Vector(value), Argument::Number)
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::prelude::*;
 
-use super::evaluate::{Context, unexpected};
+use super::evaluate::{Execution, unexpected};
 use super::functions::configuration;
 use super::place::ValuePlace;
 use super::print::field;
@@ -21,7 +21,7 @@ const BUFFER_RESET: &str = "BUFFRESET";
 /// Most axes `MOVEA` and `MOVEI` can name.
 pub(super) const MAX_AXIS: u8 = 8;
 
-impl Context<'_> {
+impl Execution<'_> {
     /// The motion conditions as a statement changes them.
     pub fn changed(&self, change: &Change) -> Result<Conditions> {
         let mut conditions = self.memory.conditions().clone();
