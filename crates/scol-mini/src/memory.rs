@@ -13,7 +13,7 @@ use alloc::sync::Arc;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
-use crate::program::{Owner, Program, Slot, StateVersion, Symbols};
+use crate::program::{Owner, Program, STATE_VERSION, Slot, Symbols};
 use crate::value::{Frame, Trans, Value, ValueKind};
 use locals::Locals;
 
@@ -68,7 +68,9 @@ pub enum AccessError {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Memory {
-    version: StateVersion,
+    /// [`STATE_VERSION`].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
+    version: u32,
     /// Fingerprint of the program.
     source: u64,
     cells: Cells,
@@ -134,7 +136,7 @@ impl Memory {
         cells.resize(symbols.cells, Cell::EMPTY);
         cells.extend(program.code.working_cells());
         let mut memory = Self {
-            version: StateVersion,
+            version: STATE_VERSION,
             source: program.fingerprint(),
             cells: Cells {
                 all: cells,

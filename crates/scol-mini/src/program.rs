@@ -14,10 +14,6 @@ use crate::value::{Value, ValueKind};
 /// Version of the states of machines and memories this version of the language writes and reads.
 pub const STATE_VERSION: u32 = 1;
 
-/// The field `version` of a state: [`STATE_VERSION`] whenever it is written, and nothing else is read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct StateVersion;
-
 /// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {

@@ -5,11 +5,11 @@
 //! written form are fixed by `fixtures/snapshots`.
 
 use crate::prelude::*;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 
 use crate::conditions::Conditions;
 use crate::options::Arm;
-use crate::program::{Program, STATE_VERSION, StateVersion};
+use crate::program::{Program, STATE_VERSION};
 use crate::value::{Position, Value};
 
 /// Why a state cannot be restored.
@@ -37,18 +37,11 @@ pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {
     holds.ok_or_else(|| RestoreError::Invalid(format!("expected {expected}")))
 }
 
-impl Serialize for StateVersion {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        STATE_VERSION.serialize(to)
-    }
-}
-
-impl<'de> Deserialize<'de> for StateVersion {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<StateVersion, D::Error> {
-        match u32::deserialize(from)? {
-            STATE_VERSION => Ok(StateVersion),
-            found => Err(serde::de::Error::custom(RestoreError::Version(found))),
-        }
+/// Reads the field `version` of a state: no other than [`STATE_VERSION`] is read.
+pub(crate) fn version<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
+    match u32::deserialize(from)? {
+        STATE_VERSION => Ok(STATE_VERSION),
+        found => Err(serde::de::Error::custom(RestoreError::Version(found))),
     }
 }
 

@@ -27,7 +27,7 @@ use alloc::sync::Arc;
 
 use crate::memory::{MAIN_TASK, Memory};
 use crate::options::LanguageOptions;
-use crate::program::{Operation, Program, StateVersion};
+use crate::program::{Operation, Program, STATE_VERSION};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Pause, Request};
 use crate::tree::{Ask, Change, Expression, Simple};
 use crate::value::{Number, Position, Value};
@@ -76,7 +76,9 @@ impl FaultKind {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Machine {
-    version: StateVersion,
+    /// [`STATE_VERSION`].
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
+    version: u32,
     #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
     program: Arc<Program>,
     /// The step under way or next.
@@ -153,7 +155,7 @@ impl Machine {
     /// A machine before step 1 of the main program.
     pub fn main(program: Arc<Program>) -> Self {
         Self {
-            version: StateVersion,
+            version: STATE_VERSION,
             program,
             at: 0,
             frames: Vec::from([Frame {
