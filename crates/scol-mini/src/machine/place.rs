@@ -4,9 +4,9 @@
 
 use crate::prelude::*;
 
-use super::Result;
 use super::arithmetic::convert;
 use super::evaluate::Execution;
+use super::{Machine, Result};
 use crate::MAX_SUBSCRIPTS;
 use crate::request::FaultKind;
 use crate::tree::{Expression, Node, Reference, Variable};
@@ -46,14 +46,8 @@ impl Execution<'_> {
             }
             Reference::Slot { slot, cell } => self.element(slot, cell, variable),
             Reference::Parameter(index) => {
-                let at = self.machine.frames.last().map_or(0, |frame| frame.arguments) + index;
-                match self.machine.arguments.get(at) {
-                    Some(Argument::Place(place)) => Ok(*place),
-                    Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
-                        Ok(ValuePlace::Argument(at))
-                    }
-                    None => FaultKind::Undefined.fail(format!("{name} was not handed over")),
-                }
+                let place = self.machine.parameter_place(index);
+                place.ok_or_else(|| FaultKind::Undefined.error(format!("{name} was not handed over")))
             }
             Reference::Unresolved => FaultKind::Undefined.fail(format!("{name} has no value")),
         }
@@ -133,6 +127,18 @@ impl Execution<'_> {
             }
         }
         Ok(())
+    }
+}
+
+impl Machine {
+    /// The place that a parameter of the running program stands for.
+    #[inline(always)]
+    pub(super) fn parameter_place(&self, parameter: usize) -> Option<ValuePlace> {
+        let at = self.frames.last()?.arguments + parameter;
+        Some(match self.arguments.get(at)? {
+            Argument::Place(place) => *place,
+            Argument::Number(_) | Argument::Vector(_) | Argument::Unset => ValuePlace::Argument(at),
+        })
     }
 }
 
