@@ -30,19 +30,8 @@ const POWERS: [f64; 8] = [
 
 /// The sine of an angle in degrees (a real, or an integer), if its rounding is certain.
 #[inline(always)]
-pub(super) fn sine(degrees: f64) -> Option<f32> {
-    certain(degrees)
-}
-
-/// The cosine of an angle in degrees, if its rounding is certain.
-#[inline(always)]
-pub(super) fn cosine(degrees: f64) -> Option<f32> {
-    certain(degrees + 90.0)
-}
-
-#[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "rounded to a real")]
-fn certain(degrees: f64) -> Option<f32> {
+pub(super) fn sine(degrees: f64) -> Option<f32> {
     if !(-MAX_DEGREES..=MAX_DEGREES).contains(&degrees) {
         return None;
     }
@@ -58,6 +47,12 @@ fn certain(degrees: f64) -> Option<f32> {
     let value = turned * power;
     let (least, most) = ((value - ERROR) as f32, (value + ERROR) as f32);
     (least == most).then_some(least)
+}
+
+/// The cosine of an angle in degrees, if its rounding is certain.
+#[inline(always)]
+pub(super) fn cosine(degrees: f64) -> Option<f32> {
+    sine(degrees + 90.0)
 }
 
 #[cfg(test)]
