@@ -127,13 +127,10 @@ impl Machine {
         if self.monitors.is_empty() {
             return;
         }
-        let depth = self.frames.len();
-        let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {
-            let step = program.steps.get(monitor.on);
-            let on = step.map(|step| &step.operation);
+            let on = self.program.steps.get(monitor.on).map(|step| &step.operation);
             let jump = matches!(on, Some(Operation::On { jump: true, .. }));
-            !jump || monitor.depth <= depth
+            !jump || monitor.depth <= self.frames.len()
         });
     }
 }
