@@ -9,7 +9,7 @@ use crate::builtin::Builtin;
 use crate::code::{
     Array, Call, Code, Instruction, Op, Operands, Passed, Register, Rows, TEMPORARIES, Target,
 };
-use crate::machine::constant_number;
+use crate::machine::constant_value;
 use crate::options::LanguageOptions;
 use crate::program::{Entry, Operation, Step, Symbols};
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Variable};
@@ -229,7 +229,8 @@ impl Lowering<'_> {
     /// where it already is, or in a temporary.
     fn compute(&mut self, expression: &Expression, to: Option<Register>) -> Option<Register> {
         if expression.is_constant() {
-            let a = self.constant(constant_number(expression, self.options)?)?;
+            let value = constant_value(expression, self.options).ok()?;
+            let a = self.constant(value.number()?)?;
             return self.copy(to, a);
         }
         match &expression.node {

@@ -5,7 +5,7 @@
 
 use crate::prelude::*;
 
-use super::arithmetic::{binary, double, truncated, truth, unary};
+use super::arithmetic::{binary, double, truncated, truth, unary, unexpected};
 use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
 use crate::builtin::{Condition, System};
@@ -151,14 +151,6 @@ impl Execution<'_> {
 
 fn add(to: &mut [f64], sign: f64, from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * from);
-}
-
-/// A value of another kind than the statement takes.
-pub(super) fn unexpected(expected: &str, found: &Value) -> Box<Fault> {
-    FaultKind::Type.error(format!(
-        "expected {expected}, found {}",
-        found.kind().description()
-    ))
 }
 
 /// The coordinate of this letter.

@@ -32,12 +32,9 @@ impl Execution<'_> {
             Builtin::Max => Ok(self.extreme(arguments, |a, b| a > b)?.into()),
             Builtin::Min => Ok(self.extreme(arguments, |a, b| a < b)?.into()),
             Builtin::Numeric(function) => {
-                let [first, second] = match arguments {
-                    [first, second] => [self.number(first)?, self.number(second)?],
-                    [first, ..] => [self.number(first)?, Number::Integer(0)],
-                    [] => [Number::Integer(0); 2],
-                };
-                Ok(numeric(function, first, second, &self.program.options)?.into())
+                let mut numbers = arguments.iter().map(|argument| self.number(argument));
+                let mut next = || numbers.next().unwrap_or(Ok(Number::Integer(0)));
+                Ok(numeric(function, next()?, next()?, &self.program.options)?.into())
             }
         }
     }

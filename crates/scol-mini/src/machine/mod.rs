@@ -122,7 +122,7 @@ struct PendingRequest {
 }
 
 /// A program that was called, the main program first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Frame {
     return_to: usize,
@@ -158,11 +158,7 @@ impl Machine {
             version: STATE_VERSION,
             program,
             at: 0,
-            frames: Vec::from([Frame {
-                return_to: 0,
-                arguments: 0,
-                loops: 0,
-            }]),
+            frames: Vec::from([Frame::default()]),
             arguments: Vec::new(),
             loops: Vec::new(),
             state: RunPhase::Ready,
@@ -412,11 +408,6 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
         (_, Answer::Values(_) | Answer::Cancelled(_)) => "only INPUT and TASK take numbers",
     };
     FaultKind::Type.fail(message)
-}
-
-/// The value of an expression that is constant and a number.
-pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions) -> Option<Number> {
-    constant_value(expression, options).ok()?.number()
 }
 
 /// The value of an expression that is constant.

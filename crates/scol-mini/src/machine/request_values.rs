@@ -5,7 +5,8 @@
 
 use crate::prelude::*;
 
-use super::evaluate::{Execution, unexpected};
+use super::arithmetic::unexpected;
+use super::evaluate::Execution;
 use super::functions::configuration;
 use super::place::ValuePlace;
 use super::print::field;
