@@ -99,10 +99,8 @@ impl Cell {
     /// The number as a real, if it is one.
     #[inline(always)]
     pub fn single(self) -> Option<f32> {
-        if self.is_real() {
-            return Some(f32::from_bits(self.low()));
-        }
-        self.as_integer().map(|value| value as f32)
+        self.as_real()
+            .or_else(|| self.as_integer().map(|value| value as f32))
     }
 
     /// What these hold, if all are integers.

@@ -89,6 +89,7 @@ impl core::error::Error for AccessError {}
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Memory {
+    /// [`STATE_VERSION`].
     #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
     version: u32,
     /// Fingerprint of the program.
@@ -234,14 +235,7 @@ impl Memory {
     ) -> Result<(), AccessError> {
         let (at, slot, index) = shared(program, name, subscripts)?;
         let cell = slot.base + index;
-        let (found, expected) = (value.kind(), self.kind(at));
-        if let Some(expected) = expected.filter(|expected| *expected != found) {
-            return Err(AccessError::KindMismatch {
-                name: slot.name.clone(),
-                expected,
-                found,
-            });
-        }
+        check_kind(slot, self.kind(at), &value)?;
         let value = match (value, self.value(cell)) {
             (Value::Position(mut new), Some(Value::Position(old))) => {
                 new.work = new.work.take().or(old.work);
@@ -331,6 +325,19 @@ impl Memory {
             }
         }
     }
+}
+
+/// Whether a variable of this kind can hold the value as it is.
+pub(crate) fn check_kind(slot: &Slot, kind: Option<ValueKind>, value: &Value) -> Result<(), AccessError> {
+    let found = value.kind();
+    kind.filter(|kind| *kind != found).map_or(Ok(()), |expected| {
+        let name = slot.name.clone();
+        Err(AccessError::KindMismatch {
+            name,
+            expected,
+            found,
+        })
+    })
 }
 
 /// Slot and flat index of a variable that all programs share.

@@ -4,7 +4,7 @@
 
 use crate::parser::Place;
 use crate::prelude::*;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 
 use crate::MAX_LINE;
 use crate::builtin;
@@ -199,21 +199,15 @@ impl Row {
 }
 
 /// Names of the channels a source prints on, each once; `PRINT` without a channel is on `TP`.
-pub fn print_channels(source: &str) -> Vec<&'static str> {
-    const CHANNELS: &[&str] = &["TP", "COM1", "IP1", "IP2"];
+pub fn print_channels(source: &str) -> BTreeSet<&'static str> {
+    const CHANNELS: [&str; 3] = ["COM1", "IP1", "IP2"];
     let outline = Outline::new(source);
     let rows = outline.parts.iter().flat_map(|part| &part.rows);
-    let mut found: Vec<&'static str> = Vec::new();
     let segments = rows.flat_map(Row::segments);
-    for segment in segments.filter(|segment| word(segment.first()) == "PRINT") {
-        let named = word(segment.get(1));
-        let mut channels = CHANNELS.iter();
-        let channel = channels.find(|channel| **channel == named).unwrap_or(&"TP");
-        if !found.contains(channel) {
-            found.push(channel);
-        }
-    }
-    found
+    let prints = segments.filter(|segment| word(segment.first()) == "PRINT");
+    let named = prints.map(|segment| word(segment.get(1)));
+    let channels = named.map(|named| CHANNELS.into_iter().find(|channel| *channel == named));
+    channels.map(|channel| channel.unwrap_or("TP")).collect()
 }
 
 /// Whether a source starts tasks.

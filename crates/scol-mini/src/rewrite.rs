@@ -6,7 +6,7 @@
 use crate::prelude::*;
 
 use crate::diagnostic::{Sink, Span};
-use crate::memory::{AccessError, Memory, shared};
+use crate::memory::{AccessError, Memory, check_kind, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::{Owner, Program};
@@ -112,14 +112,8 @@ impl<'a> Rewriter<'a> {
     fn edit(&self, name: &str, subscripts: &[i32], value: &Value) -> Result<Edit, AccessError> {
         let (source, arm) = (self.source, self.arm);
         let (_, slot, _) = shared(self.program, name, subscripts)?;
-        let (name, found) = (slot.name.clone(), value.kind());
-        if let Some(expected) = slot.kind.filter(|kind| *kind != found) {
-            return Err(AccessError::KindMismatch {
-                name,
-                expected,
-                found,
-            });
-        }
+        check_kind(slot, slot.kind, value)?;
+        let name = slot.name.clone();
         let too_large = || AccessError::TooLarge(name.clone());
         if let Some(datum) = self.datum(&name) {
             let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
@@ -131,53 +125,7 @@ impl<'a> Rewriter<'a> {
         }
         let text = global_text(value, arm).ok_or_else(too_large)?;
         let site = self.global_site(&name, subscripts, &text);
-        let (span, text) = site.ok_or(AccessError::NotInSource(name))?;
-        Ok(Edit::At(span, text))
-    }
-
-    /// What to replace in GLOBAL, and by what.
-    fn global_site(&self, name: &str, subscripts: &[i32], text: &str) -> Option<(Span, String)> {
-        let globals = &self.file.globals;
-        let mine: Vec<&Declaration> = globals.iter().filter(|d| d.name.text == name).collect();
-        let same = |d: &&&Declaration| {
-            let known = d.subscripts.iter().map(|subscript| i64::from(*subscript));
-            !d.dim && known.eq(subscripts.iter().map(|subscript| i64::from(*subscript)))
-        };
-        // The last line wins, as it does in the compiler.
-        if let Some(found) = mine.iter().rev().find(same) {
-            return Some(match &found.value {
-                Some(value) => (value.span, text.to_string()),
-                None => (Span::at(found.name.span.end), format!(" = {text}")),
-            });
-        }
-        let last = mine.last()?;
-        if subscripts.is_empty() {
-            // DIM X AS REAL: the plain assignment declares as much; a DIM of several names cannot be split.
-            let alone = globals.iter().filter(|d| d.line == last.line).count() == 1;
-            return alone.then(|| (last.line, format!("{name} = {text}")));
-        }
-        let (at, line_end) = line_end(self.source, last.line.end);
-        let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-        let line = format!("{line_end}{name}({}) = {text}", list.join(","));
-        Some((Span::at(at), line))
-    }
-
-    /// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
-    /// DATA, a block at the end of the file.
-    fn taught_site(&self, lines: &[String]) -> (Span, String) {
-        let source = self.source;
-        let heading = self.file.data_heading;
-        let at_heading = heading.map(|heading| line_end(source, heading.end));
-        let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
-        let lines = lines.join(end);
-        if let Some((at, end)) = at_heading {
-            return (Span::at(at), format!("{end}{lines}"));
-        }
-        let at = source.find('\u{1A}').unwrap_or(source.len());
-        let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
-        let begin = if open { end } else { "" };
-        let block = format!("{begin}DATA{end}{lines}{end}END{end}");
-        (Span::at(at), block)
+        site.ok_or(AccessError::NotInSource(name))
     }
 
     /// The source with all changes.
@@ -204,16 +152,60 @@ impl<'a> Rewriter<'a> {
         text.push_str(self.source.get(done..).ok_or_else(lost)?);
         Ok(text)
     }
-}
 
-/// Where the line that holds `from` ends, and by what.
-fn line_end(source: &str, from: usize) -> (usize, &'static str) {
-    let rest = source.get(from..).unwrap_or_default();
-    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-    let tail = rest.get(length..).unwrap_or_default();
-    let mut ends = ["\r\n", "\n"].into_iter();
-    let line_end = ends.find(|end| tail.starts_with(end)).unwrap_or("\r");
-    (from + length, line_end)
+    /// What to replace in GLOBAL, and by what.
+    fn global_site(&self, name: &str, subscripts: &[i32], text: &str) -> Option<Edit> {
+        let file = &self.file;
+        let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
+        let same = |d: &&&Declaration| {
+            let known = d.subscripts.iter().map(|subscript| i64::from(*subscript));
+            !d.dim && known.eq(subscripts.iter().map(|subscript| i64::from(*subscript)))
+        };
+        // The last line wins, as it does in the compiler.
+        if let Some(found) = mine.iter().rev().find(same) {
+            return Some(match &found.value {
+                Some(value) => Edit::At(value.span, text.to_string()),
+                None => Edit::At(Span::at(found.name.span.end), format!(" = {text}")),
+            });
+        }
+        let last = mine.last()?;
+        if subscripts.is_empty() {
+            // DIM X AS REAL: the plain assignment declares as much; a DIM of several names cannot be split.
+            let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
+            return alone.then(|| Edit::At(last.line, format!("{name} = {text}")));
+        }
+        let (at, line_end) = self.line_end(last.line.end);
+        let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+        let line = format!("{line_end}{name}({}) = {text}", list.join(","));
+        Some(Edit::At(Span::at(at), line))
+    }
+
+    /// Where the line that holds `from` ends, and by what.
+    fn line_end(&self, from: usize) -> (usize, &'static str) {
+        let rest = self.source.get(from..).unwrap_or_default();
+        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+        let tail = rest.get(length..).unwrap_or_default();
+        let mut ends = ["\r\n", "\n"].into_iter();
+        let line_end = ends.find(|end| tail.starts_with(end)).unwrap_or("\r");
+        (from + length, line_end)
+    }
+
+    /// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
+    /// DATA, a block at the end of the file.
+    fn taught_site(&self, lines: &[String]) -> (Span, String) {
+        let source = self.source;
+        let at_heading = self.file.data_heading.map(|heading| self.line_end(heading.end));
+        let (_, end) = at_heading.unwrap_or_else(|| self.line_end(0));
+        let lines = lines.join(end);
+        if let Some((at, end)) = at_heading {
+            return (Span::at(at), format!("{end}{lines}"));
+        }
+        let at = source.find('\u{1A}').unwrap_or(source.len());
+        let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
+        let begin = if open { end } else { "" };
+        let block = format!("{begin}DATA{end}{lines}{end}END{end}");
+        (Span::at(at), block)
+    }
 }
 
 /// A value as GLOBAL writes it.

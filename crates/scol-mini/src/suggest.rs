@@ -79,13 +79,12 @@ impl Suggester<'_> {
     fn remedy(&self, diagnostic: &Diagnostic) -> Option<String> {
         let found = self.text(diagnostic.span);
         let part = self.outline.part_of(diagnostic.line);
-        match diagnostic.code {
+        let own = match diagnostic.code {
             "E0101" if diagnostic.message.ends_with("found \":\"") => {
                 Some("a line holds one statement; a label stands at its beginning".into())
             }
-            "E0101" => self.keyword(diagnostic),
+            "E0101" | "E0301" => self.keyword(diagnostic),
             "E0103" => foreign(&found).or_else(|| self.keyword(diagnostic)),
-            "E0301" => self.keyword(diagnostic).or_else(|| fixed("E0301")),
             "E0201" => self.name(&found, part, diagnostic),
             "E0202" => self.label(&found, part?),
             "E0206" => self.heading(&found),
@@ -99,10 +98,7 @@ impl Suggester<'_> {
                 let frames = self.outline.data.iter().filter(|row| row.head() == "TRANS");
                 did_you_mean(&found, frames.filter_map(Row::datum).map(|(name, _)| name))
             }
-            "E0205" => {
-                let first = self.first(&found, part, diagnostic);
-                first.or_else(|| Some("remove or rename one of them".into()))
-            }
+            "E0205" => self.first(&found, part, diagnostic),
             "E0302" if diagnostic.message.starts_with("expected") => {
                 Some("every GLOBAL, PROGRAM and DATA is closed by an END of its own".into())
             }
@@ -110,8 +106,9 @@ impl Suggester<'_> {
                 let last = lines(self.source).len();
                 Some(format!("add END behind line {last}, where the file ends"))
             }
-            code => fixed(code),
-        }
+            _ => None,
+        };
+        own.or_else(|| fixed(diagnostic.code))
     }
 
     fn text(&self, span: Span) -> String {
@@ -216,6 +213,7 @@ fn fixed(code: &str) -> Option<String> {
         "E0009" => "correct those above first",
         "E0102" => "put CR last, or begin another PRINT",
         "E0104" => "assign the inner part to a variable before, or move it to a subprogram",
+        "E0205" => "remove or rename one of them",
         "E0207" => "POINT(...), TRANS(...) and PAYLOAD(...) make vector values, P.X is a number",
         "E0208" => "choose another name",
         "E0210" => "give it a constant here, and compute it at the beginning of the main program",

@@ -17,8 +17,7 @@ use crate::value::ValueKind;
 pub(super) fn check_statement(statement: &mut Statement, symbols: &Symbols, sink: &mut Sink) {
     let mut checker = Checker { symbols, sink };
     statement.expressions(&mut |e, takes| match takes {
-        Takes::Number | Takes::Exactly(_) => checker.expect(e, takes),
-        Takes::Any => drop(checker.known(e)),
+        Takes::Number | Takes::Exactly(_) | Takes::Any => checker.expect(e, takes),
         Takes::Assigned => {}
     });
     statement.each(&mut |statement| {
@@ -42,21 +41,18 @@ impl Checker<'_> {
     fn targets(&mut self, simple: &Simple) {
         match simple {
             Simple::Assign(assignment) => self.assigned(assignment),
-            Simple::Ask(Ask::Input(_, targets)) => {
-                for target in targets {
-                    if self.is_no_number(target) {
-                        let message = format!("INPUT takes numbers only, {} is none", target.name.text);
-                        self.error(target.name.span, message);
-                    }
-                }
-            }
-            Simple::Ask(Ask::Task {
-                target: Some(target), ..
-            }) if self.is_no_number(target) => {
-                let message = format!("a task ID is a number, {} is none", target.name.text);
-                self.error(target.name.span, message);
-            }
+            Simple::Ask(Ask::Input(_, targets)) => self.filled("INPUT takes numbers only", targets),
+            Simple::Ask(Ask::Task { target, .. }) => self.filled("a task ID is a number", target.as_slice()),
             Simple::Ask(_) | Simple::Change(_) | Simple::Monitors(_) | Simple::Ignore => {}
+        }
+    }
+
+    /// Checks variables that become a number, which `rule` says.
+    fn filled(&mut self, rule: &str, targets: &[Variable]) {
+        for target in targets {
+            if self.kind(target).is_some_and(|kind| !kind.is_number()) {
+                self.error(target.name.span, format!("{rule}, {} is none", target.name.text));
+            }
         }
     }
 
@@ -96,10 +92,6 @@ impl Checker<'_> {
             Reference::Slot { slot, .. } => self.symbols.slots.get(slot)?.kind,
             Reference::Parameter(_) | Reference::Unresolved => None,
         }
-    }
-
-    fn is_no_number(&self, target: &Variable) -> bool {
-        self.kind(target).is_some_and(|kind| !kind.is_number())
     }
 
     /// The kind of an expression where it is certain; reports operands that cannot go together.

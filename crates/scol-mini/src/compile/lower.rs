@@ -9,9 +9,9 @@ use crate::builtin::Builtin;
 use crate::code::{
     Array, Call, Code, Instruction, Op, Operands, Passed, Register, Rows, TEMPORARIES, Target,
 };
-use crate::machine::constant_number;
+use crate::machine::constant_value;
 use crate::options::LanguageOptions;
-use crate::program::{Entry, Operation, Slot, Step, Symbols};
+use crate::program::{Entry, Operation, Step, Symbols};
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Variable};
 use crate::value::Number;
 
@@ -82,10 +82,10 @@ struct Lowering<'a> {
     temporaries: usize,
 }
 
-/// Where a number is that a variable holds.
-enum Place {
-    Plain(Register),
-    /// An array, and the register of the flat subscript.
+/// Where the number of a variable is.
+enum Location {
+    Register(Register),
+    /// In an array, with its flat subscript in this register.
     Element(Array, Register),
     Parameter(u16),
 }
@@ -147,13 +147,13 @@ impl Lowering<'_> {
     }
 
     fn assign(&mut self, target: &Variable, value: &Expression) -> Option<()> {
-        let op = match self.place(target)? {
-            Place::Plain(to) => return self.compute(value, Some(to)).map(drop),
-            Place::Element(array, index) => {
+        let op = match self.location(target)? {
+            Location::Register(to) => return self.compute(value, Some(to)).map(drop),
+            Location::Element(array, index) => {
                 let a = self.register(value)?;
                 Op::Store { array, index, a }
             }
-            Place::Parameter(parameter) => {
+            Location::Parameter(parameter) => {
                 let a = self.register(value)?;
                 Op::Put { parameter, a }
             }
@@ -182,7 +182,9 @@ impl Lowering<'_> {
         let Operation::For { counting, .. } = &self.steps.get(opener)?.operation else {
             return None;
         };
-        let variable = self.plain(&counting.variable)?;
+        let Location::Register(variable) = self.location(&counting.variable)? else {
+            return None;
+        };
         self.push(Op::Next {
             variable,
             opener: wide(opener),
@@ -223,18 +225,19 @@ impl Lowering<'_> {
         self.compute(expression, None)
     }
 
-    /// Writes the instructions of an expression, the last of them with the result to `to`. Without `to` the result is where it
-    /// is already, or in a temporary.
+    /// Writes the instructions of an expression, the last of them with the result to `to`. Without `to` the result is
+    /// where it already is, or in a temporary.
     fn compute(&mut self, expression: &Expression, to: Option<Register>) -> Option<Register> {
         if expression.is_constant() {
-            let a = self.constant(constant_number(expression, self.options)?)?;
-            return self.copied(to, a);
+            let value = constant_value(expression, self.options).ok()?;
+            let a = self.constant(value.number()?)?;
+            return self.copy(to, a);
         }
         match &expression.node {
-            Node::Variable(variable) => match self.place(variable)? {
-                Place::Plain(a) => self.copied(to, a),
-                Place::Element(array, index) => self.result(to, |to| Op::Load { to, array, index }),
-                Place::Parameter(parameter) => self.result(to, |to| Op::Fetch { to, parameter }),
+            Node::Variable(variable) => match self.location(variable)? {
+                Location::Register(a) => self.copy(to, a),
+                Location::Element(array, index) => self.result(to, |to| Op::Load { to, array, index }),
+                Location::Parameter(parameter) => self.result(to, |to| Op::Fetch { to, parameter }),
             },
             Node::Unary(operator, of) => {
                 let (operator, a) = (*operator, self.register(of)?);
@@ -273,66 +276,45 @@ impl Lowering<'_> {
         Some(to)
     }
 
-    /// Copies a register to `to`; without it the register is the result.
-    fn copied(&mut self, to: Option<Register>, a: Register) -> Option<Register> {
+    /// Copies a register to `to`, if it is to be there.
+    fn copy(&mut self, to: Option<Register>, a: Register) -> Option<Register> {
         match to {
             Some(_) => self.result(to, |to| Op::Copy { to, a }),
             None => Some(a),
         }
     }
 
-    fn place(&mut self, variable: &Variable) -> Option<Place> {
-        match variable.reference {
-            Reference::Slot { .. } if variable.subscripts.is_empty() => {
-                self.plain(variable).map(Place::Plain)
-            }
-            Reference::Slot { .. } => self.element(variable),
-            Reference::Parameter(parameter) => narrow(parameter).map(Place::Parameter),
-            Reference::Unresolved => None,
-        }
-    }
-
-    /// A plain variable that can hold a number.
-    fn plain(&self, variable: &Variable) -> Option<Register> {
-        let slot = self.slot(variable)?;
-        let fits = slot.kind.is_none_or(crate::ValueKind::is_number);
-        narrow(slot.base).filter(|_| fits && variable.subscripts.is_empty() && slot.bounds.is_none())
-    }
-
-    fn slot(&self, variable: &Variable) -> Option<&Slot> {
-        match variable.reference {
-            Reference::Slot { slot, .. } => self.symbols.slots.get(slot),
-            Reference::Parameter(_) | Reference::Unresolved => None,
-        }
-    }
-
-    /// An element of an array of numbers with one or two subscripts.
-    fn element(&mut self, variable: &Variable) -> Option<Place> {
-        let slot = self.slot(variable)?;
+    /// Where a variable is that can hold a number; an array has one or two subscripts.
+    fn location(&mut self, variable: &Variable) -> Option<Location> {
+        let slot = match variable.reference {
+            Reference::Slot { slot, .. } => self.symbols.slots.get(slot)?,
+            Reference::Parameter(parameter) => return narrow(parameter).map(Location::Parameter),
+            Reference::Unresolved => return None,
+        };
         if slot.kind.is_some_and(|kind| !kind.is_number()) {
             return None;
         }
-        let row = match slot.bounds.as_deref()? {
-            [_] => 1,
-            [_, second] => u16::try_from(second.checked_add(1)?).ok()?,
-            _ => return None,
+        let (base, subscripts) = (narrow(slot.base)?, variable.subscripts.as_slice());
+        let row = match slot.bounds.as_deref() {
+            None => return subscripts.is_empty().then_some(Location::Register(base)),
+            Some([_]) => 1,
+            Some([_, second]) => u16::try_from(second.checked_add(1)?).ok()?,
+            Some(_) => return None,
         };
         let length = narrow(slot.length())?;
-        let array = Array {
-            base: narrow(slot.base)?,
-            length,
-        };
         // That the last cell has a number spares looking at that of each.
-        array.base.checked_add(length)?;
-        match variable.subscripts.as_slice() {
-            [only] => Some(Place::Element(array, self.register(only)?)),
+        base.checked_add(length)?;
+        let index = match subscripts {
+            [only] => self.register(only)?,
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
-                let flat = |to| Op::Flatten(Operands { to, a, b }, Rows { row, length });
-                Some(Place::Element(array, self.result(None, flat)?))
+                self.result(None, |to| {
+                    Op::Flatten(Operands { to, a, b }, Rows { row, length })
+                })?
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        Some(Location::Element(Array { base, length }, index))
     }
 
     fn temporary(&mut self) -> Option<Register> {

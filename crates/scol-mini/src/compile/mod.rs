@@ -85,15 +85,14 @@ fn build(
         }
     }
     let code = lower::code(&steps, &blocks, &symbols, options);
+    let fingerprint = fingerprint(points_fingerprint(points), source, options);
     Some(Program {
-        fingerprint: fingerprint(points_fingerprint(points), source, options),
-        options: *options,
         symbols: Arc::new(symbols),
         blocks,
         steps,
         code,
         rcycle,
-        created: 0,
+        ..Program::without_steps(fingerprint, options)
     })
 }
 

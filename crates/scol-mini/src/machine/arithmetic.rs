@@ -47,11 +47,14 @@ pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value> {
         (Value::Integer(value), ValueKind::Real) => Ok(Value::Real(value as f32)),
         (Value::Real(value), ValueKind::Integer) => truncated(value).map(Value::Integer),
         (value, kind) if value.kind() == kind => Ok(value),
-        (value, kind) => {
-            let (expected, found) = (kind.description(), value.kind().description());
-            FaultKind::Type.fail(format!("expected {expected}, found {found}"))
-        }
+        (value, kind) => Err(unexpected(kind.description(), &value)),
     }
+}
+
+/// A value of another kind than the statement takes.
+pub(super) fn unexpected(expected: &str, found: &Value) -> Box<Fault> {
+    let found = found.kind().description();
+    FaultKind::Type.error(format!("expected {expected}, found {found}"))
 }
 
 /// A finite real.

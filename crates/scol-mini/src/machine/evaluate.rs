@@ -5,7 +5,7 @@
 
 use crate::prelude::*;
 
-use super::arithmetic::{binary, double, truncated, truth, unary};
+use super::arithmetic::{binary, double, truncated, truth, unary, unexpected};
 use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
 use crate::builtin::{Condition, System};
@@ -17,23 +17,15 @@ use crate::request::{Fault, FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
 use crate::value::{Number, Value};
 
-/// What a machine runs in: its program, the values of the variables, and what is outside.
-pub(super) struct World<'a> {
+/// A machine at work: its program, the values of the variables, and what is outside.
+pub(super) struct Execution<'a> {
+    pub machine: &'a mut Machine,
     pub program: &'a Program,
     pub memory: &'a mut Memory,
     pub inputs: &'a dyn Inputs,
 }
 
-/// Everything an expression can read.
-#[derive(Clone, Copy)]
-pub(super) struct Context<'a> {
-    pub machine: &'a Machine,
-    pub program: &'a Program,
-    pub memory: &'a Memory,
-    pub inputs: &'a dyn Inputs,
-}
-
-impl Context<'_> {
+impl Execution<'_> {
     /// The value of an expression; operands are evaluated from left to right, so the leftmost fault is reported.
     pub fn evaluate(&self, expression: &Expression) -> Result<Value> {
         match &expression.node {
@@ -159,14 +151,6 @@ impl Context<'_> {
 
 fn add(to: &mut [f64], sign: f64, from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * from);
-}
-
-/// A value of another kind than the statement takes.
-pub(super) fn unexpected(expected: &str, found: &Value) -> Box<Fault> {
-    FaultKind::Type.error(format!(
-        "expected {expected}, found {}",
-        found.kind().description()
-    ))
 }
 
 /// The coordinate of this letter.

@@ -8,7 +8,7 @@ use crate::prelude::*;
 
 use super::Result;
 use super::arithmetic::{binary, double, integer, real, single, truncated};
-use super::evaluate::Context;
+use super::evaluate::Execution;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Numeric};
 use crate::options::{Arm, LanguageOptions};
@@ -18,7 +18,7 @@ use crate::value::{Configuration, Number, Payload, Position, Trans, Value, Value
 
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
-impl Context<'_> {
+impl Execution<'_> {
     pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
         match builtin {
             Builtin::Din => self.signals(arguments, |line| self.input(line)),
@@ -32,12 +32,9 @@ impl Context<'_> {
             Builtin::Max => Ok(self.extreme(arguments, |a, b| a > b)?.into()),
             Builtin::Min => Ok(self.extreme(arguments, |a, b| a < b)?.into()),
             Builtin::Numeric(function) => {
-                let [first, second] = match arguments {
-                    [first, second] => [self.number(first)?, self.number(second)?],
-                    [first, ..] => [self.number(first)?, Number::Integer(0)],
-                    [] => [Number::Integer(0); 2],
-                };
-                Ok(numeric(function, first, second, &self.program.options)?.into())
+                let mut numbers = arguments.iter().map(|argument| self.number(argument));
+                let mut next = || numbers.next().unwrap_or(Ok(Number::Integer(0)));
+                Ok(numeric(function, next()?, next()?, &self.program.options)?.into())
             }
         }
     }

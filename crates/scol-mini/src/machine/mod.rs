@@ -11,6 +11,7 @@ mod evaluate;
 mod execute;
 mod fast_sine;
 mod functions;
+mod loops;
 mod monitor;
 mod place;
 mod request_values;
@@ -31,7 +32,7 @@ use crate::tree::{Ask, Change, Expression, Simple};
 use crate::value::{Number, Position, Value};
 
 pub(crate) use arithmetic::convert;
-use evaluate::{Context, World};
+use evaluate::Execution;
 pub use monitor::{Jump, MonitorAction};
 use place::{Argument, ValuePlace};
 use vm::Stop;
@@ -74,6 +75,7 @@ impl FaultKind {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Machine {
+    /// [`STATE_VERSION`].
     #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
     version: u32,
     #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
@@ -119,7 +121,7 @@ struct PendingRequest {
 }
 
 /// A program that was called, the main program first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
 struct Frame {
     return_to: usize,
@@ -155,11 +157,7 @@ impl Machine {
             version: STATE_VERSION,
             program,
             at: 0,
-            frames: Vec::from([Frame {
-                return_to: 0,
-                arguments: 0,
-                loops: 0,
-            }]),
+            frames: Vec::from([Frame::default()]),
             arguments: Vec::new(),
             loops: Vec::new(),
             state: RunPhase::Ready,
@@ -205,28 +203,29 @@ impl Machine {
             RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
-        let mut world = self.enter(&program, memory, inputs);
+        let mut execution = self.enter(&program, memory, inputs);
         loop {
             // A WAIT that goes on waiting has paid when it began.
-            let stop = match self.state {
+            let stop = match execution.machine.state {
                 RunPhase::Waiting => Stop::Step,
                 RunPhase::Ready | RunPhase::Requested(_) | RunPhase::Faulted | RunPhase::Ended => {
-                    self.compute(&program, world.memory.registers(), fuel)
+                    let registers = execution.memory.registers();
+                    execution.machine.compute(&program, registers, fuel)
                 }
             };
-            self.state = RunPhase::Ready;
-            let step = match (stop, program.steps.get(self.at)) {
+            execution.machine.state = RunPhase::Ready;
+            let step = match (stop, program.steps.get(execution.machine.at)) {
                 (Stop::Fuel, _) => return Pause::Fuel,
                 (Stop::Step, Some(step)) => step,
                 (Stop::End, _) | (Stop::Step, None) => {
-                    self.state = RunPhase::Ended;
+                    execution.machine.state = RunPhase::Ended;
                     return Pause::Ended;
                 }
             };
-            if let Err(error) = self.execute(&mut world, &step.operation) {
-                return Pause::Fault(self.faulted(*error));
+            if let Err(error) = execution.execute(&step.operation) {
+                return Pause::Fault(execution.machine.faulted(*error));
             }
-            match &self.state {
+            match &execution.machine.state {
                 RunPhase::Waiting => return Pause::Waiting,
                 RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),
                 RunPhase::Ended => return Pause::Ended,
@@ -249,10 +248,10 @@ impl Machine {
         let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(*error))?;
         self.state = RunPhase::Ready;
         let program = Arc::clone(&self.program);
-        let mut world = self.enter(&program, memory, &NoInputs);
+        let mut execution = self.enter(&program, memory, &NoInputs);
         for (place, number) in pending.targets.iter().zip(numbers) {
-            self.write(&mut world, *place, number.into())
-                .map_err(|error| self.faulted(*error))?;
+            let written = execution.write(*place, number.into());
+            written.map_err(|error| execution.machine.faulted(*error))?;
         }
         self.at += 1;
         Ok(())
@@ -352,22 +351,18 @@ impl Machine {
     }
 
     /// What a run of this task works on: the memory gets the variables of the task.
-    fn enter<'a>(&self, program: &'a Program, memory: &'a mut Memory, inputs: &'a dyn Inputs) -> World<'a> {
+    fn enter<'a>(
+        &'a mut self,
+        program: &'a Program,
+        memory: &'a mut Memory,
+        inputs: &'a dyn Inputs,
+    ) -> Execution<'a> {
         memory.switch_task(program, self.task);
-        World {
+        Execution {
+            machine: self,
             program,
             memory,
             inputs,
-        }
-    }
-
-    /// What expressions can look at now.
-    fn context<'a>(&'a self, world: &'a World<'_>) -> Context<'a> {
-        Context {
-            machine: self,
-            program: world.program,
-            memory: world.memory,
-            inputs: world.inputs,
         }
     }
 
@@ -414,22 +409,12 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
     FaultKind::Type.fail(message)
 }
 
-/// The value of an expression that is constant and a number.
-pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions) -> Option<Number> {
-    constant_value(expression, options).ok()?.number()
-}
-
 /// The value of an expression that is constant.
 pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value> {
     let program = Program::empty(options);
-    let world = World {
-        program: &program,
-        memory: &mut Memory::new(&program),
-        inputs: &NoInputs,
-    };
-    Machine::main(Arc::clone(&program))
-        .context(&world)
-        .evaluate(expression)
+    let (mut machine, mut memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
+    let execution = machine.enter(&program, &mut memory, &NoInputs);
+    execution.evaluate(expression)
 }
 
 /// The world of a constant: none.

@@ -75,9 +75,9 @@ impl Machine {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
-        let world = self.enter(&program, memory, inputs);
-        for index in 0..self.monitors.len() {
-            let Some(monitor) = self.monitors.get(index).copied() else {
+        let execution = self.enter(&program, memory, inputs);
+        for index in 0..execution.machine.monitors.len() {
+            let Some(monitor) = execution.machine.monitors.get(index).copied() else {
                 break;
             };
             let step = program.steps.get(monitor.on);
@@ -85,18 +85,18 @@ impl Machine {
             let Some((line, Operation::On { condition, jump, .. })) = operation else {
                 continue;
             };
-            match self.context(&world).truth(condition) {
+            match execution.truth(condition) {
                 Ok(true) if !monitor.last_value => {
-                    self.monitors.remove(index);
-                    return Ok(Some(self.triggered(monitor, *jump)));
+                    execution.machine.monitors.remove(index);
+                    return Ok(Some(execution.machine.triggered(monitor, *jump)));
                 }
                 Ok(value) => {
-                    if let Some(monitor) = self.monitors.get_mut(index) {
+                    if let Some(monitor) = execution.machine.monitors.get_mut(index) {
                         monitor.last_value = value;
                     }
                 }
                 Err(error) => {
-                    self.monitors.remove(index);
+                    execution.machine.monitors.remove(index);
                     return Err(Fault { line, ..*error });
                 }
             }
@@ -127,13 +127,10 @@ impl Machine {
         if self.monitors.is_empty() {
             return;
         }
-        let depth = self.frames.len();
-        let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {
-            let step = program.steps.get(monitor.on);
-            let on = step.map(|step| &step.operation);
+            let on = self.program.steps.get(monitor.on).map(|step| &step.operation);
             let jump = matches!(on, Some(Operation::On { jump: true, .. }));
-            !jump || monitor.depth <= depth
+            !jump || monitor.depth <= self.frames.len()
         });
     }
 }

@@ -5,7 +5,7 @@
 use crate::prelude::*;
 
 use super::arithmetic::convert;
-use super::evaluate::{Context, World};
+use super::evaluate::Execution;
 use super::{Machine, Result};
 use crate::MAX_SUBSCRIPTS;
 use crate::request::FaultKind;
@@ -36,7 +36,7 @@ pub(super) enum Argument {
     Unset,
 }
 
-impl Context<'_> {
+impl Execution<'_> {
     /// The place of a variable; its subscripts are evaluated.
     pub fn place(&self, variable: &Variable) -> Result<ValuePlace> {
         let name = &variable.name.text;
@@ -46,14 +46,8 @@ impl Context<'_> {
             }
             Reference::Slot { slot, cell } => self.element(slot, cell, variable),
             Reference::Parameter(index) => {
-                let at = self.machine.frames.last().map_or(0, |frame| frame.arguments) + index;
-                match self.machine.arguments.get(at) {
-                    Some(Argument::Place(place)) => Ok(*place),
-                    Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
-                        Ok(ValuePlace::Argument(at))
-                    }
-                    None => FaultKind::Undefined.fail(format!("{name} was not handed over")),
-                }
+                let place = self.machine.parameter_place(index);
+                place.ok_or_else(|| FaultKind::Undefined.error(format!("{name} was not handed over")))
             }
             Reference::Unresolved => FaultKind::Undefined.fail(format!("{name} has no value")),
         }
@@ -109,26 +103,17 @@ impl Context<'_> {
         }
         self.evaluate(expression).map(Argument::from_value)
     }
-}
 
-impl Argument {
-    /// An argument passed by value.
-    fn from_value(value: Value) -> Self {
-        value.number().map_or(Argument::Vector(value), Argument::Number)
-    }
-}
-
-impl Machine {
     /// Stores a value, converted to the kind of its place; the first value of a variable fixes the kind.
-    pub(super) fn write(&mut self, world: &mut World<'_>, place: ValuePlace, value: Value) -> Result<()> {
+    pub fn write(&mut self, place: ValuePlace, value: Value) -> Result<()> {
         match place {
             ValuePlace::Cell { slot, cell } => {
-                let kind = world.memory.kind(slot).unwrap_or_else(|| value.kind());
+                let kind = self.memory.kind(slot).unwrap_or_else(|| value.kind());
                 let value = convert(value, kind)?;
-                world.memory.store(world.program, slot, cell, value);
+                self.memory.store(self.program, slot, cell, value);
             }
             ValuePlace::Argument(at) => {
-                let Some(held) = self.arguments.get_mut(at) else {
+                let Some(held) = self.machine.arguments.get_mut(at) else {
                     return Ok(());
                 };
                 let kind = match held {
@@ -142,5 +127,24 @@ impl Machine {
             }
         }
         Ok(())
+    }
+}
+
+impl Machine {
+    /// The place that a parameter of the running program stands for.
+    #[inline(always)]
+    pub(super) fn parameter_place(&self, parameter: usize) -> Option<ValuePlace> {
+        let at = self.frames.last()?.arguments + parameter;
+        Some(match self.arguments.get(at)? {
+            Argument::Place(place) => *place,
+            Argument::Number(_) | Argument::Vector(_) | Argument::Unset => ValuePlace::Argument(at),
+        })
+    }
+}
+
+impl Argument {
+    /// An argument passed by value.
+    fn from_value(value: Value) -> Self {
+        value.number().map_or(Argument::Vector(value), Argument::Number)
     }
 }

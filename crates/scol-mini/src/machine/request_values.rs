@@ -5,7 +5,8 @@
 
 use crate::prelude::*;
 
-use super::evaluate::{Context, unexpected};
+use super::arithmetic::unexpected;
+use super::evaluate::Execution;
 use super::functions::configuration;
 use super::place::ValuePlace;
 use super::{PendingRequest, Result};
@@ -22,7 +23,7 @@ pub(super) const MAX_AXIS: u8 = 8;
 /// Width of the field of a number (PRT-04).
 const FIELD: usize = 12;
 
-impl Context<'_> {
+impl Execution<'_> {
     /// The motion conditions as a statement changes them.
     pub fn changed(&self, change: &Change) -> Result<Conditions> {
         let mut conditions = self.memory.conditions().clone();

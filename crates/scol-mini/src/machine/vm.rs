@@ -200,13 +200,7 @@ impl Machine {
                 slot: slot as usize,
                 cell: cell as usize,
             }),
-            Passed::Parameter(parameter) => match self.argument(parameter)? {
-                Argument::Place(place) => Argument::Place(*place),
-                Argument::Number(_) | Argument::Vector(_) | Argument::Unset => {
-                    let first = self.frames.last()?.arguments;
-                    Argument::Place(ValuePlace::Argument(first + usize::from(parameter)))
-                }
-            },
+            Passed::Parameter(parameter) => Argument::Place(self.parameter_place(usize::from(parameter))?),
             Passed::Value(register) => Argument::Number(cells.get(usize::from(register))?.number()?),
         })
     }
@@ -239,37 +233,23 @@ impl Machine {
         Some(!over)
     }
 
-    /// The argument of a parameter of the running program.
-    #[inline(always)]
-    fn argument(&self, parameter: u16) -> Option<&Argument> {
-        let first = self.frames.last()?.arguments;
-        self.arguments.get(first + usize::from(parameter))
-    }
-
     #[inline(always)]
     fn parameter(&self, parameter: u16, registers: &Registers<'_>) -> Option<Cell> {
-        match self.argument(parameter)? {
-            Argument::Place(ValuePlace::Cell { cell, .. }) => registers.cells.get(*cell).copied(),
-            Argument::Number(number) => Some(Cell::from(*number)),
-            Argument::Place(ValuePlace::Argument(at)) => match self.arguments.get(*at)? {
+        match self.parameter_place(usize::from(parameter))? {
+            ValuePlace::Cell { cell, .. } => registers.cells.get(cell).copied(),
+            ValuePlace::Argument(at) => match self.arguments.get(at)? {
                 Argument::Number(number) => Some(Cell::from(*number)),
                 Argument::Place(_) | Argument::Vector(_) | Argument::Unset => None,
             },
-            Argument::Vector(_) | Argument::Unset => None,
         }
     }
 
     /// Only a variable of the caller is written here.
     #[inline(always)]
     fn put_parameter(&self, parameter: u16, value: Cell, mut registers: Registers<'_>) -> Option<()> {
-        match self.argument(parameter)? {
-            Argument::Place(ValuePlace::Cell { cell, .. }) => {
-                registers.put(Register::try_from(*cell).ok()?, value)
-            }
-            Argument::Place(ValuePlace::Argument(_))
-            | Argument::Number(_)
-            | Argument::Vector(_)
-            | Argument::Unset => None,
+        match self.parameter_place(usize::from(parameter))? {
+            ValuePlace::Cell { cell, .. } => registers.put(Register::try_from(cell).ok()?, value),
+            ValuePlace::Argument(_) => None,
         }
     }
 }
