@@ -9,6 +9,7 @@ use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Dialect, Input, PanelAction, Port};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::position::CurrentPosition;
 use ts3100_tests::{Robot, round_trip};
 
 /// Half a unit of the only decimal.
@@ -210,6 +211,7 @@ fn the_current_position_file_shows_joints_line_and_torques_of_the_motion() {
     let mut shown = |ms: u64| {
         robot.advance_ms(ms);
         let position = robot.cell.controller.current_position();
+        assert_eq!(CurrentPosition::decode(&position.encode()), Ok(position));
         assert_eq!(position.measured, position.joints);
         assert_eq!(position.torques[1..], [0; 5]);
         (

@@ -73,16 +73,18 @@ impl MessageJoiner {
     }
 }
 
+/// Cuts a message (without CR) into the data sections of its texts; a CR ends the last one. The host's side
+/// of TRN-07.
+pub fn split_message(message: &[u8]) -> Vec<Vec<u8>> {
+    let mut whole = message.to_vec();
+    whole.push(CR);
+    whole.chunks(MAX_DATA).map(<[u8]>::to_vec).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use alloc::vec;
-
-    /// The data sections of the texts of a message, which a host cuts (TRN-07); a CR ends the last one.
-    fn split_message(message: &[u8]) -> Vec<Vec<u8>> {
-        let whole = [message, &[CR]].concat();
-        whole.chunks(MAX_DATA).map(<[u8]>::to_vec).collect()
-    }
 
     fn push(joiner: &mut MessageJoiner, data: &[u8]) -> Joined {
         joiner.push(&Bytes::copy_from_slice(data))

@@ -4,7 +4,7 @@
 
 use crate::error_text;
 use crate::prelude::*;
-use crate::text::CR;
+use crate::text::{CR, EOF};
 
 /// The data section of the unsolicited SP.
 pub const STOP: &[u8] = b"SP\r";
@@ -73,6 +73,13 @@ impl Reply {
             Reply::Fl(body) => [b"FL,", body.as_slice()].concat(),
         }
     }
+
+    /// The content of an FL that is complete in this text: what stands before EOF.
+    pub fn content(&self) -> Option<&[u8]> {
+        let Reply::Fl(body) = self else { return None };
+        let end = body.strip_suffix(&[CR]).unwrap_or(body);
+        end.strip_suffix(&[EOF])
+    }
 }
 
 #[cfg(test)]
@@ -106,5 +113,18 @@ mod tests {
             error,
             Err("reply: expected OK, NG, SP or \"FL,\", found \"XY\\r\"".to_string())
         );
+    }
+
+    #[test]
+    fn the_content_of_a_file_in_one_text() {
+        for (data, content) in [
+            (b"FL,A\x1a".as_slice(), Some(b"A".as_slice())),
+            (b"FL,A\r\x1a\r", Some(b"A\r")),
+            (b"FL,\x1a", Some(b"")),
+            (b"FL,A", None),
+            (b"OK\r", None),
+        ] {
+            assert_eq!(Reply::parse(data).unwrap().content(), content);
+        }
     }
 }

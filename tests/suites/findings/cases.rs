@@ -9,7 +9,8 @@ use ts3100_controller::options::Options;
 use ts3100_controller::{
     Config, ControlRight, Dialect, HostEnd, HostSettings, Input, KeySwitch, PanelAction, Port,
 };
-use ts3100_proto::text::{Checksum, MAX_DATA};
+use ts3100_proto::message::split_message;
+use ts3100_proto::text::Checksum;
 use ts3100_tests::Robot;
 
 pub const PROGRAM: &str = "GLOBAL\nA = 10\nEND\nPROGRAM TEST\nINPUT IP1, A, B\nPRINT IP1, A, CR\nEND\n";
@@ -21,12 +22,6 @@ pub type Case = (&'static Rule, fn(&mut Robot), fn(&mut Robot));
 fn say(robot: &mut Robot, data: impl AsRef<[u8]>) {
     robot.advance_ms(60);
     robot.send(Port::Ip0, data.as_ref());
-}
-
-/// A message of so many bytes, in as many texts as it takes.
-fn long_message(robot: &mut Robot, length: usize) {
-    let message = [vec![b'A'; length], vec![b'\r']].concat();
-    message.chunks(MAX_DATA).for_each(|text| say(robot, text));
 }
 
 pub fn commands(robot: &mut Robot, commands: &[&str]) {
@@ -190,8 +185,8 @@ const PACE_AND_TEXTS: &[Case] = &[
     (&rules::NO_CR, |r| say(r, "SO"), |r| say(r, "SO\r")),
     (
         &rules::MESSAGE_TOO_LONG,
-        |r| long_message(r, 1025),
-        |r| long_message(r, 1024),
+        |r| split_message(&[b'A'; 1025]).iter().for_each(|text| say(r, text)),
+        |r| split_message(&[b'A'; 1024]).iter().for_each(|text| say(r, text)),
     ),
     (
         &rules::LOWER_CASE,
