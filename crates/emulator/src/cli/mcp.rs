@@ -8,12 +8,10 @@ mod tools;
 use super::ctl::call::Call;
 use super::ctl::target::{TargetArgs, advice};
 use super::ctl::words_of_refusal;
-use super::exit::UNUSABLE;
-use crate::log::print_error;
+use anyhow::{Context as _, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Read as _, Write as _};
-use std::process::ExitCode;
 use tools::{TOOLS, Tool, ToolError};
 
 /// Longest message in bytes: a program of the largest size, escaped.
@@ -77,24 +75,20 @@ impl Robot<'_> {
 }
 
 /// Serves until stdin ends.
-pub(super) fn run(args: &McpArgs) -> ExitCode {
+pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
     let mut input = io::stdin().lock();
     let robot = Robot { args };
     loop {
         let mut line = Vec::new();
         // One byte more shows that it is too long.
-        match input.by_ref().take(MAX_MESSAGE + 1).read_until(b'\n', &mut line) {
-            Ok(0) => return ExitCode::SUCCESS,
-            Ok(_) if line.len() as u64 > MAX_MESSAGE => {
-                print_error(format_args!("a message has more than {MAX_MESSAGE} bytes"));
-                return ExitCode::from(UNUSABLE);
-            }
-            Ok(_) => {}
-            Err(error) => {
-                print_error(format_args!("cannot read stdin: {error}"));
-                return ExitCode::from(UNUSABLE);
-            }
+        let read = input.by_ref().take(MAX_MESSAGE + 1).read_until(b'\n', &mut line);
+        if read.context("cannot read stdin")? == 0 {
+            return Ok(0);
         }
+        ensure!(
+            line.len() as u64 <= MAX_MESSAGE,
+            "a message has more than {MAX_MESSAGE} bytes"
+        );
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
         }
@@ -102,7 +96,7 @@ pub(super) fn run(args: &McpArgs) -> ExitCode {
             let mut out = io::stdout().lock();
             // Who closes the pipe has gone.
             if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
-                return ExitCode::SUCCESS;
+                return Ok(0);
             }
         }
     }

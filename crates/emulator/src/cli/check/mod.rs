@@ -5,7 +5,7 @@
 
 mod report;
 
-use super::exit::UNUSABLE;
+use super::exit::{NEGATIVE, UNUSABLE};
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
@@ -53,15 +53,7 @@ enum CheckFormat {
     Sarif,
 }
 
-/// The worst that was met; the order is that of the exit codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum CheckOutcome {
-    Clean = 0,
-    Errors = 1,
-    Unreadable = 2,
-}
-
-/// Checks every file; the exit code.
+/// Checks every file; the worst exit code.
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let arm = args.model.read()?.language();
     let points = args.points.as_deref().map(|path| read_points(path, arm));
@@ -72,11 +64,11 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     };
     let (mut stdout, paints) = color::stream(io::stdout().lock());
     let mut explained = BTreeSet::new();
-    let mut worst = CheckOutcome::Clean;
+    let mut worst = 0;
     let mut files = Vec::new();
     for path in &args.files {
         let file = CheckedFile::check(path, &options, &points);
-        worst = worst.max(outcome(&file, args.deny_warnings));
+        worst = worst.max(exit_code(&file, args.deny_warnings));
         if let Err(error) = &file.result {
             print_error(format_args!("cannot read {}: {error}", file.name));
         }
@@ -87,26 +79,20 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
     }
     let document = match args.format {
-        CheckFormat::Text => return Ok(worst as u8),
+        CheckFormat::Text => return Ok(worst),
         CheckFormat::Json => report::json(&files),
         CheckFormat::Sarif => report::sarif(&files),
     };
     let written = writeln!(stdout, "{document:#}");
-    Ok(written.map_or(UNUSABLE, |()| worst as u8))
+    Ok(written.map_or(UNUSABLE, |()| worst))
 }
 
-fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {
-    match &file.result {
-        Err(_) => CheckOutcome::Unreadable,
-        Ok((_, remarks))
-            if remarks
-                .iter()
-                .any(|d| deny_warnings || d.severity == Severity::Error) =>
-        {
-            CheckOutcome::Errors
-        }
-        Ok(_) => CheckOutcome::Clean,
-    }
+fn exit_code(file: &CheckedFile, deny_warnings: bool) -> u8 {
+    let Ok((_, remarks)) = &file.result else {
+        return UNUSABLE;
+    };
+    let denied = |remark: &Diagnostic| deny_warnings || remark.severity == Severity::Error;
+    if remarks.iter().any(denied) { NEGATIVE } else { 0 }
 }
 
 /// The first diagnostic of each code is followed by its section in the documentation.
