@@ -2,13 +2,14 @@
 //!
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
-use super::check::{is_stdin, read_source};
 use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{self, is_stdin};
 use crate::log::print_error;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Format SCOL files in place.
 ///
@@ -40,8 +41,7 @@ pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
 
 /// Formats a file; the exit code.
 fn format_file(path: &Path, check: bool) -> io::Result<u8> {
-    let stdin = is_stdin(path);
-    let source = String::from_utf8(read_source(path)?)
+    let source = String::from_utf8(input::read(path, MAX_PC_FILE)?)
         .map_err(|_| io::Error::other("not text in ASCII or UTF-8; the file is left as it is"))?;
     let formatted = scol_mini::format(&source);
     let changed = formatted != source;
@@ -52,7 +52,7 @@ fn format_file(path: &Path, check: bool) -> io::Result<u8> {
     if check {
         return Ok(0);
     }
-    if stdin {
+    if is_stdin(path) {
         io::stdout().lock().write_all(formatted.as_bytes())?;
     } else if changed {
         files::replace(path, formatted.as_bytes())?;

@@ -17,6 +17,7 @@ mod format;
 mod guard;
 mod help;
 mod host;
+mod input;
 mod junit_stub;
 mod man;
 mod mcp;

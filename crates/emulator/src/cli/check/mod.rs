@@ -6,6 +6,7 @@
 mod report;
 
 use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{self, is_stdin};
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
@@ -16,7 +17,6 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
-use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::book;
 
@@ -145,38 +145,16 @@ pub(super) struct CheckedFile {
 impl CheckedFile {
     /// Reads a file and checks it.
     pub(super) fn check(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
-        let found = read_source(path).map(|bytes| {
+        let result = input::read(path, MAX_PC_FILE).map(|bytes| {
             // Bytes that are no UTF-8 become a character the compiler points at.
             let source = String::from_utf8_lossy(&bytes).into_owned();
             let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
             (source, remarks)
         });
-        CheckedFile {
-            name: shown_name(path),
-            result: found,
-        }
-    }
-}
-
-/// How a file is named in messages.
-fn shown_name(path: &Path) -> String {
-    if is_stdin(path) {
-        "<stdin>".to_owned()
-    } else {
-        path.display().to_string()
-    }
-}
-
-/// `-` on the command line.
-pub(super) fn is_stdin(path: &Path) -> bool {
-    path == Path::new("-")
-}
-
-/// The bytes of a source, of stdin for `-`, unless it is far too large for a file of the drive.
-pub(super) fn read_source(path: &Path) -> io::Result<Vec<u8>> {
-    if is_stdin(path) {
-        files::read_all(io::stdin().lock(), MAX_PC_FILE)
-    } else {
-        files::read(path, MAX_PC_FILE)
+        let name = match is_stdin(path) {
+            true => "<stdin>".to_owned(),
+            false => path.display().to_string(),
+        };
+        CheckedFile { name, result }
     }
 }

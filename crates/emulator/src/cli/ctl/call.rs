@@ -7,9 +7,9 @@ use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
     JogCommand, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
+use crate::cli::input;
 use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
-use std::io;
 use std::path::Path;
 use std::time::Duration;
 use ts3100_control::client::percent_encoded;
@@ -17,7 +17,6 @@ use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::Condition;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::time::parse_duration;
-use ts3100_driver::files;
 use ts3100_proto::escape::{Escaped, hex_byte};
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
@@ -375,14 +374,8 @@ fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
     })
 }
 
-/// The bytes of a file, or of standard input.
 fn read(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
-    let read = if path == Path::new("-") {
-        files::read_all(io::stdin().lock(), most)
-    } else {
-        files::read(path, most)
-    };
-    read.with_context(|| format!("cannot read {}", path.display()))
+    input::read(path, most).with_context(|| format!("cannot read {}", path.display()))
 }
 
 /// The content of a file, as text where it is one.

@@ -41,7 +41,9 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
         return stream(client, call, args.json, |answer| save(answer, &file.path));
     }
     if let Command::Events(events) = &args.command {
-        return stream(client, call, args.json, |answer| follow(answer, events.count, args));
+        return stream(client, call, args.json, |answer| {
+            follow(answer, events.count, args)
+        });
     }
     let body = call.body.as_ref().map(ToString::to_string);
     let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
