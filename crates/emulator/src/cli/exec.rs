@@ -14,13 +14,12 @@ use crate::config::fleet::FleetConfig;
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, Surroundings};
+use crate::launch::{Launched, ONLY, Surroundings};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::io;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
@@ -107,12 +106,13 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let mut launched = Launched::open(&settings, &Surroundings::NONE)?;
         launched.driver.self_check(settings.listen).await?;
         let control = launched.open_control(&settings)?;
-        let ports = launched.driver.ports();
-        let _announced = Instance::current(settings.listen, ports, control).announce();
+        let robot = launched.info(ONLY.to_owned(), &settings);
+        let instance = Instance::current(std::slice::from_ref(&robot), control);
+        let _announced = instance.announce();
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = build_command(program, rest, &settings, &launched.driver, control)
+        let mut child = build_command(program, rest, &settings, &launched.driver, &instance)
             .spawn()
             .map_err(|reason| CommandError {
                 command: program.clone(),
@@ -137,11 +137,10 @@ fn build_command(
     rest: &[OsString],
     settings: &Settings,
     driver: &Driver,
-    control: Option<SocketAddr>,
+    instance: &Instance,
 ) -> Command {
     let mut command = Command::new(program);
     command.args(rest).kill_on_drop(true);
-    let address = connectable(settings.listen);
     let mut export = |name: String, value: Option<String>| {
         match value {
             Some(value) => command.env(name, value),
@@ -149,19 +148,17 @@ fn build_command(
             None => command.env_remove(name),
         };
     };
-    export(exported::HOST.to_owned(), Some(address.to_string()));
+    export(
+        exported::HOST.to_owned(),
+        Some(connectable(settings.listen).to_string()),
+    );
     for port in Port::ETHERNET {
-        let number = driver.ports().get(&port).copied();
-        let place = number.map(|number| SocketAddr::new(address, number).to_string());
-        export(exported::channel(port), place);
-        export(
-            exported::channel_port(port),
-            number.map(|number| number.to_string()),
-        );
+        let place = instance.ports.get(port.name());
+        export(exported::channel(port), place.map(ToString::to_string));
+        let number = place.map(|place| place.port().to_string());
+        export(exported::channel_port(port), number);
     }
-    let control = control.map(|control| SocketAddr::new(connectable(control.ip()), control.port()));
-    let url = control.map(|control| format!("http://{control}"));
-    export(exported::CONTROL_URL.to_owned(), url);
+    export(exported::CONTROL_URL.to_owned(), instance.control.clone());
     let serial = driver.serial_endpoints();
     for port in Port::SERIAL {
         let place = serial.get(&port).map(ToString::to_string);

@@ -8,7 +8,7 @@
 use super::ending::Ending;
 use crate::config::fleet::FleetConfig;
 use crate::config::{Ports, Settings};
-use crate::launch::{Launched, Surroundings, robot_info};
+use crate::launch::{Launched, Surroundings};
 use anyhow::Context as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, SocketAddr};
@@ -206,7 +206,7 @@ impl Fleet {
         let ending = Ending::begin(&mut launched, &args, &settings);
         let running = Running {
             handle: launched.handle(),
-            info: robot_info(self.config.name(index), settings.listen, &launched.driver),
+            info: launched.info(self.config.name(index), &settings),
         };
         Ok((launched, ending, running))
     }

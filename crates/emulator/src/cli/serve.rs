@@ -13,10 +13,12 @@ use crate::config::fleet::FleetConfig;
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, Surroundings, bind_control};
+use crate::launch::{Launched, ONLY, Surroundings, bind_control};
 use crate::log;
-use crate::ready;
+use crate::ready::{self, Banner, FleetBanner};
 use anyhow::Context as _;
+use serde_json::Value;
+use std::fmt::Display;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -79,23 +81,16 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     let launched = Launched::open(settings, &Surroundings::NONE)?;
     let control = launched.open_control(settings)?;
     let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
-    let _announced = Instance::current(settings.listen, ports, control).announce();
-    if args.network.ready_json.unwrap_or(false) {
-        let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
-        printed.context("cannot write to stdout")?;
-    } else {
-        let banner = ready::Banner {
-            settings,
-            ports,
-            serial: &serial,
-            control,
-            has_examples: launched.has_examples,
-        };
-        match args.log.log_format.unwrap_or_default() {
-            LogFormat::Text => eprint!("{banner}"),
-            LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
-        }
-    }
+    let _announced = Instance::current(&[launched.info(ONLY.to_owned(), settings)], control).announce();
+    let banner = Banner {
+        settings,
+        ports,
+        serial: &serial,
+        control,
+        has_examples: launched.has_examples,
+    };
+    let line = || ready::line(ports, &serial, control, settings.controller.vary);
+    say_ready(args, line, &banner, || banner.summary())?;
     let code = serve_until(stop, launched, args, settings).await?;
     info!("ended");
     Ok(code)
@@ -116,24 +111,35 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
         None => None,
     };
     let robots: Vec<RobotInfo> = fleet.infos().collect();
-    let _announced = Instance::of_fleet(&robots, address).announce();
-    if args.network.ready_json.unwrap_or(false) {
-        ready::print_fleet_line(&robots, address, fleet.vary()).context("cannot write to stdout")?;
-    } else {
-        let banner = ready::FleetBanner {
-            robots: &robots,
-            control: address,
-            has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
-        };
-        match args.log.log_format.unwrap_or_default() {
-            LogFormat::Text => eprint!("{banner}"),
-            LogFormat::Json => info!(event = "ready", "ready: {}", banner.summary()),
-        }
-    }
+    let _announced = Instance::current(&robots, address).announce();
+    let banner = FleetBanner {
+        robots: &robots,
+        control: address,
+        has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
+    };
+    let line = || ready::fleet_line(&robots, address, fleet.vary());
+    say_ready(args, line, &banner, || banner.summary())?;
     stop.await;
     let code = fleet.end().await?;
     info!("ended");
     Ok(code)
+}
+
+/// Says that the ports are open: by the ready line, the banner, or a line of the log.
+fn say_ready(
+    args: &ServeArgs,
+    line: impl FnOnce() -> Value,
+    banner: &impl Display,
+    summary: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    if args.network.ready_json.unwrap_or(false) {
+        return ready::print_line(&line()).context("cannot write to stdout");
+    }
+    match args.log.log_format.unwrap_or_default() {
+        LogFormat::Text => eprint!("{banner}"),
+        LogFormat::Json => info!(event = "ready", "ready: {}", summary()),
+    }
+    Ok(())
 }
 
 /// Serves until `stop` completes, then writes all that was asked for; the exit code that follows from it. `exec` does

@@ -183,7 +183,8 @@ pub(super) fn run(args: &TapArgs) -> anyhow::Result<u8> {
             );
         }
         if args.ready_json {
-            ready::print_line(tap.ports(), &BTreeMap::new(), None, None).context("cannot write to stdout")?;
+            let line = ready::line(tap.ports(), &BTreeMap::new(), None, None);
+            ready::print_line(&line).context("cannot write to stdout")?;
         }
         tap.run(stop).await;
         info!("ended");
