@@ -166,8 +166,8 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "Let virtual time pass. Needed to see anything happen when the emulator runs with --time stepped",
         arguments: &[required("seconds", Kind::Number, "Virtual seconds")],
         run: |robot, arguments| {
-            let seconds = arguments.get("seconds").cloned().unwrap_or_default();
-            robot.call("POST", "/clock/advance", Some(json!({ "seconds": seconds })))
+            let body = json!({ "seconds": arguments["seconds"] });
+            robot.call("POST", "/clock/advance", Some(body))
         },
     },
     Tool {
@@ -195,9 +195,8 @@ pub(super) const TOOLS: &[Tool] = &[
             required("on", Kind::Switch, "On or off"),
         ],
         run: |robot, arguments| {
-            let line = arguments.get("line").cloned().unwrap_or_default();
-            let on = arguments.get("on").cloned().unwrap_or_default();
-            robot.call("PUT", &format!("/inputs/{line}"), Some(json!({ "on": on })))
+            let path = format!("/inputs/{}", arguments["line"]);
+            robot.call("PUT", &path, Some(json!({ "on": arguments["on"] })))
         },
     },
     Tool {
@@ -277,34 +276,31 @@ impl Tool {
     /// # Errors
     /// One is missing, unknown or of another type.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), ToolError> {
-        let wrong = |name: &str, problem: String| {
-            Err(ToolError::Argument {
-                name: name.to_owned(),
-                problem,
-            })
-        };
         for (name, value) in arguments.as_object().into_iter().flatten() {
             match self.arguments.iter().find(|argument| argument.name == name) {
                 Some(argument) if argument.kind.fits(value) => {}
                 Some(argument) => {
-                    return wrong(
-                        name,
-                        format!("expected a {}, found {value}", argument.kind.name()),
-                    );
+                    let expected = argument.kind.name();
+                    return Err(wrong(name, format!("expected a {expected}, found {value}")));
                 }
                 None => {
                     let known = self.arguments.iter().map(|argument| argument.name);
-                    return wrong(name, format!("unknown{}", did_you_mean(name, known)));
+                    return Err(wrong(name, format!("unknown{}", did_you_mean(name, known))));
                 }
             }
         }
         let is_missing =
             |argument: &&Argument| argument.is_required && arguments.get(argument.name).is_none();
         match self.arguments.iter().find(is_missing) {
-            Some(argument) => wrong(argument.name, format!("missing: {}", argument.about)),
+            Some(argument) => Err(wrong(argument.name, format!("missing: {}", argument.about))),
             None => Ok(()),
         }
     }
+}
+
+fn wrong(name: &str, problem: String) -> ToolError {
+    let name = name.to_owned();
+    ToolError::Argument { name, problem }
 }
 
 fn text<'a>(arguments: &'a Value, name: &str) -> &'a str {
@@ -346,52 +342,52 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
 
 fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
     let (control, value) = (text(arguments, "control"), text(arguments, "value"));
-    let is_on = |on: &str, off: &str| match value {
-        value if value == on => Ok(true),
-        value if value == off => Ok(false),
-        other => Err(ToolError::Argument {
-            name: "value".to_owned(),
-            problem: format!("`{other}` is neither {on} nor {off}"),
-        }),
+    if control == RESET_ALARMS {
+        return robot.call("POST", "/alarms/reset", Some(json!({})));
+    }
+    let Some((_, key, setting)) = SETTINGS.iter().find(|(name, ..)| *name == control) else {
+        let known = SETTINGS.iter().map(|(name, ..)| *name).chain([RESET_ALARMS]);
+        let hint = did_you_mean(control, known);
+        return Err(wrong("control", format!("`{control}` is none{hint}")));
     };
-    let number = value.parse::<u8>().unwrap_or_default();
-    let body = match control {
-        "servo" | "feed-hold" => json!({ "on": is_on("on", "off")? }),
-        "emergency-stop" => json!({ "pressed": is_on("on", "off")? }),
-        "safety-switch" => json!({ "open": is_on("open", "closed")? }),
-        "key-switch" => json!({ "position": value }),
-        "control-right" => json!({ "holder": value }),
-        "run-mode" => json!({ "mode": value }),
-        "override" => json!({ "percent": number }),
-        "reset-alarms" => return robot.call("POST", "/alarms/reset", Some(json!({}))),
-        other => {
-            let known = [
-                "servo",
-                "emergency-stop",
-                "feed-hold",
-                "safety-switch",
-                "key-switch",
-                "control-right",
-                "run-mode",
-                "override",
-                "reset-alarms",
-            ];
-            return Err(ToolError::Argument {
-                name: "control".to_owned(),
-                problem: format!("`{other}` is none{}", did_you_mean(other, known)),
-            });
+    let set = match setting {
+        Setting::Switch(on, off) if [*on, *off].contains(&value) => json!(value == *on),
+        Setting::Switch(on, off) => {
+            return Err(wrong("value", format!("`{value}` is neither {on} nor {off}")));
         }
+        Setting::Word => json!(value),
+        Setting::Number => json!(value.parse::<u8>().unwrap_or_default()),
     };
-    robot.call("PUT", &format!("/{control}"), Some(body))
+    robot.call("PUT", &format!("/{control}"), Some(json!({ *key: set })))
 }
+
+/// What the value of a switch of the panel is.
+enum Setting {
+    /// The words for true and false.
+    Switch(&'static str, &'static str),
+    Word,
+    Number,
+}
+
+/// The switches of the panel with the key of each in the body of its call.
+const SETTINGS: [(&str, &str, Setting); 8] = [
+    ("servo", "on", Setting::Switch("on", "off")),
+    ("emergency-stop", "pressed", Setting::Switch("on", "off")),
+    ("feed-hold", "on", Setting::Switch("on", "off")),
+    ("safety-switch", "open", Setting::Switch("open", "closed")),
+    ("key-switch", "position", Setting::Word),
+    ("control-right", "holder", Setting::Word),
+    ("run-mode", "mode", Setting::Word),
+    ("override", "percent", Setting::Number),
+];
+/// The button among them.
+const RESET_ALARMS: &str = "reset-alarms";
 
 fn explain(rule: &str) -> Result<Value, ToolError> {
     let Some(found) = Rule::by_id(rule) else {
         let known = ts3100_controller::findings::RULES.iter().map(|rule| rule.id);
-        return Err(ToolError::Argument {
-            name: "rule".to_owned(),
-            problem: format!("no finding is called `{rule}`{}", did_you_mean(rule, known)),
-        });
+        let hint = did_you_mean(rule, known);
+        return Err(wrong("rule", format!("no finding is called `{rule}`{hint}")));
     };
     Ok(json!({
         "rule": found.id,
