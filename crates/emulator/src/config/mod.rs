@@ -134,9 +134,10 @@ impl Settings {
             .with_controller(args.robot.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
         for pair in &args.robot.set {
-            let (key, value) = pair
+            let pair = pair
                 .split_once('=')
-                .ok_or_else(|| ConfigError::Pair(pair.clone()))?;
+                .ok_or_else(|| ConfigError::Pair(pair.clone()));
+            let (key, value) = pair?;
             set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
         }
         if let Some(model) = &args.robot.model {
@@ -163,12 +164,8 @@ impl Settings {
             controller.calendar = clock::system_calendar();
         }
         let ports = args.tcp_ports();
-        let scenario = args
-            .scenario
-            .scenario
-            .as_deref()
-            .map(Scenario::read)
-            .transpose()?;
+        let scenario = args.scenario.scenario.as_deref().map(Scenario::read);
+        let scenario = scenario.transpose()?;
         let args = &with_scenario_start(args, scenario.as_ref());
         if args.files.restore.is_some() {
             refuse_flags_beside_snapshot(args, &controller)?;
@@ -291,12 +288,8 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
         ("--servo-on", args.robot.servo_on == Some(true)),
         ("--set", controller.options != preset.options),
     ];
-    conflicting.extend(
-        others
-            .iter()
-            .filter(|(_, is)| *is)
-            .map(|(flag, _)| (*flag).to_owned()),
-    );
+    let others = others.into_iter().filter(|(_, is_given)| *is_given);
+    conflicting.extend(others.map(|(flag, _)| flag.to_owned()));
     if conflicting.is_empty() {
         return Ok(());
     }
@@ -308,19 +301,15 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
 /// # Errors
 /// No port for it, a token file that cannot be read, or settings that exclude each other.
 pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
-    let free = ControlSettings::free();
-    let mut address = free.address;
+    let given = &args.control_interface;
+    let mut address = ControlSettings::free().address;
     // Who gives a token, or says that none is needed, wants to reach it from where the robot is reached.
-    let is_guarded =
-        args.control_interface.control_token.is_some() || args.control_interface.control_token_file.is_some();
-    if let Some(listen) = args
-        .network
-        .listen
-        .filter(|_| is_guarded || args.control_interface.control_open == Some(true))
-    {
+    let is_guarded = given.control_token.is_some() || given.control_token_file.is_some();
+    let is_for_others = is_guarded || given.control_open == Some(true);
+    if let Some(listen) = args.network.listen.filter(|_| is_for_others) {
         address.set_ip(listen);
     }
-    match (args.control_interface.control, ports) {
+    match (given.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
         (Some(ControlChoice::Address(chosen)), _) => address = chosen,
         (None, Ports::Auto) => {}
@@ -331,10 +320,7 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
             address.set_port(port);
         }
     }
-    let token = match (
-        &args.control_interface.control_token,
-        &args.control_interface.control_token_file,
-    ) {
+    let token = match (&given.control_token, &given.control_token_file) {
         (Some(token), _) => Some(token.clone()),
         (None, Some(path)) => {
             let text = error::read_text(path)?;
@@ -345,8 +331,8 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
     let settings = ControlSettings {
         address,
         token,
-        open: args.control_interface.control_open.unwrap_or(false),
-        hosts: args.control_interface.control_host.clone(),
+        open: given.control_open.unwrap_or(false),
+        hosts: given.control_host.clone(),
     };
     Ok(Some(settings.validate()?))
 }
@@ -359,31 +345,25 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
         found.map(|(word, _, _)| (*word).to_owned())
     }
     let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let ServeArgs { robot, variation, .. } = args;
     let flags = [
-        ("dialect", word(args::DIALECTS, args.robot.dialect)),
-        ("model", args.robot.model.as_ref().map(ToString::to_string)),
-        ("controller", word(args::CONTROLLERS, args.robot.controller)),
-        (
-            "key-switch",
-            args.robot.key_switch.map(|key| key.word().to_owned()),
-        ),
+        ("dialect", word(args::DIALECTS, robot.dialect)),
+        ("model", robot.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args::CONTROLLERS, robot.controller)),
+        ("key-switch", robot.key_switch.map(|key| key.word().to_owned())),
         (
             "control-right",
-            args.robot.control_right.map(|right| right.word().to_owned()),
+            robot.control_right.map(|right| right.word().to_owned()),
         ),
-        ("permissions", path(&args.robot.permissions)),
+        ("permissions", path(&robot.permissions)),
         ("points", path(&args.files.points)),
-        ("vary", args.variation.vary.map(|seed| seed.to_string())),
-        (
-            "fault-seed",
-            args.variation.fault_seed.map(|seed| seed.to_string()),
-        ),
+        ("vary", variation.vary.map(|seed| seed.to_string())),
+        ("fault-seed", variation.fault_seed.map(|seed| seed.to_string())),
     ];
-    let flags = flags
-        .into_iter()
-        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    let flags = flags.into_iter();
+    let flags = flags.filter_map(|(key, value)| Some(format!("{key}={}", value?)));
     flags
-        .chain(args.robot.set.iter().map(|pair| format!("set={pair}")))
+        .chain(robot.set.iter().map(|pair| format!("set={pair}")))
         .collect()
 }
 
