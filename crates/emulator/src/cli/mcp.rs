@@ -116,22 +116,18 @@ fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
     let id = id?;
     let parameters = message.get("params").unwrap_or(&Value::Null);
     let result = match method {
-        "initialize" => initialize(parameters),
-        "ping" => json!({}),
-        "tools/list" => json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() }),
-        "tools/call" => match call(robot, parameters) {
-            Some(result) => result,
-            None => {
-                return Some(failed(
-                    id,
-                    INVALID_PARAMS,
-                    "no tool has this name; tools/list names them",
-                ));
-            }
-        },
-        _ => return Some(failed(id, UNKNOWN_METHOD, "no such method")),
+        "initialize" => Ok(initialize(parameters)),
+        "ping" => Ok(json!({})),
+        "tools/list" => Ok(json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() })),
+        "tools/call" => {
+            call(robot, parameters).ok_or((INVALID_PARAMS, "no tool has this name; tools/list names them"))
+        }
+        _ => Err((UNKNOWN_METHOD, "no such method")),
     };
-    Some(json!({ "jsonrpc": "2.0", "id": id, "result": result }))
+    Some(match result {
+        Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+        Err((code, message)) => failed(id, code, message),
+    })
 }
 
 fn failed(id: &Value, code: i64, message: &str) -> Value {

@@ -11,6 +11,7 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::num::NonZeroU16;
 use std::str::FromStr;
 use std::time::Duration;
 use tracing::info;
@@ -76,7 +77,7 @@ struct ChannelArg {
     port: Port,
     offset: u16,
     /// If it was given.
-    real_port: Option<u16>,
+    real_port: Option<NonZeroU16>,
 }
 
 impl FromStr for ChannelArg {
@@ -88,20 +89,15 @@ impl FromStr for ChannelArg {
             .map_or((word, None), |(name, number)| (name, Some(number)));
         let channels = (0_u16..).zip(Port::ETHERNET);
         let mut known = channels.filter(|(_, port)| port.name().eq_ignore_ascii_case(name));
-        let (index, port) = known
+        let (offset, port) = known
             .next()
             .ok_or_else(|| UnexpectedWord::new("ip0, ip1, ip2 or ip3", name))?;
-        let real = match number {
-            None => None,
-            Some(number) => match number.parse() {
-                Ok(number) if number > 0 => Some(number),
-                _ => return Err(UnexpectedWord::new("a port from 1 to 65535", number)),
-            },
-        };
+        let wrong = |number| move |_| UnexpectedWord::new("a port from 1 to 65535", number);
+        let real_port = number.map(|number| number.parse().map_err(wrong(number)));
         Ok(ChannelArg {
             port,
-            offset: index,
-            real_port: real,
+            offset,
+            real_port: real_port.transpose()?,
         })
     }
 }
@@ -133,18 +129,14 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         if routes.iter().any(|route| route.port == channel.port) {
             bail!("--channels: {} is given twice", channel.port);
         }
+        let next = || real.port().checked_add(channel.offset);
+        let port = channel.real_port.map(NonZeroU16::get).or_else(next);
+        let port =
+            port.with_context(|| format!("{}: the port of {} exceeds 65535", args.real, channel.port))?;
         let route = Route {
             port: channel.port,
             listen: SocketAddr::new(args.listen, own),
-            controller: match channel.real_port {
-                Some(port) => SocketAddr::new(real.ip(), port),
-                None => SocketAddr::new(
-                    real.ip(),
-                    real.port().checked_add(channel.offset).ok_or_else(|| {
-                        anyhow!("{}: the port of {} exceeds 65535", args.real, channel.port)
-                    })?,
-                ),
-            },
+            controller: SocketAddr::new(real.ip(), port),
         };
         if own != 0 && route.listen == route.controller {
             bail!(

@@ -67,20 +67,15 @@ fn setting(path: &str, key: &str, value: Option<impl Into<Value>>) -> Call {
     value.map_or_else(|| get(path), |value| put(path, json!({ key: value.into() })))
 }
 
-/// A switch: shown, or set.
-fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
-    setting(path, key, state)
-}
-
 /// A switch with words of its own: `on` is the word for true.
 fn named_switch(path: &str, key: &str, on: &str, word: &Option<String>) -> Call {
-    switch(path, key, word.as_ref().map(|word| word == on))
+    setting(path, key, word.as_ref().map(|word| word == on))
 }
 
 fn feed_hold(state: Option<&str>) -> Call {
     match state {
         Some("press") => post("/feed-hold/press", json!({})),
-        state => switch("/feed-hold", "on", state.and_then(bool::from_word)),
+        state => setting("/feed-hold", "on", state.and_then(bool::from_word)),
     }
 }
 
@@ -179,9 +174,9 @@ impl Call {
             Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
             Command::EmergencyStop { action } => named_switch("/emergency-stop", "pressed", "press", action),
             Command::SafetySwitch { action } => named_switch("/safety-switch", "open", "open", action),
-            Command::Servo { state } => switch("/servo", "on", *state),
+            Command::Servo { state } => setting("/servo", "on", *state),
             Command::FeedHold { state } => feed_hold(state.as_deref()),
-            Command::MachineLock { state } => switch("/machine-lock", "on", *state),
+            Command::MachineLock { state } => setting("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state),
             Command::Override { percent } => setting("/override", "percent", *percent),
             Command::RunMode { mode } => setting("/run-mode", "mode", mode.as_deref()),
@@ -247,12 +242,8 @@ fn read_json(path: &Path) -> anyhow::Result<Value> {
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
-    let format = match file.map(|file| file.format) {
-        None if json => Format::Json,
-        None => Format::Text,
-        Some(format) => format,
-    };
-    get(match format {
+    let default = if json { Format::Json } else { Format::Text };
+    get(match file.map_or(default, |file| file.format) {
         Format::Text => "/transcript",
         Format::Json => "/transcript?format=jsonl",
         Format::Pcapng => "/transcript?format=pcapng",
