@@ -116,11 +116,11 @@ setters! {
     /// How time passes (default: real time).
     time(time: TimeMode) => settings.time = time;
     /// Backing directory of the RAM drive (default: memory only).
-    drive(directory: impl Into<PathBuf>) => settings.drive = Some(directory.into());
+    drive(directory: impl Into<PathBuf>) => settings.files.drive = Some(directory.into());
     /// A file of the PC to put on the drive, as `--load` does.
-    load(path: impl Into<PathBuf>) => settings.load.push(path.into());
+    load(path: impl Into<PathBuf>) => settings.files.load.push(path.into());
     /// File of the drive to select.
-    select(name: &str) => settings.select = Some(name.to_owned());
+    select(name: &str) => settings.files.select = Some(name.to_owned());
     /// Records the executed lines of user files; see [`Emulator::evidence`].
     record_lines(on: bool) => settings.record_lines = on;
     /// Servo power at the start (default: off).
@@ -132,7 +132,7 @@ setters! {
     /// Adds a control interface (default: none). [`ControlSettings::free`] is one on a free port of the loopback.
     control(control: ControlSettings) => settings.control = Some(control);
     /// Starts from this snapshot. The controller configuration, files and selection of the builder are ignored.
-    restore(path: impl Into<PathBuf>) => settings.restore = Some(path.into());
+    restore(path: impl Into<PathBuf>) => settings.files.restore = Some(path.into());
 }
 
 impl Builder {
@@ -140,7 +140,7 @@ impl Builder {
     #[must_use]
     pub fn file(mut self, name: &str, content: impl AsRef<[u8]>) -> Builder {
         let (name, content) = (name.to_ascii_uppercase(), content.as_ref().to_vec());
-        self.settings.files.push((name, content));
+        self.settings.contents.push((name, content));
         self
     }
 
@@ -173,7 +173,7 @@ impl Builder {
     /// # Errors
     /// A name that does not end in `.txt`, `.jsonl` or `.pcapng`.
     pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
-        self.settings.transcripts.push(path.parse()?);
+        self.settings.reports.transcript.push(path.parse()?);
         Ok(self)
     }
 

@@ -79,14 +79,14 @@ impl Launched {
             calendar: calendar_if_set(settings.controller.calendar),
             flags: settings.flags.clone(),
             files: powered.files.clone(),
-            select: settings.select.clone(),
+            select: settings.files.select.clone(),
         };
         let restored = powered.restored.then_some(&powered.controller);
         let buffered = settings
             .control
             .as_ref()
             .map(|_| surroundings.share(MAX_BUFFERED_RECORDS));
-        let transcript = TranscriptSink::create(header, &settings.transcripts, buffered, restored)?;
+        let transcript = TranscriptSink::create(header, &settings.reports.transcript, buffered, restored)?;
         let journal = settings.control.as_ref().map(|_| {
             let kept = surroundings.share(KEPT_EVENTS);
             Arc::new(Journal::new(kept, transcript.buffer()))

@@ -114,7 +114,7 @@ pub struct PoweredController {
 /// A file, the backing directory or a snapshot is refused.
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     let mut put = pc_files(settings)?;
-    let store = settings.drive.as_deref().map(Store::open).transpose()?;
+    let store = settings.files.drive.as_deref().map(Store::open).transpose()?;
     let has_examples = store.is_none() && put.is_empty();
     if has_examples {
         let line_end = settings.controller.options.line_end;
@@ -141,14 +141,14 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         let stored = controller.put_file(&name, &content);
         stored.map_err(|error| cannot_store(&name, &error))?;
     }
-    if let Some(name) = &settings.select {
+    if let Some(name) = &settings.files.select {
         let selected = controller.select(Time::ZERO, name);
         selected.map_err(|error| StartError::Select {
             name: name.clone(),
             reason: error.to_string(),
         })?;
     }
-    if let Some(path) = &settings.restore {
+    if let Some(path) = &settings.files.restore {
         let restored = match &settings.restored_as {
             Some(name) => snapshot::cell::read_one(path, name)?,
             None => snapshot::read(path)?,
@@ -163,8 +163,8 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller,
         backing,
         files,
-        has_examples: has_examples && settings.restore.is_none(),
-        restored: remembers || settings.restore.is_some(),
+        has_examples: has_examples && settings.files.restore.is_none(),
+        restored: remembers || settings.files.restore.is_some(),
     })
 }
 
@@ -205,7 +205,7 @@ fn attach_backing(
 /// The files of `--load` with the names and line ends of the drive, followed by those given by content.
 fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
     let mut found = Vec::new();
-    for path in &settings.load {
+    for path in &settings.files.load {
         let name = drive_name(path)?;
         let content = files::read(path, MAX_PC_FILE).map_err(cannot("read", path))?;
         found.push((
@@ -213,7 +213,7 @@ fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
             drive_content(&content, settings.controller.options.line_end),
         ));
     }
-    found.extend(settings.files.iter().cloned());
+    found.extend(settings.contents.iter().cloned());
     Ok(found)
 }
 

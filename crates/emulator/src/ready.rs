@@ -187,7 +187,7 @@ impl Display for Banner<'_> {
         let settings = self.settings;
         writeln!(f, "ts3100 is ready.")?;
         self.write_ports(f)?;
-        let file = settings.select.as_deref().unwrap_or("none");
+        let file = settings.files.select.as_deref().unwrap_or("none");
         writeln!(
             f,
             "  selected file: {file}; arm: {}; time: {}",

@@ -100,7 +100,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             "legal variation with seed {seed}; repeat it with --vary {seed}"
         ));
     }
-    Ending::check(&args, &settings)?;
+    Ending::check(&settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         let mut launched = Launched::open(&settings, &Surroundings::NONE)?;
@@ -125,7 +125,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             status = Some(signals.forward_until_exit(&mut child).await);
             drop(guard);
         };
-        let failed = serve_until(stop, launched, &args, &settings).await? != 0;
+        let failed = serve_until(stop, launched, &settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })

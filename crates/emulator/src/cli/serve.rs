@@ -70,7 +70,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             seed, "legal variation with seed {seed}; repeat it with --vary {seed}"
         );
     }
-    Ending::check(&args, &settings)?;
+    Ending::check(&settings)?;
     single_threaded()?.block_on(serve_one(&args, &settings))
 }
 
@@ -91,7 +91,7 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     };
     let line = || ready::line(ports, &serial, control, settings.controller.vary);
     say_ready(args, line, &banner, || banner.summary())?;
-    let code = serve_until(stop, launched, args, settings).await?;
+    let code = serve_until(stop, launched, settings).await?;
     info!("ended");
     Ok(code)
 }
@@ -147,10 +147,9 @@ fn say_ready(
 pub(super) async fn serve_until(
     stop: impl Future<Output = ()>,
     mut launched: Launched,
-    args: &ServeArgs,
     settings: &Settings,
 ) -> anyhow::Result<u8> {
-    let ending = Ending::begin(&mut launched, args, settings);
+    let ending = Ending::begin(&mut launched, settings);
     ending.finish(&launched.driver.run(stop).await)
 }
 

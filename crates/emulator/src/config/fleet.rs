@@ -174,16 +174,16 @@ impl FleetConfig {
     ///
     /// # Errors
     /// See [`Settings::from_args`].
-    pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
-        let mut args = self.args(index);
+    pub fn settings(&self, index: usize) -> Result<Settings, ConfigError> {
+        let args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
         let restored = self.restored_for_all();
         if restored.is_some() && args.files.restore.as_deref() == restored {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
-        args.files.snapshot_on_exit.take_if(|path| is_of_all(path));
-        Ok((args, settings))
+        settings.files.snapshot_on_exit.take_if(|path| is_of_all(path));
+        Ok(settings)
     }
 
     /// The file for the last state of all robots, if one is asked for.
