@@ -109,7 +109,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let robot = launched.info(ONLY.to_owned(), &settings);
         let instance = Instance::current(std::slice::from_ref(&robot), control);
         let _announced = instance.announce();
-        let mut signals = Signals::listen().context("cannot listen for signals")?;
+        let wait = forward_signals().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = build_command(program, rest, &settings, &launched.driver, &instance)
@@ -122,7 +122,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         watched.context("the guard of the command has ended")?;
         let mut status = None;
         let stop = async {
-            status = Some(signals.forward_until_exit(&mut child).await);
+            status = Some(wait(&mut child).await);
             drop(guard);
         };
         let failed = serve_until(stop, launched, &settings).await? != 0;
@@ -182,36 +182,23 @@ fn exit_code(status: ExitStatus) -> u8 {
     u8::try_from(code).unwrap_or(1)
 }
 
+/// Listens for signals from now on. The result waits for the end of the command; what is sent to us is sent to it.
 #[cfg(unix)]
-struct Signals {
-    interrupt: tokio::signal::unix::Signal,
-    terminate: tokio::signal::unix::Signal,
-    hang_up: tokio::signal::unix::Signal,
-    quit: tokio::signal::unix::Signal,
-}
-
-#[cfg(unix)]
-impl Signals {
-    fn listen() -> io::Result<Signals> {
-        use tokio::signal::unix::{SignalKind, signal};
-        Ok(Signals {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-            quit: signal(SignalKind::quit())?,
-        })
-    }
-
-    /// Waits for the end of the command; what is sent to us is sent to it.
-    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
-        use rustix::process::Signal;
+fn forward_signals() -> io::Result<impl AsyncFnOnce(&mut Child) -> io::Result<ExitStatus>> {
+    use rustix::process::Signal;
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut quit = signal(SignalKind::quit())?;
+    Ok(async move |child: &mut Child| {
         loop {
             let (signal, by_terminal) = tokio::select! {
                 status = child.wait() => return status,
-                _ = self.interrupt.recv() => (Signal::INT, true),
-                _ = self.quit.recv() => (Signal::QUIT, true),
-                _ = self.terminate.recv() => (Signal::TERM, false),
-                _ = self.hang_up.recv() => (Signal::HUP, false),
+                _ = interrupt.recv() => (Signal::INT, true),
+                _ = quit.recv() => (Signal::QUIT, true),
+                _ = terminate.recv() => (Signal::TERM, false),
+                _ = hang_up.recv() => (Signal::HUP, false),
             };
             // The terminal has told the command itself.
             if by_terminal && is_in_foreground() {
@@ -223,7 +210,7 @@ impl Signals {
                 let _ = rustix::process::kill_process(id, signal);
             }
         }
-    }
+    })
 }
 
 #[cfg(unix)]
@@ -231,22 +218,15 @@ fn is_in_foreground() -> bool {
     rustix::termios::tcgetpgrp(io::stdin()).is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
+/// The result waits for the end of the command; Ctrl-C has reached it too.
 #[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
-impl Signals {
-    fn listen() -> io::Result<Signals> {
-        Ok(Signals)
-    }
-
-    /// Waits for the end of the command; Ctrl-C has reached it too.
-    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+fn forward_signals() -> io::Result<impl AsyncFnOnce(&mut Child) -> io::Result<ExitStatus>> {
+    Ok(async |child: &mut Child| {
         loop {
             tokio::select! {
                 status = child.wait() => return status,
                 _ = tokio::signal::ctrl_c() => {}
             }
         }
-    }
+    })
 }
