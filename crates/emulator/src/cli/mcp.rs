@@ -46,15 +46,13 @@ pub(super) struct McpArgs {
 }
 
 /// The control interface of the robot.
-pub(super) struct Robot<'a> {
-    args: &'a McpArgs,
-}
+pub(super) struct Robot<'a>(&'a TargetArgs);
 
 impl Robot<'_> {
     /// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
     fn call(&self, method: &'static str, path: &str, body: Option<Value>) -> Result<Value, ToolError> {
         let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
-        let target = &self.args.target;
+        let Robot(target) = self;
         let url = target.url().map_err(|error| unreachable(&error))?;
         let call = Call {
             method,
@@ -77,7 +75,7 @@ impl Robot<'_> {
 /// Serves until stdin ends.
 pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
     let mut input = io::stdin().lock();
-    let robot = Robot { args };
+    let robot = Robot(&args.target);
     loop {
         let mut line = Vec::new();
         // One byte more shows that it is too long.

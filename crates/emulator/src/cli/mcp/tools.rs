@@ -34,36 +34,25 @@ pub(super) enum ToolError {
     Program(Value),
 }
 
-/// Type of an argument.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Text,
-    Number,
-    Switch,
-}
+/// Types of arguments, by their names in schemas.
+const TEXT: &str = "string";
+const NUMBER: &str = "number";
+const SWITCH: &str = "boolean";
 
-impl Kind {
-    fn name(self) -> &'static str {
-        match self {
-            Kind::Text => "string",
-            Kind::Number => "number",
-            Kind::Switch => "boolean",
-        }
-    }
-
-    fn fits(self, value: &Value) -> bool {
-        match self {
-            Kind::Text => value.is_string(),
-            Kind::Number => value.is_number(),
-            Kind::Switch => value.is_boolean(),
-        }
+/// The type of a value, if an argument can be of it.
+fn type_of(value: &Value) -> Option<&'static str> {
+    match value {
+        Value::String(_) => Some(TEXT),
+        Value::Number(_) => Some(NUMBER),
+        Value::Bool(_) => Some(SWITCH),
+        Value::Null | Value::Array(_) | Value::Object(_) => None,
     }
 }
 
 /// An argument.
 pub(super) struct Argument {
     name: &'static str,
-    kind: Kind,
+    kind: &'static str,
     is_required: bool,
     about: &'static str,
 }
@@ -76,7 +65,7 @@ pub(super) struct Tool {
     pub(super) run: fn(&Robot<'_>, &Value) -> Result<Value, ToolError>,
 }
 
-const fn required(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+const fn required(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
     Argument {
         name,
         kind,
@@ -85,17 +74,17 @@ const fn required(name: &'static str, kind: Kind, about: &'static str) -> Argume
     }
 }
 
-const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+const fn optional(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
     Argument {
         is_required: false,
         ..required(name, kind, about)
     }
 }
 
-const SOURCE: Argument = required("source", Kind::Text, "The program in SCOL, with line ends");
+const SOURCE: Argument = required("source", TEXT, "The program in SCOL, with line ends");
 const SECONDS: Argument = optional(
     "seconds",
-    Kind::Number,
+    NUMBER,
     "Longest wait in seconds, at most 60; virtual seconds with a stepped clock; default 10",
 );
 
@@ -125,7 +114,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             required(
                 "name",
-                Kind::Text,
+                TEXT,
                 "Name of the file, such as PICK: a letter, then letters and digits, at most 8",
             ),
             SOURCE,
@@ -135,7 +124,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "read_file",
         about: "The content of a file of the RAM drive; without a name the list of files",
-        arguments: &[optional("name", Kind::Text, "Name of the file")],
+        arguments: &[optional("name", TEXT, "Name of the file")],
         run: |robot, arguments| match arguments.get("name").and_then(Value::as_str) {
             Some(name) => robot.call("GET", &format!("/files/{}", percent_encoded(name)), None),
             None => robot.call("GET", "/files", None),
@@ -148,7 +137,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             optional(
                 "condition",
-                Kind::Text,
+                TEXT,
                 "What to wait for: idle, stopped, output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
             ),
             SECONDS,
@@ -164,7 +153,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "advance_clock",
         about: "Let virtual time pass. Needed to see anything happen when the emulator runs with --time stepped",
-        arguments: &[required("seconds", Kind::Number, "Virtual seconds")],
+        arguments: &[required("seconds", NUMBER, "Virtual seconds")],
         run: |robot, arguments| {
             let body = json!({ "seconds": arguments["seconds"] });
             robot.call("POST", "/clock/advance", Some(body))
@@ -176,12 +165,12 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             required(
                 "control",
-                Kind::Text,
+                TEXT,
                 "servo, emergency-stop, feed-hold, safety-switch, key-switch, control-right, run-mode, override or reset-alarms",
             ),
             optional(
                 "value",
-                Kind::Text,
+                TEXT,
                 "on or off for servo, emergency-stop, feed-hold; open or closed; teaching, internal or ext; sig, rs232c or ether; cycle, continuous, step, segment; 1 to 100",
             ),
         ],
@@ -191,8 +180,8 @@ pub(super) const TOOLS: &[Tool] = &[
         name: "set_input",
         about: "Drive a digital input of the robot",
         arguments: &[
-            required("line", Kind::Number, "Number of the input"),
-            required("on", Kind::Switch, "On or off"),
+            required("line", NUMBER, "Number of the input"),
+            required("on", SWITCH, "On or off"),
         ],
         run: |robot, arguments| {
             let path = format!("/inputs/{}", arguments["line"]);
@@ -232,11 +221,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "explain_finding",
         about: "What a rule of the findings says, where the manual says so, and what to do",
-        arguments: &[required(
-            "rule",
-            Kind::Text,
-            "Name of the rule, such as answer-early",
-        )],
+        arguments: &[required("rule", TEXT, "Name of the rule, such as answer-early")],
         run: |_, arguments| explain(text(arguments, "rule")),
     },
     Tool {
@@ -244,7 +229,7 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "The transcript: every text of every port with its time, newest last",
         arguments: &[optional(
             "lines",
-            Kind::Number,
+            NUMBER,
             "At most so many lines, from the end; default 60",
         )],
         run: traffic,
@@ -255,7 +240,7 @@ impl Tool {
     /// As `tools/list` has it.
     pub(super) fn description(&self) -> Value {
         let properties = self.arguments.iter().map(|argument| {
-            let schema = json!({ "type": argument.kind.name(), "description": argument.about });
+            let schema = json!({ "type": argument.kind, "description": argument.about });
             (argument.name.to_owned(), schema)
         });
         let required = self.arguments.iter().filter(|argument| argument.is_required);
@@ -278,9 +263,9 @@ impl Tool {
     pub(super) fn check(&self, arguments: &Value) -> Result<(), ToolError> {
         for (name, value) in arguments.as_object().into_iter().flatten() {
             match self.arguments.iter().find(|argument| argument.name == name) {
-                Some(argument) if argument.kind.fits(value) => {}
+                Some(argument) if type_of(value) == Some(argument.kind) => {}
                 Some(argument) => {
-                    let expected = argument.kind.name();
+                    let expected = argument.kind;
                     return Err(wrong(name, format!("expected a {expected}, found {value}")));
                 }
                 None => {
