@@ -392,9 +392,8 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        let controller: Controller = self
-            .request(|reply| Request::Query(Box::new(move |(), view| reply(view.controller.clone()))))
-            .map_err(|_| SnapshotRequestError::Busy)?;
+        let controller = self.read(Controller::clone);
+        let controller = controller.map_err(|_| SnapshotRequestError::Busy)?;
         Ok(snapshot::write(path, &controller)?)
     }
 

@@ -6,6 +6,7 @@
 
 use super::ctl::target::{self, TargetError};
 use super::exit::{NO_ANSWER, NOT_REACHED};
+use crate::config::args::FIRST_PORT;
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
 use crate::log::print_error;
@@ -29,8 +30,6 @@ const QUESTION_TIMEOUT: Duration = Duration::from_secs(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// Longest wait.
 const MAX_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
-/// The port of IP0 on a fresh drive.
-const IP0_PORT: u16 = 1_000;
 
 /// Check that an emulator is ready, or wait until it is.
 ///
@@ -132,8 +131,8 @@ impl Target {
         let Ports::Offset(offset) = ports else {
             return Ok(Target::NotFound);
         };
-        let port = IP0_PORT.checked_add(offset);
-        let port = port.with_context(|| format!("cannot add --port-offset {offset} to port {IP0_PORT}"))?;
+        let port = FIRST_PORT.checked_add(offset);
+        let port = port.with_context(|| format!("cannot add --port-offset {offset} to port {FIRST_PORT}"))?;
         let listen = connectable(serve.network.listen.unwrap_or(Settings::LISTEN));
         Ok(Target::Ip0(SocketAddr::new(listen, port)))
     }

@@ -3,7 +3,7 @@
 //! The relay between hosts and the real controller, and the recording, are in [`ts3100_recording::tap`].
 
 use super::serve::stop_signal;
-use crate::config::args::{LogFormat, PortSource};
+use crate::config::args::{FIRST_PORT, LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
 use crate::ready;
@@ -20,8 +20,6 @@ use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::tap::{Route, Tap, TapSettings};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// Port of IP0 of a controller as delivered; the other channels follow (ETH-05).
-const FIRST_PORT: u16 = 1_000;
 /// Longest wait for a connection that can be asked for, in seconds.
 const MAX_WAIT: f64 = 3_600.0;
 

@@ -127,11 +127,6 @@ impl FleetConfig {
         (self.name(index) == name).then_some(index)
     }
 
-    /// The arguments that all have in common.
-    pub fn common(&self) -> &ServeArgs {
-        &self.common
-    }
-
     /// The arguments of one robot.
     pub fn args(&self, index: usize) -> ServeArgs {
         let table = self.tables.get(index);

@@ -1,14 +1,12 @@
 //! Connects `ts3100 host` to a controller. If there is no answer, the message names the port that may have been meant:
 //! one of an emulator on this machine ([`crate::instances`]).
 
+use crate::config::args::FIRST_PORT;
 use crate::instances::{self, Instance};
 use std::fmt::Display;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
-
-/// Port of IP0 of a controller as delivered (ETH-05).
-const IP0_PORT: u16 = 1_000;
 
 /// An address that cannot be dialled.
 #[derive(Debug, thiserror::Error)]
@@ -48,12 +46,12 @@ fn missing_port(address: &str) -> Option<String> {
         (Err(_), Some((_, port))) if port.parse::<u16>().is_ok() => return None,
         (Err(_), Some((_, port))) if !port.is_empty() => {
             return Some(format!(
-                "the port is a number from 1 to 65535, as in 127.0.0.1:{IP0_PORT}"
+                "the port is a number from 1 to 65535, as in 127.0.0.1:{FIRST_PORT}"
             ));
         }
         _ => address.trim_end_matches(':').to_owned(),
     };
-    Some(format!("add the port of IP0: {host}:{IP0_PORT}"))
+    Some(format!("add the port of IP0: {host}:{FIRST_PORT}"))
 }
 
 fn connect(address: &str, timeout: Duration) -> io::Result<TcpStream> {
