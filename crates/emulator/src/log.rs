@@ -16,7 +16,7 @@ use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Message, Rule, Severity};
 use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
+use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Side, Subscriber};
@@ -289,7 +289,13 @@ fn log_event(t: Time, event: &Event) {
         } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
         // Logged by `EventLog::write`, which joins the two.
         Event::Finding(_) | Event::Refused { .. } => {}
-        Event::Answered { .. } => log_answered(t, event),
+        Event::Answered {
+            port,
+            row,
+            mode,
+            verdict,
+            ..
+        } => log_answered(t, *port, (row, mode.as_str()), *verdict),
         Event::Alarm { number, text } => {
             warn!(event = "alarm", %t, number, text, "alarm {number} {text}");
         }
@@ -318,18 +324,8 @@ fn log_event(t: Time, event: &Event) {
     }
 }
 
-fn log_answered(t: Time, event: &Event) {
-    let Event::Answered {
-        port,
-        row,
-        mode,
-        verdict,
-        ..
-    } = event
-    else {
-        return;
-    };
-    let (port, mode) = (port.name(), mode.as_str());
+fn log_answered(t: Time, port: Port, (row, mode): (&str, &str), verdict: Verdict) {
+    let port = port.name();
     debug!(
         event = "answered",
         %t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
@@ -355,7 +351,6 @@ fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, f
 mod tests {
     use super::*;
     use ts3100_controller::findings::{Finding, rules};
-    use ts3100_controller::output::Verdict;
     use ts3100_proto::status::MasterMode;
 
     #[test]

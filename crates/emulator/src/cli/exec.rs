@@ -7,8 +7,7 @@
 use super::ending::Ending;
 use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
-use super::junit_stub;
-use super::serve::{fail, serve_until};
+use super::serve::{reporting, serve_until};
 use crate::config::args::PortSource;
 use crate::config::fleet::FleetConfig;
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
@@ -61,19 +60,15 @@ struct CommandError {
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let junit = args.serve.scenario.junit.clone();
-    let mut junit = junit.or_else(junit_stub::path_from_environment);
-    match exec(args, &mut junit) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            let command = error.downcast_ref::<CommandError>();
-            let code = match command.map(|error| error.reason.kind()) {
-                None => EMULATOR_FAILED,
-                Some(io::ErrorKind::NotFound) => NOT_FOUND,
-                Some(_) => NOT_EXECUTABLE,
-            };
-            fail(&error, junit.as_deref(), code)
+    let code_of = |error: &anyhow::Error| {
+        let command = error.downcast_ref::<CommandError>();
+        match command.map(|error| error.reason.kind()) {
+            None => EMULATOR_FAILED,
+            Some(io::ErrorKind::NotFound) => NOT_FOUND,
+            Some(_) => NOT_EXECUTABLE,
         }
-    }
+    };
+    reporting(junit, |junit| exec(args, junit), code_of)
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.

@@ -20,7 +20,7 @@ use anyhow::Context as _;
 use serde_json::Value;
 use std::fmt::Display;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use tracing::{info, warn};
@@ -29,23 +29,23 @@ use ts3100_control::robots::{RobotInfo, Robots};
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
-    let mut junit = args
-        .scenario
-        .junit
-        .clone()
-        .or_else(junit_stub::path_from_environment);
-    match serve(args, &mut junit) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => fail(&error, junit.as_deref(), UNUSABLE),
-    }
+    let junit = args.scenario.junit.clone();
+    reporting(junit, |junit| serve(args, junit), |_| UNUSABLE)
 }
 
-/// Ends with this exit code after saying why, in the JUnit report too if one was asked for.
-pub(super) fn fail(error: &anyhow::Error, junit: Option<&Path>, code: u8) -> ExitCode {
-    let words = printable(format_args!("{error:#}"));
-    log::print_error(&words);
-    junit_stub::write(junit, &words);
-    ExitCode::from(code)
+/// Runs, and says why if it fails, in the JUnit report too if one was asked for. `code_of` is the exit code then.
+pub(super) fn reporting(
+    junit: Option<PathBuf>,
+    run: impl FnOnce(&mut Option<PathBuf>) -> anyhow::Result<u8>,
+    code_of: impl FnOnce(&anyhow::Error) -> u8,
+) -> ExitCode {
+    let mut junit = junit.or_else(junit_stub::path_from_environment);
+    ExitCode::from(run(&mut junit).unwrap_or_else(|error| {
+        let words = printable(format_args!("{error:#}"));
+        log::print_error(&words);
+        junit_stub::write(junit.as_deref(), &words);
+        code_of(&error)
+    }))
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
