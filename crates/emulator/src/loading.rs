@@ -8,7 +8,7 @@ use crate::config::Settings;
 use std::io;
 use std::net::SocketAddr;
 use tracing::warn;
-use ts3100_controller::{Controller, DriveError, Time};
+use ts3100_controller::{Controller, DriveError, SelectError, Time};
 use ts3100_driver::driver::OpenError;
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
@@ -42,7 +42,7 @@ pub enum StartError {
         /// Its name on the drive.
         name: String,
         /// Why.
-        reason: String,
+        reason: DriveError,
     },
     /// The requested file cannot be selected.
     #[error("cannot select {name}: {reason}")]
@@ -50,7 +50,7 @@ pub enum StartError {
         /// Its name on the drive.
         name: String,
         /// Why, with the diagnostics of the compiler.
-        reason: String,
+        reason: SelectError,
     },
     /// A port or a serial line cannot be opened, or the self-check failed.
     #[error(transparent)]
@@ -128,7 +128,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     }
     let files = present.iter().chain(&put).cloned().collect();
     let controller = Controller::new(settings.controller.clone(), present);
-    let mut controller = controller.map_err(|error| cannot_store("a file", &error))?;
+    let mut controller = controller.map_err(cannot_store("a file"))?;
     let mut remembers = false;
     if let Some((store, _)) = &store {
         for warning in store.warnings() {
@@ -138,15 +138,14 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller = controller.remembering(store.history().iter().cloned());
     }
     for (name, content) in put {
-        let stored = controller.put_file(&name, &content);
-        stored.map_err(|error| cannot_store(&name, &error))?;
+        controller
+            .put_file(&name, &content)
+            .map_err(cannot_store(&name))?;
     }
     if let Some(name) = &settings.files.select {
         let selected = controller.select(Time::ZERO, name);
-        selected.map_err(|error| StartError::Select {
-            name: name.clone(),
-            reason: error.to_string(),
-        })?;
+        let name = name.clone();
+        selected.map_err(|reason| StartError::Select { name, reason })?;
     }
     if let Some(path) = &settings.files.restore {
         let restored = match &settings.restored_as {
@@ -168,9 +167,9 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     })
 }
 
-fn cannot_store(name: &str, error: &DriveError) -> StartError {
-    let (name, reason) = (name.to_owned(), error.to_string());
-    StartError::Store { name, reason }
+fn cannot_store(name: &str) -> impl FnOnce(DriveError) -> StartError {
+    let name = name.to_owned();
+    |reason| StartError::Store { name, reason }
 }
 
 /// The emulator of these settings, to play a recording to.
