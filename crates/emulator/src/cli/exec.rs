@@ -22,8 +22,8 @@ use std::io;
 use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
+use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
-use ts3100_driver::driver::Driver;
 use ts3100_driver::driver::self_check::connectable;
 
 /// Run a command with an emulator that lives as long as the command.
@@ -107,7 +107,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let wait = forward_signals().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = build_command(program, rest, &settings, &launched.driver, &instance)
+        let mut child = build_command(program, rest, &settings, &robot, &instance)
             .spawn()
             .map_err(|reason| CommandError {
                 command: program.clone(),
@@ -131,7 +131,7 @@ fn build_command(
     program: &OsStr,
     rest: &[OsString],
     settings: &Settings,
-    driver: &Driver,
+    robot: &RobotInfo,
     instance: &Instance,
 ) -> Command {
     let mut command = Command::new(program);
@@ -154,10 +154,9 @@ fn build_command(
         export(exported::channel_port(port), number);
     }
     export(exported::CONTROL_URL.to_owned(), instance.control.clone());
-    let serial = driver.serial_endpoints();
     for port in Port::SERIAL {
-        let place = serial.get(&port).map(ToString::to_string);
-        export(exported::serial_line(port), place);
+        let place = robot.serial.get(&port.name().to_ascii_lowercase());
+        export(exported::serial_line(port), place.cloned());
     }
     command
 }

@@ -3,7 +3,7 @@
 //!
 //! What is wrong with any of them is known before the first port opens.
 
-use super::args::{PortSource, WireTable};
+use super::args::{PortSource, RobotTable, WireTable};
 use super::{ConfigError, ServeArgs, Settings};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -42,7 +42,7 @@ pub struct FleetConfig {
     /// What all have in common.
     common: ServeArgs,
     /// Name and arguments of each; empty if they are only numbered.
-    tables: Vec<(String, ServeArgs)>,
+    tables: Vec<RobotTable>,
     count: usize,
     /// The wires between them.
     pub wires: Vec<Wire>,
@@ -73,7 +73,6 @@ impl FleetConfig {
             (Some(count), 0) => count as usize,
         };
         common.robot.robots = None;
-        let tables: Vec<_> = tables.into_iter().map(|table| (table.name, table.args)).collect();
         check_names(&tables)?;
         let mut fleet = FleetConfig {
             common,
@@ -114,13 +113,13 @@ impl FleetConfig {
     /// The name of a robot.
     pub fn name(&self, index: usize) -> String {
         let table = self.tables.get(index);
-        table.map_or_else(|| format!("robot-{}", index + 1), |(name, _)| name.clone())
+        table.map_or_else(|| format!("robot-{}", index + 1), |table| table.name.clone())
     }
 
     /// The robot of this name.
     pub fn index(&self, name: &str) -> Option<usize> {
         if !self.tables.is_empty() {
-            return self.tables.iter().position(|(known, _)| known == name);
+            return self.tables.iter().position(|table| table.name == name);
         }
         let number: usize = name.strip_prefix("robot-")?.parse().ok()?;
         let index = number.checked_sub(1).filter(|index| *index < self.count)?;
@@ -130,7 +129,7 @@ impl FleetConfig {
     /// The arguments of one robot.
     pub fn args(&self, index: usize) -> ServeArgs {
         let table = self.tables.get(index);
-        let table = table.map(|(_, args)| args.clone()).unwrap_or_default();
+        let table = table.map(|table| table.args.clone()).unwrap_or_default();
         let has_place = table.network.listen.is_some()
             || table.network.port_offset.is_some()
             || table.network.ports.is_some();
@@ -380,15 +379,15 @@ fn is_of_all(path: &Path) -> bool {
     !path.to_string_lossy().contains(PLACEHOLDER)
 }
 
-fn check_names(tables: &[(String, ServeArgs)]) -> Result<(), ConfigError> {
-    for (index, (name, _)) in tables.iter().enumerate() {
+fn check_names(tables: &[RobotTable]) -> Result<(), ConfigError> {
+    for (index, RobotTable { name, .. }) in tables.iter().enumerate() {
         check_name(name).map_err(|reason| refused(format!("[[robot]] {}: name: {reason}", index + 1)))?;
         if name == OUTSIDE {
             return Err(refused(format!(
                 "`{OUTSIDE}` is the name of the world around the robots; choose another"
             )));
         }
-        if tables.iter().take(index).any(|(other, _)| other == name) {
+        if tables.iter().take(index).any(|other| other.name == *name) {
             return Err(refused(format!("two [[robot]] have the name `{name}`")));
         }
     }

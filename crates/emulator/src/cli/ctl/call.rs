@@ -5,7 +5,8 @@
 
 use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
-    JogCommand, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
+    WaitLimits,
 };
 use crate::cli::input;
 use anyhow::{Context as _, anyhow};
@@ -192,8 +193,8 @@ impl Call {
             } => post("/pendant/keys", json!({"keys": unescape(text)})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
-            Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
-            Command::Output { line, action } => line_call("output", *line, action.as_ref())?,
+            Command::Input(line) => line_call("input", line)?,
+            Command::Output(line) => line_call("output", line)?,
             Command::Variable { name, value, restore } => {
                 value_call("/variables", name.as_deref(), value, *restore)?
             }
@@ -297,7 +298,7 @@ fn arm_body(fault: &Fault) -> Value {
     body
 }
 
-fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>) -> anyhow::Result<Call> {
+fn line_call(side: &'static str, LineArgs { line, action }: &LineArgs) -> anyhow::Result<Call> {
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
