@@ -49,18 +49,16 @@ use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
 pub use ts3100_control::ControlSettings;
-pub use ts3100_controller::action::{Action, ActionError, ActionErrorKind, IoKind};
 pub use ts3100_controller::faults::{Fault, FaultError, FaultReport};
-pub use ts3100_controller::findings::{Finding, Findings, Message, Rule, Severity, rules};
-pub use ts3100_controller::input::{JogMode, PanelAction};
+pub use ts3100_controller::findings::{Finding, Message, rules};
+pub use ts3100_controller::input::JogMode;
 pub use ts3100_controller::model::ArmModel;
-pub use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
-pub use ts3100_controller::output::{Event, Output, Verdict};
 pub use ts3100_controller::panel::PanelState;
-pub use ts3100_controller::port::Port;
 pub use ts3100_controller::queries::VariableView;
-pub use ts3100_controller::time::Time;
+pub use ts3100_controller::{Action, ActionError, ActionErrorKind, IoKind};
 pub use ts3100_controller::{ArmPose, ConditionParseError, ControlRight, Controller, KeySwitch};
+pub use ts3100_controller::{Config, ControllerType, Dialect, Options, PanelAction, Port, Time};
+pub use ts3100_controller::{Event, Findings, Output, Rule, Severity, Verdict};
 pub use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::Request;
 pub use ts3100_driver::serial::SerialEndpoint;
@@ -116,11 +114,15 @@ setters! {
     /// How time passes (default: real time).
     time(time: TimeMode) => settings.time = time;
     /// Backing directory of the RAM drive (default: memory only).
-    drive(directory: impl Into<PathBuf>) => settings.drive = Some(directory.into());
+    drive(directory: impl Into<PathBuf>) => settings.files.drive = Some(directory.into());
     /// A file of the PC to put on the drive, as `--load` does.
-    load(path: impl Into<PathBuf>) => settings.load.push(path.into());
+    load(path: impl Into<PathBuf>) => settings.files.load.push(path.into());
+    /// A file of the drive by its name there and its content.
+    #[must_use]
+    file(name: &str, content: impl AsRef<[u8]>) =>
+        settings.contents.push((name.to_ascii_uppercase(), content.as_ref().to_vec()));
     /// File of the drive to select.
-    select(name: &str) => settings.select = Some(name.to_owned());
+    select(name: &str) => settings.files.select = Some(name.to_owned());
     /// Records the executed lines of user files; see [`Emulator::evidence`].
     record_lines(on: bool) => settings.record_lines = on;
     /// Servo power at the start (default: off).
@@ -132,18 +134,10 @@ setters! {
     /// Adds a control interface (default: none). [`ControlSettings::free`] is one on a free port of the loopback.
     control(control: ControlSettings) => settings.control = Some(control);
     /// Starts from this snapshot. The controller configuration, files and selection of the builder are ignored.
-    restore(path: impl Into<PathBuf>) => settings.restore = Some(path.into());
+    restore(path: impl Into<PathBuf>) => settings.files.restore = Some(path.into());
 }
 
 impl Builder {
-    /// A file of the drive by its name there and its content.
-    #[must_use]
-    pub fn file(mut self, name: &str, content: impl AsRef<[u8]>) -> Builder {
-        let (name, content) = (name.to_ascii_uppercase(), content.as_ref().to_vec());
-        self.settings.files.push((name, content));
-        self
-    }
-
     /// Sets one named option (decision D0), for example `text.stx` and `required`.
     ///
     /// # Errors
@@ -173,7 +167,7 @@ impl Builder {
     /// # Errors
     /// A name that does not end in `.txt`, `.jsonl` or `.pcapng`.
     pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
-        self.settings.transcripts.push(path.parse()?);
+        self.settings.reports.transcript.push(path.parse()?);
         Ok(self)
     }
 
@@ -392,9 +386,8 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        let controller: Controller = self
-            .request(|reply| Request::Query(Box::new(move |(), view| reply(view.controller.clone()))))
-            .map_err(|_| SnapshotRequestError::Busy)?;
+        let controller = self.read(Controller::clone);
+        let controller = controller.map_err(|_| SnapshotRequestError::Busy)?;
         Ok(snapshot::write(path, &controller)?)
     }
 
@@ -426,11 +419,10 @@ impl Emulator {
     pub fn events(&self) -> Vec<Event> {
         let outputs = self.outputs().into_iter();
         let event = |output| {
-            if let Output::Event(event) = output {
-                Some(event)
-            } else {
-                None
-            }
+            let Output::Event(event) = output else {
+                return None;
+            };
+            Some(event)
         };
         outputs.filter_map(event).collect()
     }

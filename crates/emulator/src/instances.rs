@@ -4,17 +4,15 @@
 //! `PID.json` has the addresses. `PID.lock` is locked as long as the process lives, however it ends: a file whose lock
 //! is free is left over, and whoever looks removes it. Nothing secret is in them.
 
-use crate::config::Settings;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, DirBuilder, File, TryLockError};
 use std::io;
-use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _};
+use std::net::{SocketAddr, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
 use std::process;
 use tracing::debug;
 use ts3100_control::robots::RobotInfo;
-use ts3100_controller::port::Port;
 use ts3100_driver::driver::self_check::connectable;
 use ts3100_driver::files;
 
@@ -43,28 +41,16 @@ pub struct StateFile {
 }
 
 impl Instance {
-    /// This process, which listens on these ports of `listen`.
-    pub fn current(listen: IpAddr, ports: &BTreeMap<Port, u16>, control: Option<SocketAddr>) -> Instance {
-        let reached = |address: IpAddr, port| SocketAddr::new(connectable(address), port);
-        let ports = ports.iter();
+    /// This process, which runs these robots.
+    pub fn current(robots: &[RobotInfo], control: Option<SocketAddr>) -> Instance {
+        let ports = robots.first().into_iter().flat_map(|robot| &robot.ports);
+        let reached = control.map(|address| SocketAddr::new(connectable(address.ip()), address.port()));
         Instance {
             pid: process::id(),
-            control: control.map(|address| format!("http://{}", reached(address.ip(), address.port()))),
+            control: reached.map(|address| format!("http://{address}")),
             ports: ports
-                .map(|(port, number)| (port.name().to_owned(), reached(listen, *number)))
+                .map(|(name, address)| (name.to_ascii_uppercase(), *address))
                 .collect(),
-        }
-    }
-
-    /// This process, which runs these robots.
-    pub fn of_fleet(robots: &[RobotInfo], control: Option<SocketAddr>) -> Instance {
-        let first = robots.first().map(|robot| robot.ports.clone());
-        let ports = first.unwrap_or_default().into_iter();
-        Instance {
-            ports: ports
-                .map(|(name, address)| (name.to_ascii_uppercase(), address))
-                .collect(),
-            ..Instance::current(Settings::LISTEN, &BTreeMap::new(), control)
         }
     }
 

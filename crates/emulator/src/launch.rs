@@ -5,7 +5,7 @@ use crate::config::Settings;
 use crate::loading::{self, StartError};
 use crate::log::EventLog;
 use crate::ready::OPEN_WARNING;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::warn;
@@ -23,7 +23,7 @@ use ts3100_recording::scenario::Play;
 use ts3100_recording::transcript::{Header, MAX_BUFFERED_RECORDS, TranscriptSink, calendar_if_set};
 
 /// The name of a robot that is alone in its process.
-const ONLY: &str = "robot-1";
+pub const ONLY: &str = "robot-1";
 /// Up to so many robots, as much is kept of each as of one alone.
 const UNDIVIDED: usize = 16;
 /// Fewest events and records that are kept of a robot.
@@ -79,14 +79,14 @@ impl Launched {
             calendar: calendar_if_set(settings.controller.calendar),
             flags: settings.flags.clone(),
             files: powered.files.clone(),
-            select: settings.select.clone(),
+            select: settings.files.select.clone(),
         };
         let restored = powered.restored.then_some(&powered.controller);
         let buffered = settings
             .control
             .as_ref()
             .map(|_| surroundings.share(MAX_BUFFERED_RECORDS));
-        let transcript = TranscriptSink::create(header, &settings.transcripts, buffered, restored)?;
+        let transcript = TranscriptSink::create(header, &settings.reports.transcript, buffered, restored)?;
         let journal = settings.control.as_ref().map(|_| {
             let kept = surroundings.share(KEPT_EVENTS);
             Arc::new(Journal::new(kept, transcript.buffer()))
@@ -144,9 +144,27 @@ impl Launched {
         };
         let server = bind_control(control)?;
         let address = server.address();
-        let info = robot_info(ONLY.to_owned(), settings.listen, &self.driver);
+        let info = self.info(ONLY.to_owned(), settings);
         server.serve(Arc::new(OnlyRobot { info, handle }));
         Ok(Some(address))
+    }
+
+    /// The robot by this name, and the addresses of these settings.
+    pub fn info(&self, name: String, settings: &Settings) -> RobotInfo {
+        let word = |port: &Port| port.name().to_ascii_lowercase();
+        let address = |number: &u16| SocketAddr::new(connectable(settings.listen), *number);
+        let ports = self.driver.ports().iter();
+        let serial = self.driver.serial_endpoints().into_iter();
+        RobotInfo {
+            name,
+            ports: ports
+                .map(|(port, number)| (word(port), address(number)))
+                .collect(),
+            serial: serial
+                .map(|(port, place)| (word(&port), place.to_string()))
+                .collect(),
+            started: true,
+        }
     }
 
     /// Starts the scenario of the settings, if there is one.
@@ -170,23 +188,6 @@ pub fn bind_control(control: &ControlSettings) -> Result<ts3100_control::Server,
         warn!(event = "control-open", "{OPEN_WARNING}");
     }
     Ok(server)
-}
-
-/// The addresses of a robot that has started.
-pub fn robot_info(name: String, listen: IpAddr, driver: &Driver) -> RobotInfo {
-    let word = |port: &Port| port.name().to_ascii_lowercase();
-    let ports = driver.ports().iter();
-    let serial = driver.serial_endpoints().into_iter();
-    RobotInfo {
-        name,
-        ports: ports
-            .map(|(port, number)| (word(port), SocketAddr::new(connectable(listen), *number)))
-            .collect(),
-        serial: serial
-            .map(|(port, place)| (word(&port), place.to_string()))
-            .collect(),
-        started: true,
-    }
 }
 
 /// The robot of a process that has no other.

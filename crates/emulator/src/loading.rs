@@ -8,7 +8,7 @@ use crate::config::Settings;
 use std::io;
 use std::net::SocketAddr;
 use tracing::warn;
-use ts3100_controller::{Controller, DriveError, Time};
+use ts3100_controller::{Controller, DriveError, SelectError, Time};
 use ts3100_driver::driver::OpenError;
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
@@ -42,7 +42,7 @@ pub enum StartError {
         /// Its name on the drive.
         name: String,
         /// Why.
-        reason: String,
+        reason: DriveError,
     },
     /// The requested file cannot be selected.
     #[error("cannot select {name}: {reason}")]
@@ -50,7 +50,7 @@ pub enum StartError {
         /// Its name on the drive.
         name: String,
         /// Why, with the diagnostics of the compiler.
-        reason: String,
+        reason: SelectError,
     },
     /// A port or a serial line cannot be opened, or the self-check failed.
     #[error(transparent)]
@@ -114,7 +114,7 @@ pub struct PoweredController {
 /// A file, the backing directory or a snapshot is refused.
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     let mut put = pc_files(settings)?;
-    let store = settings.drive.as_deref().map(Store::open).transpose()?;
+    let store = settings.files.drive.as_deref().map(Store::open).transpose()?;
     let has_examples = store.is_none() && put.is_empty();
     if has_examples {
         let line_end = settings.controller.options.line_end;
@@ -128,7 +128,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     }
     let files = present.iter().chain(&put).cloned().collect();
     let controller = Controller::new(settings.controller.clone(), present);
-    let mut controller = controller.map_err(|error| cannot_store("a file", &error))?;
+    let mut controller = controller.map_err(cannot_store("a file"))?;
     let mut remembers = false;
     if let Some((store, _)) = &store {
         for warning in store.warnings() {
@@ -138,17 +138,16 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller = controller.remembering(store.history().iter().cloned());
     }
     for (name, content) in put {
-        let stored = controller.put_file(&name, &content);
-        stored.map_err(|error| cannot_store(&name, &error))?;
+        controller
+            .put_file(&name, &content)
+            .map_err(cannot_store(&name))?;
     }
-    if let Some(name) = &settings.select {
+    if let Some(name) = &settings.files.select {
         let selected = controller.select(Time::ZERO, name);
-        selected.map_err(|error| StartError::Select {
-            name: name.clone(),
-            reason: error.to_string(),
-        })?;
+        let name = name.clone();
+        selected.map_err(|reason| StartError::Select { name, reason })?;
     }
-    if let Some(path) = &settings.restore {
+    if let Some(path) = &settings.files.restore {
         let restored = match &settings.restored_as {
             Some(name) => snapshot::cell::read_one(path, name)?,
             None => snapshot::read(path)?,
@@ -163,14 +162,14 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller,
         backing,
         files,
-        has_examples: has_examples && settings.restore.is_none(),
-        restored: remembers || settings.restore.is_some(),
+        has_examples: has_examples && settings.files.restore.is_none(),
+        restored: remembers || settings.files.restore.is_some(),
     })
 }
 
-fn cannot_store(name: &str, error: &DriveError) -> StartError {
-    let (name, reason) = (name.to_owned(), error.to_string());
-    StartError::Store { name, reason }
+fn cannot_store(name: &str) -> impl FnOnce(DriveError) -> StartError {
+    let name = name.to_owned();
+    |reason| StartError::Store { name, reason }
 }
 
 /// The emulator of these settings, to play a recording to.
@@ -205,7 +204,7 @@ fn attach_backing(
 /// The files of `--load` with the names and line ends of the drive, followed by those given by content.
 fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
     let mut found = Vec::new();
-    for path in &settings.load {
+    for path in &settings.files.load {
         let name = drive_name(path)?;
         let content = files::read(path, MAX_PC_FILE).map_err(cannot("read", path))?;
         found.push((
@@ -213,7 +212,7 @@ fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
             drive_content(&content, settings.controller.options.line_end),
         ));
     }
-    found.extend(settings.files.iter().cloned());
+    found.extend(settings.contents.iter().cloned());
     Ok(found)
 }
 

@@ -16,7 +16,7 @@ use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Message, Rule, Severity};
 use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output};
+use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 use ts3100_driver::cell::{Side, Subscriber};
@@ -30,26 +30,18 @@ const REFUSED_BY_STATE: &str = ts3100_controller::findings::rules::REFUSED_BY_ST
 /// Starts logging to stderr for the whole process; the second and later calls change nothing.
 /// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
 pub fn start(verbose: u8, format: LogFormat) {
-    start_at(
-        match verbose {
-            0 => LevelFilter::INFO,
-            1 => LevelFilter::DEBUG,
-            _ => LevelFilter::TRACE,
-        },
-        format,
-    );
+    start_quiet(verbose.saturating_add(1), format);
 }
 
 /// Starts logging for `exec`, where people read the output of the command: `verbose` 0 shows only warnings and errors,
 /// each further step shows as much as one step less of [`start`].
 pub fn start_quiet(verbose: u8, format: LogFormat) {
-    match verbose.checked_sub(1) {
-        None => start_at(LevelFilter::WARN, format),
-        Some(verbose) => start(verbose, format),
-    }
-}
-
-fn start_at(level: LevelFilter, format: LogFormat) {
+    let level = match verbose {
+        0 => LevelFilter::WARN,
+        1 => LevelFilter::INFO,
+        2 => LevelFilter::DEBUG,
+        _ => LevelFilter::TRACE,
+    };
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(writer::LogWriter::start(format))
@@ -61,9 +53,8 @@ fn start_at(level: LevelFilter, format: LogFormat) {
         LogFormat::Text => {
             // The fields repeat the message for programs, so the text form omits them.
             let message_only = debug_fn(|writer, field, value| match field.name() {
-                "message" => write!(writer, "{value:?}"),
-                // Of a span: whose line it is.
-                "robot" => write!(writer, "{value:?}"),
+                // `robot` is of a span: whose line it is.
+                "message" | "robot" => write!(writer, "{value:?}"),
                 _ => Ok(()),
             });
             builder.fmt_fields(message_only).try_init()
@@ -85,6 +76,17 @@ impl Display for EscapedText<'_> {
         };
         write!(f, "{stx}{}<ETX>", Escaped::for_reading(self.1))
     }
+}
+
+/// Logs the same line as a warning or not.
+macro_rules! warn_or_info {
+    ($is_warning:expr, $($line:tt)*) => {
+        if $is_warning {
+            warn!($($line)*);
+        } else {
+            info!($($line)*);
+        }
+    };
 }
 
 /// The port at the beginning of a line, where there is one.
@@ -188,26 +190,12 @@ impl EventLog {
             Some(REFUSED_BY_STATE) => String::new(),
             _ => format!(". {}", advice(explained)),
         };
-        macro_rules! explain {
-            ($level:ident) => {
-                $level!(
-                    event = "refused",
-                    %t,
-                    port,
-                    command,
-                    reason,
-                    rule,
-                    severity,
-                    remedy,
-                    "{port}: {command} refused: {reason}{about}{advice}"
-                )
-            };
-        }
-        if level > Severity::Note {
-            explain!(warn);
-        } else {
-            explain!(info);
-        }
+        warn_or_info!(
+            level > Severity::Note,
+            event = "refused",
+            %t, port, command, reason, rule, severity, remedy,
+            "{port}: {command} refused: {reason}{about}{advice}"
+        );
     }
 
     fn log_finding(&mut self, t: Time, known: &'static Rule, port: Option<Port>, message: &Message) {
@@ -226,17 +214,11 @@ impl EventLog {
             return;
         }
         let advice = advice(known);
-        if known.severity > Severity::Note {
-            warn!(
-                event = "finding",
-                %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
-            );
-        } else {
-            info!(
-                event = "finding",
-                %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
-            );
-        }
+        warn_or_info!(
+            known.severity > Severity::Note,
+            event = "finding",
+            %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
+        );
     }
 }
 
@@ -307,7 +289,13 @@ fn log_event(t: Time, event: &Event) {
         } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
         // Logged by `EventLog::write`, which joins the two.
         Event::Finding(_) | Event::Refused { .. } => {}
-        Event::Answered { .. } => log_answered(t, event),
+        Event::Answered {
+            port,
+            row,
+            mode,
+            verdict,
+            ..
+        } => log_answered(t, *port, (row, mode.as_str()), *verdict),
         Event::Alarm { number, text } => {
             warn!(event = "alarm", %t, number, text, "alarm {number} {text}");
         }
@@ -336,18 +324,8 @@ fn log_event(t: Time, event: &Event) {
     }
 }
 
-fn log_answered(t: Time, event: &Event) {
-    let Event::Answered {
-        port,
-        row,
-        mode,
-        verdict,
-        ..
-    } = event
-    else {
-        return;
-    };
-    let (port, mode) = (port.name(), mode.as_str());
+fn log_answered(t: Time, port: Port, (row, mode): (&str, &str), verdict: Verdict) {
+    let port = port.name();
     debug!(
         event = "answered",
         %t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
@@ -373,7 +351,6 @@ fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, f
 mod tests {
     use super::*;
     use ts3100_controller::findings::{Finding, rules};
-    use ts3100_controller::output::Verdict;
     use ts3100_proto::status::MasterMode;
 
     #[test]

@@ -25,24 +25,20 @@ pub const OPEN_WARNING: &str =
 /// Robots that the banner names before the last.
 const BANNER_ROBOTS: usize = 8;
 
-/// Prints the ready line to stdout, with these TCP ports, serial lines, control address and seed of the legal variation.
+/// Prints a ready line to stdout.
 ///
 /// # Errors
 /// Stdout does not take it.
-pub fn print_line(
-    ports: &BTreeMap<Port, u16>,
-    serial: &BTreeMap<Port, SerialEndpoint>,
-    control: Option<SocketAddr>,
-    vary: Option<u64>,
-) -> io::Result<()> {
+pub fn print_line(line: &Value) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{}", line(ports, serial, control, vary))?;
+    writeln!(stdout, "{line}")?;
     stdout.flush()
 }
 
-/// The line as JSON. A channel that is no server, a port without a serial line, an interface that is off have no key. A
-/// serial line is a path, or an address in the form of pyserial (`rfc2217://`, `socket://`).
-fn line(
+/// The ready line of a robot with these TCP ports, serial lines, control address and seed of the legal variation. A channel
+/// that is no server, a port without a serial line, an interface that is off have no key. A serial line is a path, or an
+/// address in the form of pyserial (`rfc2217://`, `socket://`).
+pub fn line(
     ports: &BTreeMap<Port, u16>,
     serial: &BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
@@ -52,6 +48,11 @@ fn line(
     if !serial.is_empty() {
         line["serial"] = by_name(serial, |place| json!(place.to_string()));
     }
+    with_process(line, control, vary)
+}
+
+/// A ready line with what belongs to the process.
+fn with_process(mut line: Value, control: Option<SocketAddr>, vary: Option<u64>) -> Value {
     if let Some(control) = control {
         line["control"] = json!(url(control));
     }
@@ -61,22 +62,8 @@ fn line(
     line
 }
 
-/// Prints the ready line of several robots to stdout.
-///
-/// # Errors
-/// Stdout does not take it.
-pub fn print_fleet_line(
-    robots: &[RobotInfo],
-    control: Option<SocketAddr>,
-    vary: Option<u64>,
-) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    writeln!(stdout, "{}", fleet_line(robots, control, vary))?;
-    stdout.flush()
-}
-
-/// The line as JSON: as that of one robot, with the addresses of each by its name. Those may differ.
-fn fleet_line(robots: &[RobotInfo], control: Option<SocketAddr>, vary: Option<u64>) -> Value {
+/// The ready line of several robots: as that of one, with the addresses of each by its name. Those may differ.
+pub fn fleet_line(robots: &[RobotInfo], control: Option<SocketAddr>, vary: Option<u64>) -> Value {
     let robot = |robot: &RobotInfo| {
         let address = robot.ports.values().next().map(|address| json!(address.ip()));
         let ports = robot
@@ -89,14 +76,8 @@ fn fleet_line(robots: &[RobotInfo], control: Option<SocketAddr>, vary: Option<u6
         }
         (robot.name.clone(), value)
     };
-    let mut line = json!({ "event": "ready", "robots": robots.iter().map(robot).collect::<Value>() });
-    if let Some(control) = control {
-        line["control"] = json!(url(control));
-    }
-    if let Some(vary) = vary {
-        line["vary"] = json!(vary);
-    }
-    line
+    let line = json!({ "event": "ready", "robots": robots.iter().map(robot).collect::<Value>() });
+    with_process(line, control, vary)
 }
 
 /// The banner of several robots.
@@ -206,7 +187,7 @@ impl Display for Banner<'_> {
         let settings = self.settings;
         writeln!(f, "ts3100 is ready.")?;
         self.write_ports(f)?;
-        let file = settings.select.as_deref().unwrap_or("none");
+        let file = settings.files.select.as_deref().unwrap_or("none");
         writeln!(
             f,
             "  selected file: {file}; arm: {}; time: {}",
@@ -235,35 +216,28 @@ impl Display for Banner<'_> {
 
 impl Banner<'_> {
     /// Every port and the control interface with its address, on one line.
-    pub fn places(&self) -> String {
-        let ports = self.ports.iter().map(|(port, number)| {
-            let address = SocketAddr::new(self.settings.listen, *number);
-            format!("{port} {address}")
-        });
-        let serial = self.serial.iter().map(|(port, place)| format!("{port} {place}"));
+    pub fn summary(&self) -> String {
+        let ports = self.places().map(|(port, place)| format!("{port} {place}"));
         let control = self.control.map(|address| format!("control {}", url(address)));
-        ports.chain(serial).chain(control).collect::<Vec<_>>().join(", ")
+        ports.chain(control).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Every port with its address.
+    fn places(&self) -> impl Iterator<Item = (Port, String)> {
+        let listen = self.settings.listen;
+        let ports = self.ports.iter();
+        let ports = ports.map(move |(port, number)| (*port, SocketAddr::new(listen, *number).to_string()));
+        ports.chain(self.serial.iter().map(|(port, place)| (*port, place.to_string())))
     }
 
     fn write_ports(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        for (port, number) in self.ports {
+        for (port, place) in self.places() {
             let purpose = match port {
-                Port::Ip0 => "commands of the host (simple protocol)",
-                Port::Ip1 | Port::Ip2 => "PRINT and INPUT of the SCOL program",
+                Port::Ip0 | Port::Host => "commands of the host (simple protocol)",
+                Port::Ip1 | Port::Ip2 | Port::Com1 => "PRINT and INPUT of the SCOL program",
                 Port::Ip3 => "dedicated protocol; what arrives is discarded",
-                Port::Host | Port::Com1 => "serial",
             };
-            let address = SocketAddr::new(self.settings.listen, *number);
-            writeln!(f, "  {port}  {address:<22} {purpose}")?;
-        }
-        for (port, place) in self.serial {
-            let place = place.to_string();
-            let purpose = if port.protocol().is_some() {
-                "commands of the host (simple protocol)"
-            } else {
-                "PRINT and INPUT of the SCOL program"
-            };
-            writeln!(f, "  {port:<4} {place:<22} {purpose}")?;
+            writeln!(f, "  {:<4} {place:<22} {purpose}", port.name())?;
         }
         if let Some(control) = self.control {
             let control = url(control);

@@ -185,8 +185,8 @@ fn restored_and_reset(directory: &TempDir) -> [String; 2] {
 /// A recording beside a new controller with its files, program and calendar.
 fn compared(recording: &Recording, tolerance: &Tolerance) -> ts3100_emulator::diff::Report {
     let mut settings = Settings::new(Config::new(Dialect::Field));
-    settings.files.clone_from(&recording.header.files);
-    settings.select.clone_from(&recording.header.select);
+    settings.contents.clone_from(&recording.header.files);
+    settings.files.select.clone_from(&recording.header.select);
     settings.controller.calendar = recording.header.calendar.unwrap_or(settings.controller.calendar);
     diff(recording, candidate(&settings).unwrap(), tolerance)
 }

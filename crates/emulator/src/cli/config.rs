@@ -3,7 +3,6 @@
 use crate::config::schema::{faults, scenario, schema};
 use clap::{Args, Subcommand, ValueEnum};
 use std::io::{self, Write as _};
-use std::process::ExitCode;
 
 /// Print the JSON schemas of configuration, scenarios and faults.
 #[derive(Debug, Args)]
@@ -34,7 +33,7 @@ enum SchemaOf {
 }
 
 /// Prints it.
-pub(super) fn run(args: &ConfigArgs) -> ExitCode {
+pub(super) fn run(args: &ConfigArgs) -> anyhow::Result<u8> {
     let ConfigCommand::Schema { of } = args.what;
     let document = match of {
         SchemaOf::Configuration => schema(),
@@ -43,5 +42,5 @@ pub(super) fn run(args: &ConfigArgs) -> ExitCode {
     };
     // A closed pipe is not an error.
     let _ = writeln!(io::stdout(), "{document:#}");
-    ExitCode::SUCCESS
+    Ok(0)
 }

@@ -3,23 +3,21 @@
 
 use super::exit::SCENARIO_FAILED;
 use super::junit_stub;
-use crate::config::{ServeArgs, Settings};
+use crate::config::{FileArgs, ReportArgs, Settings};
 use crate::launch::Launched;
 use std::path::PathBuf;
 use tracing::error;
 use ts3100_controller::Controller;
 use ts3100_driver::snapshot;
 use ts3100_recording::faults;
-use ts3100_recording::reports::{ReportOutcome, Reports, RunRecord, write_report};
+use ts3100_recording::reports::{ReportOutcome, RunRecord, write_report};
 use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
 /// What is asked for at the end of a robot.
 pub struct Ending {
-    snapshot: Option<PathBuf>,
+    files: FileArgs,
     junit: Option<PathBuf>,
-    reports: Reports,
-    load: Vec<PathBuf>,
-    fault_reports: Vec<PathBuf>,
+    reports: ReportArgs,
     play: Option<Play>,
     record: RunRecord,
 }
@@ -30,26 +28,24 @@ impl Ending {
     ///
     /// # Errors
     /// What cannot be written.
-    pub fn check(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
-        settings.reports.prepare()?;
-        faults::prepare(&settings.report)?;
-        if let Some(path) = &args.scenario.junit {
+    pub fn check(settings: &Settings) -> anyhow::Result<()> {
+        settings.reports.reports().prepare()?;
+        faults::prepare(&settings.reports.report)?;
+        if let Some(path) = &settings.junit {
             write_report(path, &junit_stub::document(junit_stub::NOT_FINISHED))?;
         }
-        if let Some(path) = &args.files.snapshot_on_exit {
+        if let Some(path) = &settings.files.snapshot_on_exit {
             snapshot::check_target(path)?;
         }
         Ok(())
     }
 
-    /// What these arguments ask for. Starts the scenario, if there is one.
-    pub fn begin(launched: &mut Launched, args: &ServeArgs, settings: &Settings) -> Ending {
+    /// What these settings ask for. Starts the scenario, if there is one.
+    pub fn begin(launched: &mut Launched, settings: &Settings) -> Ending {
         Ending {
-            snapshot: args.files.snapshot_on_exit.clone(),
-            junit: args.scenario.junit.clone(),
+            files: settings.files.clone(),
+            junit: settings.junit.clone(),
             reports: settings.reports.clone(),
-            load: settings.load.clone(),
-            fault_reports: settings.report.clone(),
             play: launched.start_scenario(),
             record: launched.run_record.clone(),
         }
@@ -61,11 +57,16 @@ impl Ending {
     /// What cannot be written.
     pub fn finish(&self, controller: &Controller) -> anyhow::Result<u8> {
         faults::log_summary(controller.faults());
-        if let Some(path) = &self.snapshot {
+        if let Some(path) = &self.files.snapshot_on_exit {
             snapshot::write(path, controller)?;
         }
-        let outcome = self.reports.write_all(&self.record, controller, &self.load)?;
-        faults::write(&self.fault_reports, controller.faults(), &self.record.fault_log())?;
+        let reports = self.reports.reports();
+        let outcome = reports.write_all(&self.record, controller, &self.files.load)?;
+        faults::write(
+            &self.reports.report,
+            controller.faults(),
+            &self.record.fault_log(),
+        )?;
         log_failures(&outcome);
         let failed = match &self.play {
             Some(play) => self.report_scenario(&play.outcome(controller.now()))?,

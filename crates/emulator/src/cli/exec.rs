@@ -7,25 +7,23 @@
 use super::ending::Ending;
 use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
-use super::junit_stub;
-use super::serve::{fail, serve_until};
+use super::serve::{reporting, serve_until};
 use crate::config::args::PortSource;
 use crate::config::fleet::FleetConfig;
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, Surroundings};
+use crate::launch::{Launched, ONLY, Surroundings};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::io;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
+use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
-use ts3100_driver::driver::Driver;
 use ts3100_driver::driver::self_check::connectable;
 
 /// Run a command with an emulator that lives as long as the command.
@@ -62,19 +60,15 @@ struct CommandError {
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let junit = args.serve.scenario.junit.clone();
-    let mut junit = junit.or_else(junit_stub::path_from_environment);
-    match exec(args, &mut junit) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => {
-            let command = error.downcast_ref::<CommandError>();
-            let code = match command.map(|error| error.reason.kind()) {
-                None => EMULATOR_FAILED,
-                Some(io::ErrorKind::NotFound) => NOT_FOUND,
-                Some(_) => NOT_EXECUTABLE,
-            };
-            fail(&error, junit.as_deref(), code)
+    let code_of = |error: &anyhow::Error| {
+        let command = error.downcast_ref::<CommandError>();
+        match command.map(|error| error.reason.kind()) {
+            None => EMULATOR_FAILED,
+            Some(io::ErrorKind::NotFound) => NOT_FOUND,
+            Some(_) => NOT_EXECUTABLE,
         }
-    }
+    };
+    reporting(junit, |junit| exec(args, junit), code_of)
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
@@ -101,18 +95,19 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             "legal variation with seed {seed}; repeat it with --vary {seed}"
         ));
     }
-    Ending::check(&args, &settings)?;
+    Ending::check(&settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         let mut launched = Launched::open(&settings, &Surroundings::NONE)?;
         launched.driver.self_check(settings.listen).await?;
         let control = launched.open_control(&settings)?;
-        let ports = launched.driver.ports();
-        let _announced = Instance::current(settings.listen, ports, control).announce();
-        let mut signals = Signals::listen().context("cannot listen for signals")?;
+        let robot = launched.info(ONLY.to_owned(), &settings);
+        let instance = Instance::current(std::slice::from_ref(&robot), control);
+        let _announced = instance.announce();
+        let wait = forward_signals().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = build_command(program, rest, &settings, &launched.driver, control)
+        let mut child = build_command(program, rest, &settings, &robot, &instance)
             .spawn()
             .map_err(|reason| CommandError {
                 command: program.clone(),
@@ -122,10 +117,10 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         watched.context("the guard of the command has ended")?;
         let mut status = None;
         let stop = async {
-            status = Some(signals.forward_until_exit(&mut child).await);
+            status = Some(wait(&mut child).await);
             drop(guard);
         };
-        let failed = serve_until(stop, launched, &args, &settings).await? != 0;
+        let failed = serve_until(stop, launched, &settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })
@@ -136,12 +131,11 @@ fn build_command(
     program: &OsStr,
     rest: &[OsString],
     settings: &Settings,
-    driver: &Driver,
-    control: Option<SocketAddr>,
+    robot: &RobotInfo,
+    instance: &Instance,
 ) -> Command {
     let mut command = Command::new(program);
     command.args(rest).kill_on_drop(true);
-    let address = connectable(settings.listen);
     let mut export = |name: String, value: Option<String>| {
         match value {
             Some(value) => command.env(name, value),
@@ -149,23 +143,20 @@ fn build_command(
             None => command.env_remove(name),
         };
     };
-    export(exported::HOST.to_owned(), Some(address.to_string()));
+    export(
+        exported::HOST.to_owned(),
+        Some(connectable(settings.listen).to_string()),
+    );
     for port in Port::ETHERNET {
-        let number = driver.ports().get(&port).copied();
-        let place = number.map(|number| SocketAddr::new(address, number).to_string());
-        export(exported::channel(port), place);
-        export(
-            exported::channel_port(port),
-            number.map(|number| number.to_string()),
-        );
+        let place = instance.ports.get(port.name());
+        export(exported::channel(port), place.map(ToString::to_string));
+        let number = place.map(|place| place.port().to_string());
+        export(exported::channel_port(port), number);
     }
-    let control = control.map(|control| SocketAddr::new(connectable(control.ip()), control.port()));
-    let url = control.map(|control| format!("http://{control}"));
-    export(exported::CONTROL_URL.to_owned(), url);
-    let serial = driver.serial_endpoints();
+    export(exported::CONTROL_URL.to_owned(), instance.control.clone());
     for port in Port::SERIAL {
-        let place = serial.get(&port).map(ToString::to_string);
-        export(exported::serial_line(port), place);
+        let place = robot.serial.get(&port.name().to_ascii_lowercase());
+        export(exported::serial_line(port), place.cloned());
     }
     command
 }
@@ -185,36 +176,23 @@ fn exit_code(status: ExitStatus) -> u8 {
     u8::try_from(code).unwrap_or(1)
 }
 
+/// Listens for signals from now on. The result waits for the end of the command; what is sent to us is sent to it.
 #[cfg(unix)]
-struct Signals {
-    interrupt: tokio::signal::unix::Signal,
-    terminate: tokio::signal::unix::Signal,
-    hang_up: tokio::signal::unix::Signal,
-    quit: tokio::signal::unix::Signal,
-}
-
-#[cfg(unix)]
-impl Signals {
-    fn listen() -> io::Result<Signals> {
-        use tokio::signal::unix::{SignalKind, signal};
-        Ok(Signals {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-            quit: signal(SignalKind::quit())?,
-        })
-    }
-
-    /// Waits for the end of the command; what is sent to us is sent to it.
-    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
-        use rustix::process::Signal;
+fn forward_signals() -> io::Result<impl AsyncFnOnce(&mut Child) -> io::Result<ExitStatus>> {
+    use rustix::process::Signal;
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut hang_up = signal(SignalKind::hangup())?;
+    let mut quit = signal(SignalKind::quit())?;
+    Ok(async move |child: &mut Child| {
         loop {
             let (signal, by_terminal) = tokio::select! {
                 status = child.wait() => return status,
-                _ = self.interrupt.recv() => (Signal::INT, true),
-                _ = self.quit.recv() => (Signal::QUIT, true),
-                _ = self.terminate.recv() => (Signal::TERM, false),
-                _ = self.hang_up.recv() => (Signal::HUP, false),
+                _ = interrupt.recv() => (Signal::INT, true),
+                _ = quit.recv() => (Signal::QUIT, true),
+                _ = terminate.recv() => (Signal::TERM, false),
+                _ = hang_up.recv() => (Signal::HUP, false),
             };
             // The terminal has told the command itself.
             if by_terminal && is_in_foreground() {
@@ -226,7 +204,7 @@ impl Signals {
                 let _ = rustix::process::kill_process(id, signal);
             }
         }
-    }
+    })
 }
 
 #[cfg(unix)]
@@ -234,22 +212,15 @@ fn is_in_foreground() -> bool {
     rustix::termios::tcgetpgrp(io::stdin()).is_ok_and(|group| group == rustix::process::getpgrp())
 }
 
+/// The result waits for the end of the command; Ctrl-C has reached it too.
 #[cfg(not(unix))]
-struct Signals;
-
-#[cfg(not(unix))]
-impl Signals {
-    fn listen() -> io::Result<Signals> {
-        Ok(Signals)
-    }
-
-    /// Waits for the end of the command; Ctrl-C has reached it too.
-    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+fn forward_signals() -> io::Result<impl AsyncFnOnce(&mut Child) -> io::Result<ExitStatus>> {
+    Ok(async |child: &mut Child| {
         loop {
             tokio::select! {
                 status = child.wait() => return status,
                 _ = tokio::signal::ctrl_c() => {}
             }
         }
-    }
+    })
 }

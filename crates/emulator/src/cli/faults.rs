@@ -8,7 +8,6 @@ use crate::log::print_error;
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 use std::path::PathBuf;
-use std::process::ExitCode;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::variation::VARIATIONS;
 use ts3100_recording::faults;
@@ -43,13 +42,13 @@ enum FaultsCommand {
 }
 
 /// Runs it.
-pub(super) fn run(args: &FaultsArgs) -> ExitCode {
+pub(super) fn run(args: &FaultsArgs) -> anyhow::Result<u8> {
     match &args.command {
         FaultsCommand::List { json: true } => println!("{:#}", kinds_json()),
         FaultsCommand::List { json: false } => print!("{}", faults::kinds_text()),
-        FaultsCommand::Check { specs, faults, json } => return check(specs, faults, *json),
+        FaultsCommand::Check { specs, faults, json } => return Ok(check(specs, faults, *json)),
     }
-    ExitCode::SUCCESS
+    Ok(0)
 }
 
 /// Every kind and every variation.
@@ -64,15 +63,15 @@ fn kinds_json() -> Value {
     })
 }
 
-fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
+fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> u8 {
     let mut found: Vec<Fault> = Vec::new();
-    let mut wrong = false;
+    let mut exit_code = 0;
     for path in files {
         match faults::read(path) {
             Ok(faults) => found.extend(faults),
             Err(error) => {
                 print_error(error);
-                wrong = true;
+                exit_code = NEGATIVE;
             }
         }
     }
@@ -81,7 +80,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
             Ok(fault) => found.push(fault),
             Err(error) => {
                 print_error(format_args!("{spec}: {error}"));
-                wrong = true;
+                exit_code = NEGATIVE;
             }
         }
     }
@@ -93,9 +92,5 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
             println!("{fault}");
         }
     }
-    if wrong {
-        ExitCode::from(NEGATIVE)
-    } else {
-        ExitCode::SUCCESS
-    }
+    exit_code
 }

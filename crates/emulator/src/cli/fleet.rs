@@ -8,7 +8,7 @@
 use super::ending::Ending;
 use crate::config::fleet::FleetConfig;
 use crate::config::{Ports, Settings};
-use crate::launch::{Launched, Surroundings, robot_info};
+use crate::launch::{Launched, Surroundings};
 use anyhow::Context as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, SocketAddr};
@@ -61,7 +61,7 @@ impl Fleet {
     /// A robot that cannot start, or sockets that cannot be opened.
     pub fn open(config: FleetConfig) -> anyhow::Result<Arc<Fleet>> {
         let count = config.count();
-        let (_, first) = config.settings(0).with_context(|| config.name(0))?;
+        let first = config.settings(0).with_context(|| config.name(0))?;
         if config.has_own_addresses() {
             check_addresses((0..count).filter_map(|index| config.args(index).network.listen))?;
         }
@@ -200,13 +200,13 @@ impl Fleet {
     fn launch(&self, index: usize) -> anyhow::Result<(Launched, Ending, Running)> {
         let span = self.span(index);
         let _named = span.enter();
-        let (args, settings) = self.config.settings(index)?;
-        Ending::check(&args, &settings)?;
+        let settings = self.config.settings(index)?;
+        Ending::check(&settings)?;
         let mut launched = Launched::open(&settings, &self.surroundings)?;
-        let ending = Ending::begin(&mut launched, &args, &settings);
+        let ending = Ending::begin(&mut launched, &settings);
         let running = Running {
             handle: launched.handle(),
-            info: robot_info(self.config.name(index), settings.listen, &launched.driver),
+            info: launched.info(self.config.name(index), &settings),
         };
         Ok((launched, ending, running))
     }

@@ -2,13 +2,14 @@
 //!
 //! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
-use super::check::{is_stdin, read_source};
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{self, is_stdin};
 use crate::log::print_error;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Format SCOL files in place.
 ///
@@ -25,47 +26,36 @@ pub(super) struct FormatArgs {
     check: bool,
 }
 
-/// What became of a file; the order is that of the exit codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum FormatOutcome {
-    Done = 0,
-    Unformatted = 1,
-    Failed = 2,
-}
-
-/// Formats every file.
-pub(super) fn run(args: &FormatArgs) -> ExitCode {
-    let mut worst = FormatOutcome::Done;
+/// Formats every file; the worst exit code.
+pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
+    let mut worst = 0;
     for path in &args.files {
         let outcome = format_file(path, args.check).unwrap_or_else(|error| {
             print_error(format_args!("cannot format {}: {error}", path.display()));
-            FormatOutcome::Failed
+            UNUSABLE
         });
         worst = worst.max(outcome);
     }
-    ExitCode::from(worst as u8)
+    Ok(worst)
 }
 
-fn format_file(path: &Path, check: bool) -> io::Result<FormatOutcome> {
-    let stdin = is_stdin(path);
-    let source = String::from_utf8(read_source(path)?)
+/// Formats a file; the exit code.
+fn format_file(path: &Path, check: bool) -> io::Result<u8> {
+    let source = String::from_utf8(input::read(path, MAX_PC_FILE)?)
         .map_err(|_| io::Error::other("not text in ASCII or UTF-8; the file is left as it is"))?;
     let formatted = scol_mini::format(&source);
     let changed = formatted != source;
-    if check {
-        if changed {
-            println!("{}: not formatted", path.display());
-        }
-        return Ok(if changed {
-            FormatOutcome::Unformatted
-        } else {
-            FormatOutcome::Done
-        });
+    if check && changed {
+        println!("{}: not formatted", path.display());
+        return Ok(NEGATIVE);
     }
-    if stdin {
+    if check {
+        return Ok(0);
+    }
+    if is_stdin(path) {
         io::stdout().lock().write_all(formatted.as_bytes())?;
     } else if changed {
         files::replace(path, formatted.as_bytes())?;
     }
-    Ok(FormatOutcome::Done)
+    Ok(0)
 }

@@ -8,12 +8,10 @@ mod tools;
 use super::ctl::call::Call;
 use super::ctl::target::{TargetArgs, advice};
 use super::ctl::words_of_refusal;
-use super::exit::UNUSABLE;
-use crate::log::print_error;
+use anyhow::{Context as _, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Read as _, Write as _};
-use std::process::ExitCode;
 use tools::{TOOLS, Tool, ToolError};
 
 /// Longest message in bytes: a program of the largest size, escaped.
@@ -48,15 +46,13 @@ pub(super) struct McpArgs {
 }
 
 /// The control interface of the robot.
-pub(super) struct Robot<'a> {
-    args: &'a McpArgs,
-}
+pub(super) struct Robot<'a>(&'a TargetArgs);
 
 impl Robot<'_> {
     /// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
     fn call(&self, method: &'static str, path: &str, body: Option<Value>) -> Result<Value, ToolError> {
         let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
-        let target = &self.args.target;
+        let Robot(target) = self;
         let url = target.url().map_err(|error| unreachable(&error))?;
         let call = Call {
             method,
@@ -77,24 +73,20 @@ impl Robot<'_> {
 }
 
 /// Serves until stdin ends.
-pub(super) fn run(args: &McpArgs) -> ExitCode {
+pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
     let mut input = io::stdin().lock();
-    let robot = Robot { args };
+    let robot = Robot(&args.target);
     loop {
         let mut line = Vec::new();
         // One byte more shows that it is too long.
-        match input.by_ref().take(MAX_MESSAGE + 1).read_until(b'\n', &mut line) {
-            Ok(0) => return ExitCode::SUCCESS,
-            Ok(_) if line.len() as u64 > MAX_MESSAGE => {
-                print_error(format_args!("a message has more than {MAX_MESSAGE} bytes"));
-                return ExitCode::from(UNUSABLE);
-            }
-            Ok(_) => {}
-            Err(error) => {
-                print_error(format_args!("cannot read stdin: {error}"));
-                return ExitCode::from(UNUSABLE);
-            }
+        let read = input.by_ref().take(MAX_MESSAGE + 1).read_until(b'\n', &mut line);
+        if read.context("cannot read stdin")? == 0 {
+            return Ok(0);
         }
+        ensure!(
+            line.len() as u64 <= MAX_MESSAGE,
+            "a message has more than {MAX_MESSAGE} bytes"
+        );
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
         }
@@ -102,7 +94,7 @@ pub(super) fn run(args: &McpArgs) -> ExitCode {
             let mut out = io::stdout().lock();
             // Who closes the pipe has gone.
             if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
-                return ExitCode::SUCCESS;
+                return Ok(0);
             }
         }
     }
@@ -122,22 +114,18 @@ fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
     let id = id?;
     let parameters = message.get("params").unwrap_or(&Value::Null);
     let result = match method {
-        "initialize" => initialize(parameters),
-        "ping" => json!({}),
-        "tools/list" => json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() }),
-        "tools/call" => match call(robot, parameters) {
-            Some(result) => result,
-            None => {
-                return Some(failed(
-                    id,
-                    INVALID_PARAMS,
-                    "no tool has this name; tools/list names them",
-                ));
-            }
-        },
-        _ => return Some(failed(id, UNKNOWN_METHOD, "no such method")),
+        "initialize" => Ok(initialize(parameters)),
+        "ping" => Ok(json!({})),
+        "tools/list" => Ok(json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() })),
+        "tools/call" => {
+            call(robot, parameters).ok_or((INVALID_PARAMS, "no tool has this name; tools/list names them"))
+        }
+        _ => Err((UNKNOWN_METHOD, "no such method")),
     };
-    Some(json!({ "jsonrpc": "2.0", "id": id, "result": result }))
+    Some(match result {
+        Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+        Err((code, message)) => failed(id, code, message),
+    })
 }
 
 fn failed(id: &Value, code: i64, message: &str) -> Value {

@@ -17,6 +17,7 @@ mod format;
 mod guard;
 mod help;
 mod host;
+mod input;
 mod junit_stub;
 mod man;
 mod mcp;
@@ -107,20 +108,21 @@ fn parse_serve() -> Option<Command> {
         .map(|args| Command::Serve(Box::new(args)))
 }
 
+/// Runs a subcommand. The result of most is their exit code; an error is printed.
 fn run(command: Command) -> ExitCode {
-    match command {
-        Command::Serve(args) => serve::run(*args),
-        Command::Exec(args) => exec::run(*args),
+    let done = match command {
+        Command::Serve(args) => return serve::run(*args),
+        Command::Exec(args) => return exec::run(*args),
         Command::Host(args) => host::run(&args),
-        Command::Check(args) => exit_code(check::run(&args)),
+        Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
-        Command::Run(args) => exit_code(run::run(&args)),
+        Command::Run(args) => run::run(&args),
         Command::Faults(args) => faults::run(&args),
-        Command::Tap(args) => exit_code(tap::run(&args)),
-        Command::Diff(args) => exit_code(diff::run(&args)),
-        Command::Survey(args) => exit_code(survey::run(&args)),
-        Command::Conform(args) => exit_code(survey::conform(&args)),
-        Command::Fidelity(args) => exit_code(survey::fidelity(&args)),
+        Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
+        Command::Survey(args) => survey::run(&args),
+        Command::Conform(args) => survey::conform(&args),
+        Command::Fidelity(args) => survey::fidelity(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Mcp(args) => mcp::run(&args),
         Command::Ready(args) => ready::run(&args),
@@ -129,17 +131,13 @@ fn run(command: Command) -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
             // A closed pipe is not an error.
             let _ = std::io::stdout().write_all(&script);
-            ExitCode::SUCCESS
+            Ok(0)
         }
-        Command::Man(args) => exit_code(man::run(&args)),
-        Command::Coverage(args) => exit_code(coverage::run(&args)),
+        Command::Man(args) => man::run(&args),
+        Command::Coverage(args) => coverage::run(&args),
         Command::Config(args) => config::run(&args),
-    }
-}
-
-/// The exit code of a subcommand; an error is printed.
-fn exit_code(result: anyhow::Result<u8>) -> ExitCode {
-    ExitCode::from(result.unwrap_or_else(|error| {
+    };
+    ExitCode::from(done.unwrap_or_else(|error| {
         print_error(format_args!("{error:#}"));
         exit::UNUSABLE
     }))

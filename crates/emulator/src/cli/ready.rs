@@ -5,7 +5,8 @@
 //! asked with [`ts3100_control::client`]; without a control interface IP0 is connected to and closed again.
 
 use super::ctl::target::{self, TargetError};
-use super::exit::{NO_ANSWER, NOT_REACHED, UNUSABLE};
+use super::exit::{NO_ANSWER, NOT_REACHED};
+use crate::config::args::FIRST_PORT;
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
 use crate::log::print_error;
@@ -16,7 +17,6 @@ use std::ffi::OsStr;
 use std::fmt;
 use std::io::Write as _;
 use std::net::{SocketAddr, TcpStream};
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use ts3100_control::URL_VARIABLE;
 use ts3100_control::client::Client;
@@ -30,8 +30,6 @@ const QUESTION_TIMEOUT: Duration = Duration::from_secs(2);
 const PAUSE: Duration = Duration::from_millis(50);
 /// Longest wait.
 const MAX_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
-/// The port of IP0 on a fresh drive.
-const IP0_PORT: u16 = 1_000;
 
 /// Check that an emulator is ready, or wait until it is.
 ///
@@ -78,29 +76,20 @@ impl fmt::Display for Target {
 }
 
 /// Asks, until an emulator answers or the wait is over.
-pub(super) fn run(args: &ReadyArgs) -> ExitCode {
+pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
     let environment = config::environment();
     let until = Instant::now() + args.wait.unwrap_or_default();
     loop {
         // An emulator that starts meanwhile says by its state file where it is.
-        let target = match Target::find(args, &environment, instances::running()) {
-            Ok(target) => target,
-            Err(error) => {
-                print_error(format_args!("{error:#}"));
-                return ExitCode::from(UNUSABLE);
-            }
-        };
-        let reason = match target.ask() {
-            Ok(()) => {
-                // A closed pipe is not an error.
-                let _ = writeln!(std::io::stdout(), "{target} is ready");
-                return ExitCode::SUCCESS;
-            }
-            Err(reason) => reason,
+        let target = Target::find(args, &environment, instances::running())?;
+        let Err(reason) = target.ask() else {
+            // A closed pipe is not an error.
+            let _ = writeln!(std::io::stdout(), "{target} is ready");
+            return Ok(0);
         };
         if Instant::now() >= until {
             print_error(format_args!("{target} is not ready: {reason:#}"));
-            return ExitCode::from(args.wait.map_or(NO_ANSWER, |_| NOT_REACHED));
+            return Ok(args.wait.map_or(NO_ANSWER, |_| NOT_REACHED));
         }
         std::thread::sleep(PAUSE);
     }
@@ -142,8 +131,8 @@ impl Target {
         let Ports::Offset(offset) = ports else {
             return Ok(Target::NotFound);
         };
-        let port = IP0_PORT.checked_add(offset);
-        let port = port.with_context(|| format!("cannot add --port-offset {offset} to port {IP0_PORT}"))?;
+        let port = FIRST_PORT.checked_add(offset);
+        let port = port.with_context(|| format!("cannot add --port-offset {offset} to port {FIRST_PORT}"))?;
         let listen = connectable(serve.network.listen.unwrap_or(Settings::LISTEN));
         Ok(Target::Ip0(SocketAddr::new(listen, port)))
     }

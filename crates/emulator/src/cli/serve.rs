@@ -13,12 +13,14 @@ use crate::config::fleet::FleetConfig;
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, Surroundings, bind_control};
+use crate::launch::{Launched, ONLY, Surroundings, bind_control};
 use crate::log;
-use crate::ready;
+use crate::ready::{self, Banner, FleetBanner};
 use anyhow::Context as _;
+use serde_json::Value;
+use std::fmt::Display;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use tracing::{info, warn};
@@ -27,23 +29,23 @@ use ts3100_control::robots::{RobotInfo, Robots};
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
-    let mut junit = args
-        .scenario
-        .junit
-        .clone()
-        .or_else(junit_stub::path_from_environment);
-    match serve(args, &mut junit) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => fail(&error, junit.as_deref(), UNUSABLE),
-    }
+    let junit = args.scenario.junit.clone();
+    reporting(junit, |junit| serve(args, junit), |_| UNUSABLE)
 }
 
-/// Ends with this exit code after saying why, in the JUnit report too if one was asked for.
-pub(super) fn fail(error: &anyhow::Error, junit: Option<&Path>, code: u8) -> ExitCode {
-    let words = printable(format_args!("{error:#}"));
-    log::print_error(&words);
-    junit_stub::write(junit, &words);
-    ExitCode::from(code)
+/// Runs, and says why if it fails, in the JUnit report too if one was asked for. `code_of` is the exit code then.
+pub(super) fn reporting(
+    junit: Option<PathBuf>,
+    run: impl FnOnce(&mut Option<PathBuf>) -> anyhow::Result<u8>,
+    code_of: impl FnOnce(&anyhow::Error) -> u8,
+) -> ExitCode {
+    let mut junit = junit.or_else(junit_stub::path_from_environment);
+    ExitCode::from(run(&mut junit).unwrap_or_else(|error| {
+        let words = printable(format_args!("{error:#}"));
+        log::print_error(&words);
+        junit_stub::write(junit.as_deref(), &words);
+        code_of(&error)
+    }))
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
@@ -68,7 +70,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             seed, "legal variation with seed {seed}; repeat it with --vary {seed}"
         );
     }
-    Ending::check(&args, &settings)?;
+    Ending::check(&settings)?;
     single_threaded()?.block_on(serve_one(&args, &settings))
 }
 
@@ -79,24 +81,17 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     let launched = Launched::open(settings, &Surroundings::NONE)?;
     let control = launched.open_control(settings)?;
     let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
-    let _announced = Instance::current(settings.listen, ports, control).announce();
-    if args.network.ready_json.unwrap_or(false) {
-        let printed = ready::print_line(ports, &serial, control, settings.controller.vary);
-        printed.context("cannot write to stdout")?;
-    } else {
-        let banner = ready::Banner {
-            settings,
-            ports,
-            serial: &serial,
-            control,
-            has_examples: launched.has_examples,
-        };
-        match args.log.log_format.unwrap_or_default() {
-            LogFormat::Text => eprint!("{banner}"),
-            LogFormat::Json => info!(event = "ready", "ready: {}", banner.places()),
-        }
-    }
-    let code = serve_until(stop, launched, args, settings).await?;
+    let _announced = Instance::current(&[launched.info(ONLY.to_owned(), settings)], control).announce();
+    let banner = Banner {
+        settings,
+        ports,
+        serial: &serial,
+        control,
+        has_examples: launched.has_examples,
+    };
+    let line = || ready::line(ports, &serial, control, settings.controller.vary);
+    say_ready(args, line, &banner, || banner.summary())?;
+    let code = serve_until(stop, launched, settings).await?;
     info!("ended");
     Ok(code)
 }
@@ -116,24 +111,35 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
         None => None,
     };
     let robots: Vec<RobotInfo> = fleet.infos().collect();
-    let _announced = Instance::of_fleet(&robots, address).announce();
-    if args.network.ready_json.unwrap_or(false) {
-        ready::print_fleet_line(&robots, address, fleet.vary()).context("cannot write to stdout")?;
-    } else {
-        let banner = ready::FleetBanner {
-            robots: &robots,
-            control: address,
-            has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
-        };
-        match args.log.log_format.unwrap_or_default() {
-            LogFormat::Text => eprint!("{banner}"),
-            LogFormat::Json => info!(event = "ready", "ready: {}", banner.summary()),
-        }
-    }
+    let _announced = Instance::current(&robots, address).announce();
+    let banner = FleetBanner {
+        robots: &robots,
+        control: address,
+        has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
+    };
+    let line = || ready::fleet_line(&robots, address, fleet.vary());
+    say_ready(args, line, &banner, || banner.summary())?;
     stop.await;
     let code = fleet.end().await?;
     info!("ended");
     Ok(code)
+}
+
+/// Says that the ports are open: by the ready line, the banner, or a line of the log.
+fn say_ready(
+    args: &ServeArgs,
+    line: impl FnOnce() -> Value,
+    banner: &impl Display,
+    summary: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    if args.network.ready_json.unwrap_or(false) {
+        return ready::print_line(&line()).context("cannot write to stdout");
+    }
+    match args.log.log_format.unwrap_or_default() {
+        LogFormat::Text => eprint!("{banner}"),
+        LogFormat::Json => info!(event = "ready", "ready: {}", summary()),
+    }
+    Ok(())
 }
 
 /// Serves until `stop` completes, then writes all that was asked for; the exit code that follows from it. `exec` does
@@ -141,10 +147,9 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
 pub(super) async fn serve_until(
     stop: impl Future<Output = ()>,
     mut launched: Launched,
-    args: &ServeArgs,
     settings: &Settings,
 ) -> anyhow::Result<u8> {
-    let ending = Ending::begin(&mut launched, args, settings);
+    let ending = Ending::begin(&mut launched, settings);
     ending.finish(&launched.driver.run(stop).await)
 }
 

@@ -269,12 +269,16 @@ fn stop_at_a_signal(stop: &Arc<AtomicBool>) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Asks, and says how it goes. Without answers: the exit code.
-fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Report, u8>> {
+/// Asks, says how it goes, and hands the answers over; the exit code.
+fn asked(
+    target: &TargetArgs,
+    file: Option<&Path>,
+    take: impl FnOnce(&Report) -> anyhow::Result<u8>,
+) -> anyhow::Result<u8> {
     let plan = plan(target)?;
     show_plan(&plan);
     if target.dry_run {
-        return Ok(Err(0));
+        return Ok(0);
     }
     // A file that cannot be written is known before minutes have passed.
     if let Some(path) = file {
@@ -284,7 +288,7 @@ fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Repo
         print_error(format_args!(
             "nothing was sent: the class motion needs the word {CONSENT}"
         ));
-        return Ok(Err(UNUSABLE));
+        return Ok(UNUSABLE);
     }
     let mut peer = peer(target)?;
     stop_at_a_signal(&plan.stop)?;
@@ -299,8 +303,8 @@ fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Repo
             reason.clone_from(&answer.note);
         }
     });
-    Ok(match report {
-        Ok(report) => Ok(Report {
+    match report {
+        Ok(report) => take(&Report {
             made_by: MADE_BY.to_owned(),
             ..report
         }),
@@ -310,9 +314,9 @@ fn asked(target: &TargetArgs, file: Option<&Path>) -> anyhow::Result<Result<Repo
                 "cannot survey {}: {error}. Give the port of IP0, or the line of HOST, and end other host programs: a controller serves one",
                 whom.map_or("", String::as_str)
             ));
-            Err(NO_ANSWER)
+            Ok(NO_ANSWER)
         }
-    })
+    }
 }
 
 /// Says what is not as it should be at the end. Returns the exit code.
@@ -335,13 +339,23 @@ fn cannot_write(path: &Path) -> String {
 
 /// One answer.
 fn line(answer: &Answer) -> String {
-    let said = match answer.heard.is_empty() {
-        true => answer.note.as_str(),
-        false => answer.heard.as_str(),
-    };
     let sets = answer.sets.as_ref();
     let sets = sets.map_or_else(String::new, |(option, value)| format!("  ({option} = {value})"));
+    let said = said(answer);
     format!("{:<9} {:<22} {said}{sets}", answer.verdict.word(), answer.probe)
+}
+
+/// What was heard, or why nothing was.
+fn said(answer: &Answer) -> &str {
+    match answer.heard.is_empty() {
+        true => &answer.note,
+        false => &answer.heard,
+    }
+}
+
+/// The question of an answer.
+fn question(answer: &Answer) -> &'static str {
+    catalogue::find(&answer.probe).map_or("", |probe| probe.question)
 }
 
 fn summary(report: &Report) -> String {
@@ -352,13 +366,11 @@ fn summary(report: &Report) -> String {
 }
 
 fn ask_controller(target: &TargetArgs, out: Option<&Path>) -> anyhow::Result<u8> {
-    let report = match asked(target, out)? {
-        Ok(report) => report,
-        Err(code) => return Ok(code),
-    };
-    say!("\n{}", summary(&report));
-    keep(&report, out)?;
-    Ok(ended(&report))
+    asked(target, out, |report| {
+        say!("\n{}", summary(report));
+        keep(report, out)?;
+        Ok(ended(report))
+    })
 }
 
 fn keep(report: &Report, out: Option<&Path>) -> anyhow::Result<()> {
@@ -421,14 +433,11 @@ fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
 /// The connections of the recording on which commands are sent.
 fn protocol_lines(recording: &Recording) -> BTreeSet<PeerId> {
     let records = recording.records.iter();
-    let lines = records.filter_map(|record| match &record.kind {
-        RecordKind::FromHost { line, .. } => Some(*line),
-        RecordKind::Connected { .. }
-        | RecordKind::FromRobot { .. }
-        | RecordKind::Ended { .. }
-        | RecordKind::Action(_)
-        | RecordKind::Link(_)
-        | RecordKind::Remark(_) => None,
+    let lines = records.filter_map(|record| {
+        let RecordKind::FromHost { line, .. } = &record.kind else {
+            return None;
+        };
+        Some(*line)
     });
     lines.filter(|line| line.port.protocol().is_some()).collect()
 }
@@ -436,31 +445,28 @@ fn protocol_lines(recording: &Recording) -> BTreeSet<PeerId> {
 /// Runs `conform`.
 pub(super) fn conform(args: &ConformArgs) -> anyhow::Result<u8> {
     let junit = args.junit.as_deref();
-    let report = match asked(&args.target, junit)? {
-        Ok(report) => report,
-        Err(code) => return Ok(code),
-    };
     let fails = |answer: &Answer| match answer.verdict {
         Verdict::Manual | Verdict::Refused => false,
         Verdict::Variation => args.strict,
         Verdict::Unknown => true,
     };
-    let failed = report.answers.iter().filter(|answer| fails(answer)).count();
-    say!("\n{}; {failed} failed", summary(&report));
-    if let Some(path) = junit {
-        files::replace(path, junit_of(&report, fails).as_bytes()).with_context(|| cannot_write(path))?;
-    }
-    Ok(match ended(&report) {
-        0 if failed > 0 => NEGATIVE,
-        code => code,
+    asked(&args.target, junit, |report| {
+        let failed = report.answers.iter().filter(|answer| fails(answer)).count();
+        say!("\n{}; {failed} failed", summary(report));
+        if let Some(path) = junit {
+            files::replace(path, junit_of(report, fails).as_bytes()).with_context(|| cannot_write(path))?;
+        }
+        Ok(match ended(report) {
+            0 if failed > 0 => NEGATIVE,
+            code => code,
+        })
     })
 }
 
 fn junit_of(report: &Report, fails: impl Fn(&Answer) -> bool) -> String {
     let cases = report.answers.iter().map(|answer| {
-        let probe = catalogue::find(&answer.probe);
-        let question = probe.map_or("", |probe| probe.question);
-        let class = probe.map_or("look", |probe| probe.class.word());
+        let class = catalogue::find(&answer.probe).map_or("look", |probe| probe.class.word());
+        let question = question(answer);
         let text = format!("{question}\n{}\n{}", line(answer), answer.traffic.join("\n"));
         let status = match (fails(answer), answer.verdict) {
             (true, _) => junit::failure(&line(answer), &text),

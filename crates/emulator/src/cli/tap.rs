@@ -3,7 +3,7 @@
 //! The relay between hosts and the real controller, and the recording, are in [`ts3100_recording::tap`].
 
 use super::serve::stop_signal;
-use crate::config::args::{LogFormat, PortSource};
+use crate::config::args::{FIRST_PORT, LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
 use crate::ready;
@@ -11,6 +11,7 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::num::NonZeroU16;
 use std::str::FromStr;
 use std::time::Duration;
 use tracing::info;
@@ -19,8 +20,6 @@ use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::tap::{Route, Tap, TapSettings};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// Port of IP0 of a controller as delivered; the other channels follow (ETH-05).
-const FIRST_PORT: u16 = 1_000;
 /// Longest wait for a connection that can be asked for, in seconds.
 const MAX_WAIT: f64 = 3_600.0;
 
@@ -76,7 +75,7 @@ struct ChannelArg {
     port: Port,
     offset: u16,
     /// If it was given.
-    real_port: Option<u16>,
+    real_port: Option<NonZeroU16>,
 }
 
 impl FromStr for ChannelArg {
@@ -88,20 +87,15 @@ impl FromStr for ChannelArg {
             .map_or((word, None), |(name, number)| (name, Some(number)));
         let channels = (0_u16..).zip(Port::ETHERNET);
         let mut known = channels.filter(|(_, port)| port.name().eq_ignore_ascii_case(name));
-        let (index, port) = known
+        let (offset, port) = known
             .next()
             .ok_or_else(|| UnexpectedWord::new("ip0, ip1, ip2 or ip3", name))?;
-        let real = match number {
-            None => None,
-            Some(number) => match number.parse() {
-                Ok(number) if number > 0 => Some(number),
-                _ => return Err(UnexpectedWord::new("a port from 1 to 65535", number)),
-            },
-        };
+        let wrong = |number| move |_| UnexpectedWord::new("a port from 1 to 65535", number);
+        let real_port = number.map(|number| number.parse().map_err(wrong(number)));
         Ok(ChannelArg {
             port,
-            offset: index,
-            real_port: real,
+            offset,
+            real_port: real_port.transpose()?,
         })
     }
 }
@@ -133,18 +127,14 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         if routes.iter().any(|route| route.port == channel.port) {
             bail!("--channels: {} is given twice", channel.port);
         }
+        let next = || real.port().checked_add(channel.offset);
+        let port = channel.real_port.map(NonZeroU16::get).or_else(next);
+        let port =
+            port.with_context(|| format!("{}: the port of {} exceeds 65535", args.real, channel.port))?;
         let route = Route {
             port: channel.port,
             listen: SocketAddr::new(args.listen, own),
-            controller: match channel.real_port {
-                Some(port) => SocketAddr::new(real.ip(), port),
-                None => SocketAddr::new(
-                    real.ip(),
-                    real.port().checked_add(channel.offset).ok_or_else(|| {
-                        anyhow!("{}: the port of {} exceeds 65535", args.real, channel.port)
-                    })?,
-                ),
-            },
+            controller: SocketAddr::new(real.ip(), port),
         };
         if own != 0 && route.listen == route.controller {
             bail!(
@@ -183,7 +173,8 @@ pub(super) fn run(args: &TapArgs) -> anyhow::Result<u8> {
             );
         }
         if args.ready_json {
-            ready::print_line(tap.ports(), &BTreeMap::new(), None, None).context("cannot write to stdout")?;
+            let line = ready::line(tap.ports(), &BTreeMap::new(), None, None);
+            ready::print_line(&line).context("cannot write to stdout")?;
         }
         tap.run(stop).await;
         info!("ended");

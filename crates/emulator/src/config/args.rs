@@ -438,7 +438,7 @@ impl TypedValueParser for PortSourceParser {
 }
 
 /// Port of IP0 of a controller as delivered (ETH-05).
-const FIRST_PORT: u16 = 1_000;
+pub(crate) const FIRST_PORT: u16 = 1_000;
 
 /// Reads the word of a value, and names all words in the help.
 pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {

@@ -30,9 +30,7 @@ pub fn serial_line(port: Port) -> String {
 /// Whether `exec` sets this variable.
 pub fn is_exported(name: &str) -> bool {
     let is_channel = |port| name == channel(port) || name == channel_port(port);
-    name == HOST
-        || name == CONTROL_URL
-        || name == ROBOT
+    [HOST, CONTROL_URL, ROBOT].contains(&name)
         || Port::ETHERNET.into_iter().any(is_channel)
         || Port::SERIAL.into_iter().any(|port| name == serial_line(port))
 }

@@ -3,7 +3,7 @@
 //!
 //! What is wrong with any of them is known before the first port opens.
 
-use super::args::{PortSource, WireTable};
+use super::args::{PortSource, RobotTable, WireTable};
 use super::{ConfigError, ServeArgs, Settings};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -42,7 +42,7 @@ pub struct FleetConfig {
     /// What all have in common.
     common: ServeArgs,
     /// Name and arguments of each; empty if they are only numbered.
-    tables: Vec<(String, ServeArgs)>,
+    tables: Vec<RobotTable>,
     count: usize,
     /// The wires between them.
     pub wires: Vec<Wire>,
@@ -73,7 +73,6 @@ impl FleetConfig {
             (Some(count), 0) => count as usize,
         };
         common.robot.robots = None;
-        let tables: Vec<_> = tables.into_iter().map(|table| (table.name, table.args)).collect();
         check_names(&tables)?;
         let mut fleet = FleetConfig {
             common,
@@ -114,31 +113,23 @@ impl FleetConfig {
     /// The name of a robot.
     pub fn name(&self, index: usize) -> String {
         let table = self.tables.get(index);
-        table.map_or_else(|| format!("robot-{}", index + 1), |(name, _)| name.clone())
+        table.map_or_else(|| format!("robot-{}", index + 1), |table| table.name.clone())
     }
 
     /// The robot of this name.
     pub fn index(&self, name: &str) -> Option<usize> {
         if !self.tables.is_empty() {
-            return self.tables.iter().position(|(known, _)| known == name);
+            return self.tables.iter().position(|table| table.name == name);
         }
         let number: usize = name.strip_prefix("robot-")?.parse().ok()?;
         let index = number.checked_sub(1).filter(|index| *index < self.count)?;
         (self.name(index) == name).then_some(index)
     }
 
-    /// The arguments that all have in common.
-    pub fn common(&self) -> &ServeArgs {
-        &self.common
-    }
-
     /// The arguments of one robot.
     pub fn args(&self, index: usize) -> ServeArgs {
-        let table = self
-            .tables
-            .get(index)
-            .map(|(_, args)| args.clone())
-            .unwrap_or_default();
+        let table = self.tables.get(index);
+        let table = table.map(|table| table.args.clone()).unwrap_or_default();
         let has_place = table.network.listen.is_some()
             || table.network.port_offset.is_some()
             || table.network.ports.is_some();
@@ -162,20 +153,13 @@ impl FleetConfig {
             args.variation.vary = args.variation.vary.map(|seed| seed.after(number));
         }
         // The process has one control interface, wherever that is.
-        args.control_interface.control = args
-            .control_interface
-            .control
-            .filter(|choice| *choice == ControlChoice::Off);
-        args.control_interface.control = args
-            .control_interface
-            .control
-            .or(Some(ControlChoice::Address(ControlSettings::free().address)));
-        let name = self.name(index);
-        for path in paths(&mut args).into_values().flatten() {
-            *path = with_name(path, &name);
+        let control = &mut args.control_interface.control;
+        if *control != Some(ControlChoice::Off) {
+            *control = Some(ControlChoice::Address(ControlSettings::free().address));
         }
-        for file in &mut args.reports.transcript {
-            file.path = with_name(&file.path, &name);
+        let name = self.name(index);
+        for (_, path) in paths(&mut args) {
+            *path = with_name(path, &name);
         }
         args
     }
@@ -184,35 +168,28 @@ impl FleetConfig {
     ///
     /// # Errors
     /// See [`Settings::from_args`].
-    pub fn settings(&self, index: usize) -> Result<(ServeArgs, Settings), ConfigError> {
-        let mut args = self.args(index);
+    pub fn settings(&self, index: usize) -> Result<Settings, ConfigError> {
+        let args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
-        if self.common.files.restore.as_deref().is_some_and(is_of_all)
-            && args.files.restore == self.common.files.restore
-        {
+        let restored = self.restored_for_all();
+        if restored.is_some() && args.files.restore.as_deref() == restored {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
-        args.files.snapshot_on_exit.take_if(|path| is_of_all(path));
-        Ok((args, settings))
+        settings.files.snapshot_on_exit.take_if(|path| is_of_all(path));
+        Ok(settings)
     }
 
     /// The file for the last state of all robots, if one is asked for.
     pub fn snapshot_of_all(&self) -> Option<&Path> {
-        self.common
-            .files
-            .snapshot_on_exit
-            .as_deref()
-            .filter(|path| is_of_all(path))
+        let path = self.common.files.snapshot_on_exit.as_deref();
+        path.filter(|path| is_of_all(path))
     }
 
     /// The file with the initial state of all robots, if there is one.
     pub fn restored_for_all(&self) -> Option<&Path> {
-        self.common
-            .files
-            .restore
-            .as_deref()
-            .filter(|path| is_of_all(path))
+        let path = self.common.files.restore.as_deref();
+        path.filter(|path| is_of_all(path))
     }
 
     /// The control interface of the process, if there is one.
@@ -273,11 +250,8 @@ impl FleetConfig {
 
     /// Refuses wires between robots whose time passes differently.
     fn check_times(&self) -> Result<(), ConfigError> {
-        let robots = self
-            .wires
-            .iter()
-            .flat_map(|wire| [wire.from.robot(), wire.to.robot()])
-            .flatten();
+        let ends = self.wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
+        let robots = ends.filter_map(WireEnd::robot);
         let mut times = robots.map(|index| (index, self.args(index).clock.time.unwrap_or_default()));
         let Some((first, time)) = times.next() else {
             return Ok(());
@@ -303,20 +277,11 @@ impl FleetConfig {
         };
         for index in 0..compared {
             let (name, mut args) = (self.name(index), self.args(index));
-            let transcripts: Vec<PathBuf> = args
-                .reports
-                .transcript
-                .iter()
-                .map(|file| file.path.clone())
-                .collect();
-            let mut written = paths(&mut args);
-            // Read by all, or one file with the state of each.
-            written.retain(|key, _| !matches!(*key, "restore" | "load" | "scenario" | "snapshot-on-exit"));
-            let written = written
-                .into_iter()
-                .flat_map(|(key, paths)| paths.into_iter().map(move |path| (key, path.clone())));
-            let transcripts = transcripts.into_iter().map(|path| ("transcript", path));
-            for (key, path) in written.chain(transcripts).collect::<Vec<_>>() {
+            for (key, path) in paths(&mut args) {
+                // Read by all, or one file with the state of each.
+                if matches!(key, "restore" | "load" | "scenario" | "snapshot-on-exit") {
+                    continue;
+                }
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
                     return Err(refused(format!(
                         "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \
@@ -376,27 +341,31 @@ impl FleetConfig {
     }
 }
 
-/// The files and directories of a robot by their keys; transcripts are files of another type.
-fn paths(args: &mut ServeArgs) -> BTreeMap<&'static str, Vec<&mut PathBuf>> {
+/// The files and directories of a robot with their keys.
+fn paths(args: &mut ServeArgs) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
     let reports = &mut args.reports;
-    fn one(path: &mut Option<PathBuf>) -> Vec<&mut PathBuf> {
-        path.iter_mut().collect()
-    }
-    BTreeMap::from([
+    let transcripts = reports.transcript.iter_mut().map(|file| &mut file.path);
+    let paths: [(_, Vec<_>); 14] = [
         ("coverage", reports.coverage.iter_mut().collect()),
-        ("drive", one(&mut args.files.drive)),
+        ("drive", args.files.drive.iter_mut().collect()),
         ("findings", reports.findings.iter_mut().collect()),
-        ("junit", one(&mut args.scenario.junit)),
-        ("lcov", one(&mut reports.lcov)),
+        ("junit", args.scenario.junit.iter_mut().collect()),
+        ("lcov", reports.lcov.iter_mut().collect()),
         ("load", args.files.load.iter_mut().collect()),
         ("report", reports.report.iter_mut().collect()),
-        ("restore", one(&mut args.files.restore)),
-        ("scenario", one(&mut args.scenario.scenario)),
-        ("serial-com1", one(&mut args.serial.serial_com1)),
-        ("serial-dir", one(&mut args.serial.serial_dir)),
-        ("serial-host", one(&mut args.serial.serial_host)),
-        ("snapshot-on-exit", one(&mut args.files.snapshot_on_exit)),
-    ])
+        ("restore", args.files.restore.iter_mut().collect()),
+        ("scenario", args.scenario.scenario.iter_mut().collect()),
+        ("serial-com1", args.serial.serial_com1.iter_mut().collect()),
+        ("serial-dir", args.serial.serial_dir.iter_mut().collect()),
+        ("serial-host", args.serial.serial_host.iter_mut().collect()),
+        (
+            "snapshot-on-exit",
+            args.files.snapshot_on_exit.iter_mut().collect(),
+        ),
+        ("transcript", transcripts.collect()),
+    ];
+    let each = paths.into_iter();
+    each.flat_map(|(key, paths)| paths.into_iter().map(move |path| (key, path)))
 }
 
 fn with_name(path: &Path, name: &str) -> PathBuf {
@@ -410,15 +379,15 @@ fn is_of_all(path: &Path) -> bool {
     !path.to_string_lossy().contains(PLACEHOLDER)
 }
 
-fn check_names(tables: &[(String, ServeArgs)]) -> Result<(), ConfigError> {
-    for (index, (name, _)) in tables.iter().enumerate() {
+fn check_names(tables: &[RobotTable]) -> Result<(), ConfigError> {
+    for (index, RobotTable { name, .. }) in tables.iter().enumerate() {
         check_name(name).map_err(|reason| refused(format!("[[robot]] {}: name: {reason}", index + 1)))?;
         if name == OUTSIDE {
             return Err(refused(format!(
                 "`{OUTSIDE}` is the name of the world around the robots; choose another"
             )));
         }
-        if tables.iter().take(index).any(|(other, _)| other == name) {
+        if tables.iter().take(index).any(|other| other.name == *name) {
             return Err(refused(format!("two [[robot]] have the name `{name}`")));
         }
     }

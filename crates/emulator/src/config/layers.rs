@@ -22,7 +22,7 @@ use toml::{Table, Value};
 use ts3100_proto::words::did_you_mean;
 
 /// Prefix of the environment variables that set flags.
-pub(super) const PREFIX: &str = "TS3100_";
+const PREFIX: &str = "TS3100_";
 /// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.
 const MAX_DEPTH: usize = 4;
 
@@ -85,9 +85,9 @@ fn unknown_variable(name: &str, known: &[String]) -> String {
     format!("ignoring unknown environment variable {name}{hint}")
 }
 
-/// The environment variable of a flag.
-fn variable(key: &str) -> String {
-    format!("{PREFIX}{}", key.to_ascii_uppercase().replace('-', "_"))
+/// The environment variable of a flag of `serve`.
+pub fn variable(flag: &str) -> String {
+    format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
 }
 
 /// A file and the line of a key in it.

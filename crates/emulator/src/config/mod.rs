@@ -18,7 +18,7 @@ pub mod schema;
 mod seed;
 mod serial;
 
-pub use args::{ListenAt, ServeArgs};
+pub use args::{FileArgs, ListenAt, ServeArgs};
 pub use error::ConfigError;
 pub use layers::{Environment, environment, read, read_points};
 pub use options::{OPTIONS, OptionError, OptionRow, Values, set_option};
@@ -37,9 +37,7 @@ use ts3100_driver::clock::{self, TimeGap, TimeMode};
 use ts3100_driver::serial::SerialEndpoint;
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::words::Word as _;
-use ts3100_recording::reports::Reports;
 use ts3100_recording::scenario::Scenario;
-use ts3100_recording::transcript::TranscriptFile;
 use ts3100_survey::{Report, ledger};
 
 /// The complete configuration of an emulator, ready to be opened.
@@ -59,36 +57,28 @@ pub struct Settings {
     pub time: TimeMode,
     /// Whether wall-clock time during a stop of the process (SIGSTOP) is skipped or caught up with.
     pub time_gap: TimeGap,
-    /// Backing directory of the RAM drive; `None` keeps the drive in memory only.
-    pub drive: Option<PathBuf>,
-    /// Files of the PC to put on the drive at the start.
-    pub load: Vec<PathBuf>,
-    /// Files of the drive given by name and content, loaded after [`Settings::load`].
-    pub files: Vec<(String, Vec<u8>)>,
-    /// File to select at the start.
-    pub select: Option<String>,
+    /// What is on the drive at the start, and where the state comes from and goes to.
+    pub files: FileArgs,
+    /// Files of the drive given by name and content, loaded after those of [`Settings::files`].
+    pub contents: Vec<(String, Vec<u8>)>,
     /// Servo power on at the start.
     pub servo_on: bool,
     /// Faults that are armed from the start.
     pub faults: Vec<Fault>,
-    /// Files for the report of the faults at the end.
-    pub report: Vec<PathBuf>,
-    /// Snapshot to start from instead of a fresh power-on.
-    pub restore: Option<PathBuf>,
     /// The name of this robot, if the snapshot is that of a cell.
     pub restored_as: Option<String>,
     /// Scenario: actions during the run, and what the hosts are expected to do.
     pub scenario: Option<Scenario>,
+    /// File for the results of the scenario.
+    pub junit: Option<PathBuf>,
     /// The control interface, if there is one.
     pub control: Option<ControlSettings>,
-    /// Files for transcripts.
-    pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
     /// Record the executed lines of user files; programs run slower.
     pub record_lines: bool,
-    /// Reports to write at the end.
-    pub reports: Reports,
+    /// Transcripts to write during the run, and reports at the end.
+    pub reports: ReportArgs,
 }
 
 impl Settings {
@@ -105,21 +95,17 @@ impl Settings {
             links: LinkOptions::default(),
             time: TimeMode::default(),
             time_gap: TimeGap::default(),
-            drive: None,
-            load: Vec::new(),
-            files: Vec::new(),
-            select: None,
+            files: FileArgs::default(),
+            contents: Vec::new(),
             servo_on: false,
             faults: Vec::new(),
-            report: Vec::new(),
-            restore: None,
             restored_as: None,
             scenario: None,
+            junit: None,
             control: None,
-            transcripts: Vec::new(),
             flags: Vec::new(),
             record_lines: false,
-            reports: Reports::default(),
+            reports: ReportArgs::default(),
         }
     }
 
@@ -129,14 +115,15 @@ impl Settings {
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file, the points,
     /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
-        let args = &with_surveyed(args)?;
+        let args = with_surveyed(args)?;
         let mut controller = Config::new(args.robot.dialect.unwrap_or_default())
             .with_controller(args.robot.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
         for pair in &args.robot.set {
-            let (key, value) = pair
+            let pair = pair
                 .split_once('=')
-                .ok_or_else(|| ConfigError::Pair(pair.clone()))?;
+                .ok_or_else(|| ConfigError::Pair(pair.clone()));
+            let (key, value) = pair?;
             set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
         }
         if let Some(model) = &args.robot.model {
@@ -163,15 +150,11 @@ impl Settings {
             controller.calendar = clock::system_calendar();
         }
         let ports = args.tcp_ports();
-        let scenario = args
-            .scenario
-            .scenario
-            .as_deref()
-            .map(Scenario::read)
-            .transpose()?;
-        let args = &with_scenario_start(args, scenario.as_ref());
+        let scenario = args.scenario.scenario.as_deref().map(Scenario::read);
+        let scenario = scenario.transpose()?;
+        let args = with_scenario_start(args, scenario.as_ref());
         if args.files.restore.is_some() {
-            refuse_flags_beside_snapshot(args, &controller)?;
+            refuse_flags_beside_snapshot(&args, &controller)?;
         }
         if args.scenario.junit.is_some() && scenario.is_none() {
             return Err(ConfigError::JunitAlone);
@@ -185,19 +168,15 @@ impl Settings {
             links,
             time,
             time_gap: args.clock.time_gap.unwrap_or_default(),
-            drive: args.files.drive.clone(),
-            load: args.files.load.clone(),
-            select: args.files.select.clone(),
             servo_on: args.robot.servo_on.unwrap_or(false),
-            faults: initial_faults(args)?,
-            report: args.reports.report.clone(),
-            restore: args.files.restore.clone(),
+            faults: initial_faults(&args)?,
             scenario,
-            control: control_settings(args, ports)?,
-            transcripts: args.reports.transcript.clone(),
-            flags: controller_flags(args),
+            control: control_settings(&args, ports)?,
+            flags: controller_flags(&args),
             record_lines: args.reports.lcov.is_some(),
-            reports: args.reports.reports(),
+            files: args.files,
+            junit: args.scenario.junit,
+            reports: args.reports,
             ..defaults
         })
     }
@@ -266,8 +245,7 @@ const SCARA: &str = "SCARA";
 const SCARA_MODEL: &str = "tsl3000-thl400";
 
 /// Fills in files, selection and snapshot from the start section of the scenario.
-fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
-    let mut args = args.clone();
+fn with_scenario_start(mut args: ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
     if let Some(Scenario { start, .. }) = scenario {
         args.files.load.extend(start.load.iter().cloned());
         args.files.select = args.files.select.or_else(|| start.select.clone());
@@ -291,12 +269,8 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
         ("--servo-on", args.robot.servo_on == Some(true)),
         ("--set", controller.options != preset.options),
     ];
-    conflicting.extend(
-        others
-            .iter()
-            .filter(|(_, is)| *is)
-            .map(|(flag, _)| (*flag).to_owned()),
-    );
+    let others = others.into_iter().filter(|(_, is_given)| *is_given);
+    conflicting.extend(others.map(|(flag, _)| flag.to_owned()));
     if conflicting.is_empty() {
         return Ok(());
     }
@@ -308,19 +282,15 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
 /// # Errors
 /// No port for it, a token file that cannot be read, or settings that exclude each other.
 pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
-    let free = ControlSettings::free();
-    let mut address = free.address;
+    let given = &args.control_interface;
+    let mut address = ControlSettings::free().address;
     // Who gives a token, or says that none is needed, wants to reach it from where the robot is reached.
-    let is_guarded =
-        args.control_interface.control_token.is_some() || args.control_interface.control_token_file.is_some();
-    if let Some(listen) = args
-        .network
-        .listen
-        .filter(|_| is_guarded || args.control_interface.control_open == Some(true))
-    {
+    let is_guarded = given.control_token.is_some() || given.control_token_file.is_some();
+    let is_for_others = is_guarded || given.control_open == Some(true);
+    if let Some(listen) = args.network.listen.filter(|_| is_for_others) {
         address.set_ip(listen);
     }
-    match (args.control_interface.control, ports) {
+    match (given.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
         (Some(ControlChoice::Address(chosen)), _) => address = chosen,
         (None, Ports::Auto) => {}
@@ -331,10 +301,7 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
             address.set_port(port);
         }
     }
-    let token = match (
-        &args.control_interface.control_token,
-        &args.control_interface.control_token_file,
-    ) {
+    let token = match (&given.control_token, &given.control_token_file) {
         (Some(token), _) => Some(token.clone()),
         (None, Some(path)) => {
             let text = error::read_text(path)?;
@@ -345,8 +312,8 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
     let settings = ControlSettings {
         address,
         token,
-        open: args.control_interface.control_open.unwrap_or(false),
-        hosts: args.control_interface.control_host.clone(),
+        open: given.control_open.unwrap_or(false),
+        hosts: given.control_host.clone(),
     };
     Ok(Some(settings.validate()?))
 }
@@ -359,31 +326,25 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
         found.map(|(word, _, _)| (*word).to_owned())
     }
     let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let ServeArgs { robot, variation, .. } = args;
     let flags = [
-        ("dialect", word(args::DIALECTS, args.robot.dialect)),
-        ("model", args.robot.model.as_ref().map(ToString::to_string)),
-        ("controller", word(args::CONTROLLERS, args.robot.controller)),
-        (
-            "key-switch",
-            args.robot.key_switch.map(|key| key.word().to_owned()),
-        ),
+        ("dialect", word(args::DIALECTS, robot.dialect)),
+        ("model", robot.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args::CONTROLLERS, robot.controller)),
+        ("key-switch", robot.key_switch.map(|key| key.word().to_owned())),
         (
             "control-right",
-            args.robot.control_right.map(|right| right.word().to_owned()),
+            robot.control_right.map(|right| right.word().to_owned()),
         ),
-        ("permissions", path(&args.robot.permissions)),
+        ("permissions", path(&robot.permissions)),
         ("points", path(&args.files.points)),
-        ("vary", args.variation.vary.map(|seed| seed.to_string())),
-        (
-            "fault-seed",
-            args.variation.fault_seed.map(|seed| seed.to_string()),
-        ),
+        ("vary", variation.vary.map(|seed| seed.to_string())),
+        ("fault-seed", variation.fault_seed.map(|seed| seed.to_string())),
     ];
-    let flags = flags
-        .into_iter()
-        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    let flags = flags.into_iter();
+    let flags = flags.filter_map(|(key, value)| Some(format!("{key}={}", value?)));
     flags
-        .chain(args.robot.set.iter().map(|pair| format!("set={pair}")))
+        .chain(robot.set.iter().map(|pair| format!("set={pair}")))
         .collect()
 }
 

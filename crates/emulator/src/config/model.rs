@@ -89,12 +89,10 @@ impl ModelChoice {
 
 /// Parses the text of a model file.
 fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
-    let file: ModelFile =
-        toml::from_str(text).map_err(|error| ConfigError::invalid(path.display(), error))?;
-    let model = file.into_model();
-    let model = model.map_err(|error| ConfigError::invalid(path.display(), error))?;
-    let valid = model.validate();
-    valid.map_err(|error| ConfigError::invalid(path.display(), error))?;
+    let invalid = |reason: &dyn fmt::Display| ConfigError::invalid(path.display(), reason);
+    let file: ModelFile = toml::from_str(text).map_err(|error| invalid(&error))?;
+    let model = file.into_model().map_err(|error| invalid(&error))?;
+    model.validate().map_err(|error| invalid(&error))?;
     Ok(model)
 }
 

@@ -6,7 +6,8 @@ pub mod faults;
 pub mod scenario;
 
 use super::fleet;
-use super::layers::{PREFIX, serve_command};
+use super::layers::serve_command;
+pub use super::layers::variable;
 use super::options::{OPTIONS, Values};
 use clap::{Arg, ArgAction};
 use serde_json::{Map, Value, json};
@@ -63,11 +64,6 @@ pub fn keys() -> Vec<Key> {
     let keys = command.get_arguments().filter_map(key);
     keys.filter(|key| !NOT_IN_FILES.contains(&key.name.as_str()))
         .collect()
-}
-
-/// The environment variable of a flag of `serve`.
-pub fn variable(flag: &str) -> String {
-    format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
 }
 
 fn key(argument: &Arg) -> Option<Key> {
@@ -198,41 +194,32 @@ fn key_schema(key: &Key) -> Value {
     described(schema, &key.help, key.default.as_deref())
 }
 
+/// A schema with what it is about, and the default.
 fn described(mut schema: Value, description: &str, default: Option<&str>) -> Value {
-    if let Some(schema) = schema.as_object_mut() {
-        let text = match default {
-            Some(default) => format!("{description}. Default: {default}"),
-            None => description.to_owned(),
-        };
-        schema.insert("description".to_owned(), text.into());
-    }
+    schema["description"] = match default {
+        Some(default) => format!("{description}. Default: {default}").into(),
+        None => description.into(),
+    };
     schema
 }
 
 /// The table `options`; a dot in the name of an option is a table of its own.
 fn options_schema() -> Value {
-    let mut top = Map::new();
-    let mut groups: Map<String, Value> = Map::new();
+    let (mut top, mut groups) = (Map::new(), Map::new());
     for row in OPTIONS {
         let (values, default) = (row.values(), row.default_in(Dialect::Field));
         let default = Some(default.as_str()).filter(|default| !default.is_empty());
         let schema = described(option_schema(&values), &values.to_string(), default);
-        match row.key.split_once('.') {
-            None => {
-                top.insert(row.key.to_owned(), schema);
-            }
-            Some((group, key)) => {
-                let group = groups.entry(group).or_insert_with(|| json!({}));
-                if let Some(group) = group.as_object_mut() {
-                    group.insert(key.to_owned(), schema);
-                }
-            }
-        }
+        let Some((group, key)) = row.key.split_once('.') else {
+            top.insert(row.key.to_owned(), schema);
+            continue;
+        };
+        let group = groups
+            .entry(group)
+            .or_insert_with(|| json!({ "type": "object", "additionalProperties": false, "properties": {} }));
+        group["properties"][key] = schema;
     }
-    top.extend(groups.into_iter().map(|(name, keys)| {
-        let group = json!({ "type": "object", "additionalProperties": false, "properties": keys });
-        (name, group)
-    }));
+    top.extend(groups);
     json!({
         "type": "object",
         "description": "Named options, as --set",

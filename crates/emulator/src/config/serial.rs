@@ -42,23 +42,15 @@ pub(super) fn serial_ends(
     let mut ends = BTreeMap::new();
     for (port, link, device, rfc2217, tcp) in ports {
         let directory = args.serial_dir.as_ref();
+        let pty = directory.map(|directory| SerialEndpoint::Pty(directory.join(link)));
+        let device = device.clone().map(SerialEndpoint::Device);
+        let rfc2217 = rfc2217.map(|at| SerialEndpoint::Rfc2217(address(at, listen)));
+        let tcp = tcp.map(|at| SerialEndpoint::Tcp(address(at, listen)));
         let candidates = [
-            (
-                "--serial-dir".to_owned(),
-                directory.map(|directory| SerialEndpoint::Pty(directory.join(link))),
-            ),
-            (
-                format!("--serial-{link}"),
-                device.clone().map(SerialEndpoint::Device),
-            ),
-            (
-                format!("--serial-{link}-rfc2217"),
-                rfc2217.map(|at| SerialEndpoint::Rfc2217(address(at, listen))),
-            ),
-            (
-                format!("--serial-{link}-tcp"),
-                tcp.map(|at| SerialEndpoint::Tcp(address(at, listen))),
-            ),
+            ("--serial-dir".to_owned(), pty),
+            (format!("--serial-{link}"), device),
+            (format!("--serial-{link}-rfc2217"), rfc2217),
+            (format!("--serial-{link}-tcp"), tcp),
         ];
         let mut candidates = candidates
             .into_iter()

@@ -182,37 +182,6 @@ impl Emulator {
         self.request(|reply| Request::Panel(panel, Box::new(move |(), _: &View<'_>| reply(()))))
     }
 
-    /// Sets variables as MW does; as many numbers as the type has. With `restore` also in the file.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn set_variable(&self, name: &str, values: &[Number], restore: bool) -> Result<(), Error> {
-        let (name, values) = (name.to_owned(), values.to_vec());
-        self.act(Action::SetVariable {
-            name,
-            values,
-            restore,
-        })
-    }
-
-    /// Puts a file on the RAM drive.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn put_file(&self, name: &str, content: impl AsRef<[u8]>) -> Result<(), Error> {
-        let (name, content) = (name.to_ascii_uppercase(), content.as_ref().to_vec());
-        self.act(Action::PutFile { name, content })
-    }
-
-    /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
-    ///
-    /// # Errors
-    /// As [`Emulator::act`].
-    pub fn raise_alarm(&self, number: &str, detail: &str) -> Result<(), Error> {
-        let (number, detail) = (number.to_owned(), detail.to_owned());
-        self.act(Action::RaiseAlarm { number, detail })
-    }
-
     /// Arms a fault; `spec` has the form of `--fault`.
     ///
     /// # Errors
@@ -309,12 +278,21 @@ actions! {
     release_jog_key() => Action::Panel(PanelAction::JogStop);
     /// Types on the teach pendant; `\r` is the Enter key.
     type_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
+    /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
+    raise_alarm(number: &str, detail: &str) =>
+        Action::RaiseAlarm { number: number.to_owned(), detail: detail.to_owned() };
     /// Presses ALARM RESET.
     reset_alarms() => Action::Panel(PanelAction::AlarmReset);
     /// Drives an input line.
     set_input(line: u16, on: bool) => Action::Panel(PanelAction::InputLine { line, on });
     /// Sets a user output, as IW does.
     set_output(line: u16, on: bool) => Action::SetOutput { line, on };
+    /// Sets variables as MW does; as many numbers as the type has. With `restore` also in the file.
+    set_variable(name: &str, values: &[Number], restore: bool) =>
+        Action::SetVariable { name: name.to_owned(), values: values.to_vec(), restore };
+    /// Puts a file on the RAM drive.
+    put_file(name: &str, content: impl AsRef<[u8]>) =>
+        Action::PutFile { name: name.to_ascii_uppercase(), content: content.as_ref().to_vec() };
     /// Erases a file, as ER does.
     erase_file(name: &str) => Action::EraseFile { name: name.to_ascii_uppercase() };
     /// Selects a file, as SL does.

@@ -5,7 +5,8 @@
 
 mod report;
 
-use super::exit::UNUSABLE;
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{self, is_stdin};
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
@@ -16,7 +17,6 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
-use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::book;
 
@@ -53,15 +53,7 @@ enum CheckFormat {
     Sarif,
 }
 
-/// The worst that was met; the order is that of the exit codes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum CheckOutcome {
-    Clean = 0,
-    Errors = 1,
-    Unreadable = 2,
-}
-
-/// Checks every file; the exit code.
+/// Checks every file; the worst exit code.
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let arm = args.model.read()?.language();
     let points = args.points.as_deref().map(|path| read_points(path, arm));
@@ -72,11 +64,11 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     };
     let (mut stdout, paints) = color::stream(io::stdout().lock());
     let mut explained = BTreeSet::new();
-    let mut worst = CheckOutcome::Clean;
+    let mut worst = 0;
     let mut files = Vec::new();
     for path in &args.files {
         let file = CheckedFile::check(path, &options, &points);
-        worst = worst.max(outcome(&file, args.deny_warnings));
+        worst = worst.max(exit_code(&file, args.deny_warnings));
         if let Err(error) = &file.result {
             print_error(format_args!("cannot read {}: {error}", file.name));
         }
@@ -87,26 +79,20 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
     }
     let document = match args.format {
-        CheckFormat::Text => return Ok(worst as u8),
+        CheckFormat::Text => return Ok(worst),
         CheckFormat::Json => report::json(&files),
         CheckFormat::Sarif => report::sarif(&files),
     };
     let written = writeln!(stdout, "{document:#}");
-    Ok(written.map_or(UNUSABLE, |()| worst as u8))
+    Ok(written.map_or(UNUSABLE, |()| worst))
 }
 
-fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {
-    match &file.result {
-        Err(_) => CheckOutcome::Unreadable,
-        Ok((_, remarks))
-            if remarks
-                .iter()
-                .any(|d| deny_warnings || d.severity == Severity::Error) =>
-        {
-            CheckOutcome::Errors
-        }
-        Ok(_) => CheckOutcome::Clean,
-    }
+fn exit_code(file: &CheckedFile, deny_warnings: bool) -> u8 {
+    let Ok((_, remarks)) = &file.result else {
+        return UNUSABLE;
+    };
+    let denied = |remark: &Diagnostic| deny_warnings || remark.severity == Severity::Error;
+    if remarks.iter().any(denied) { NEGATIVE } else { 0 }
 }
 
 /// The first diagnostic of each code is followed by its section in the documentation.
@@ -159,38 +145,16 @@ pub(super) struct CheckedFile {
 impl CheckedFile {
     /// Reads a file and checks it.
     pub(super) fn check(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
-        let found = read_source(path).map(|bytes| {
+        let result = input::read(path, MAX_PC_FILE).map(|bytes| {
             // Bytes that are no UTF-8 become a character the compiler points at.
             let source = String::from_utf8_lossy(&bytes).into_owned();
             let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
             (source, remarks)
         });
-        CheckedFile {
-            name: shown_name(path),
-            result: found,
-        }
-    }
-}
-
-/// How a file is named in messages.
-fn shown_name(path: &Path) -> String {
-    if is_stdin(path) {
-        "<stdin>".to_owned()
-    } else {
-        path.display().to_string()
-    }
-}
-
-/// `-` on the command line.
-pub(super) fn is_stdin(path: &Path) -> bool {
-    path == Path::new("-")
-}
-
-/// The bytes of a source, of stdin for `-`, unless it is far too large for a file of the drive.
-pub(super) fn read_source(path: &Path) -> io::Result<Vec<u8>> {
-    if is_stdin(path) {
-        files::read_all(io::stdin().lock(), MAX_PC_FILE)
-    } else {
-        files::read(path, MAX_PC_FILE)
+        let name = match is_stdin(path) {
+            true => "<stdin>".to_owned(),
+            false => path.display().to_string(),
+        };
+        CheckedFile { name, result }
     }
 }

@@ -12,18 +12,20 @@ use ts3100_recording::book;
 
 /// The JSON document: files in the order given, each with its remarks in the order of the source.
 pub(super) fn json(files: &[CheckedFile]) -> Value {
-    let all = || {
-        files
-            .iter()
-            .filter_map(|file| file.result.as_ref().ok())
-            .flat_map(|(_, d)| d)
-    };
-    let count = |severity| all().filter(|d| d.severity == severity).count();
+    let count = |severity| remarks(files).filter(|(_, _, d)| d.severity == severity).count();
     json!({
         "version": 1,
         "errors": count(Severity::Error),
         "warnings": count(Severity::Warning),
         "files": files.iter().map(file_json).collect::<Vec<_>>(),
+    })
+}
+
+/// Every remark with the name and the source of its file.
+fn remarks(files: &[CheckedFile]) -> impl Iterator<Item = (&str, &str, &Diagnostic)> {
+    files.iter().flat_map(|file| {
+        let read = file.result.iter();
+        read.flat_map(|(source, remarks)| remarks.iter().map(|d| (file.name.as_str(), source.as_str(), d)))
     })
 }
 
@@ -56,20 +58,9 @@ fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
 /// The SARIF document: one run, a rule for every code that occurs, a notification for every file that cannot be
 /// read.
 pub(super) fn sarif(files: &[CheckedFile]) -> Value {
-    let remarks = || {
-        files.iter().filter_map(|file| {
-            let (source, remarks) = file.result.as_ref().ok()?;
-            Some(
-                remarks
-                    .iter()
-                    .map(move |d| (file.name.as_str(), source.as_str(), d)),
-            )
-        })
-    };
-    let rules: BTreeSet<&str> = remarks().flatten().map(|(_, _, d)| d.code).collect();
+    let rules: BTreeSet<&str> = remarks(files).map(|(_, _, d)| d.code).collect();
     let index = |code: &str| rules.iter().position(|rule| *rule == code);
-    let results: Vec<Value> = remarks()
-        .flatten()
+    let results: Vec<Value> = remarks(files)
         .map(|(name, source, d)| sarif_result(name, source, d, index(d.code)))
         .collect();
     let unreadable: Vec<Value> = files

@@ -132,17 +132,9 @@ pub enum Command {
         action: Option<AlarmsCommand>,
     },
     /// Show input lines, drive or force one, wait for one
-    Input {
-        line: Option<u16>,
-        #[command(subcommand)]
-        action: Option<LineCommand>,
-    },
+    Input(LineArgs),
     /// Show output lines, drive or force one, wait for one
-    Output {
-        line: Option<u16>,
-        #[command(subcommand)]
-        action: Option<LineCommand>,
-    },
+    Output(LineArgs),
     /// Show all lines with their names
     Lines,
     /// List, show or set the variables of the selected file
@@ -330,6 +322,13 @@ pub enum FaultsCommand {
     Clear,
     /// List the kinds of faults with their parameters
     Kinds,
+}
+
+#[derive(Debug, Args)]
+pub struct LineArgs {
+    pub line: Option<u16>,
+    #[command(subcommand)]
+    pub action: Option<LineCommand>,
 }
 
 #[derive(Debug, Subcommand)]

@@ -5,11 +5,12 @@
 
 use super::args::{
     AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
-    JogCommand, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs, WaitLimits,
+    JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
+    WaitLimits,
 };
+use crate::cli::input;
 use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
-use std::io;
 use std::path::Path;
 use std::time::Duration;
 use ts3100_control::client::percent_encoded;
@@ -17,7 +18,6 @@ use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::Condition;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::time::parse_duration;
-use ts3100_driver::files;
 use ts3100_proto::escape::{Escaped, hex_byte};
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
@@ -68,20 +68,15 @@ fn setting(path: &str, key: &str, value: Option<impl Into<Value>>) -> Call {
     value.map_or_else(|| get(path), |value| put(path, json!({ key: value.into() })))
 }
 
-/// A switch: shown, or set.
-fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
-    setting(path, key, state)
-}
-
 /// A switch with words of its own: `on` is the word for true.
 fn named_switch(path: &str, key: &str, on: &str, word: &Option<String>) -> Call {
-    switch(path, key, word.as_ref().map(|word| word == on))
+    setting(path, key, word.as_ref().map(|word| word == on))
 }
 
 fn feed_hold(state: Option<&str>) -> Call {
     match state {
         Some("press") => post("/feed-hold/press", json!({})),
-        state => switch("/feed-hold", "on", state.and_then(bool::from_word)),
+        state => setting("/feed-hold", "on", state.and_then(bool::from_word)),
     }
 }
 
@@ -180,9 +175,9 @@ impl Call {
             Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
             Command::EmergencyStop { action } => named_switch("/emergency-stop", "pressed", "press", action),
             Command::SafetySwitch { action } => named_switch("/safety-switch", "open", "open", action),
-            Command::Servo { state } => switch("/servo", "on", *state),
+            Command::Servo { state } => setting("/servo", "on", *state),
             Command::FeedHold { state } => feed_hold(state.as_deref()),
-            Command::MachineLock { state } => switch("/machine-lock", "on", *state),
+            Command::MachineLock { state } => setting("/machine-lock", "on", *state),
             Command::Battery { state } => named_switch("/battery", "low", "low", state),
             Command::Override { percent } => setting("/override", "percent", *percent),
             Command::RunMode { mode } => setting("/run-mode", "mode", mode.as_deref()),
@@ -198,8 +193,8 @@ impl Call {
             } => post("/pendant/keys", json!({"keys": unescape(text)})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
-            Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
-            Command::Output { line, action } => line_call("output", *line, action.as_ref())?,
+            Command::Input(line) => line_call("input", line)?,
+            Command::Output(line) => line_call("output", line)?,
             Command::Variable { name, value, restore } => {
                 value_call("/variables", name.as_deref(), value, *restore)?
             }
@@ -248,12 +243,8 @@ fn read_json(path: &Path) -> anyhow::Result<Value> {
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
-    let format = match file.map(|file| file.format) {
-        None if json => Format::Json,
-        None => Format::Text,
-        Some(format) => format,
-    };
-    get(match format {
+    let default = if json { Format::Json } else { Format::Text };
+    get(match file.map_or(default, |file| file.format) {
         Format::Text => "/transcript",
         Format::Json => "/transcript?format=jsonl",
         Format::Pcapng => "/transcript?format=pcapng",
@@ -307,7 +298,7 @@ fn arm_body(fault: &Fault) -> Value {
     body
 }
 
-fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>) -> anyhow::Result<Call> {
+fn line_call(side: &'static str, LineArgs { line, action }: &LineArgs) -> anyhow::Result<Call> {
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
@@ -375,14 +366,8 @@ fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
     })
 }
 
-/// The bytes of a file, or of standard input.
 fn read(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
-    let read = if path == Path::new("-") {
-        files::read_all(io::stdin().lock(), most)
-    } else {
-        files::read(path, most)
-    };
-    read.with_context(|| format!("cannot read {}", path.display()))
+    input::read(path, most).with_context(|| format!("cannot read {}", path.display()))
 }
 
 /// The content of a file, as text where it is one.

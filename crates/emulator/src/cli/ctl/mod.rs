@@ -17,64 +17,32 @@ use call::Call;
 use serde_json::Value;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
-use std::process::ExitCode;
 use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
 
 /// Makes the call and shows the answer.
-pub fn run(args: &CtlArgs) -> ExitCode {
-    let call = Call::from_command(&args.command, args.json);
-    let call = call.and_then(|call| Ok((args.target.url()?, call)));
-    let call = call.map(|(url, call)| (url, call.of_robot(args.target.robot())));
-    let (url, call) = match call {
-        Ok(call) => call,
-        Err(error) => {
-            print_error(format_args!("{error:#}"));
-            return ExitCode::from(UNUSABLE);
-        }
-    };
+pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
+    let call = Call::from_command(&args.command, args.json)?;
+    let url = args.target.url()?;
+    let call = call.of_robot(args.target.robot());
     let limit = args
         .timeout
         .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
-    let client = args.target.client(&url, limit);
-    match client.and_then(|client| perform(&client, &call, args)) {
-        Ok(code) => code,
-        Err(error) => {
-            print_error(format_args!("{error}{}", target::advice(&error)));
-            ExitCode::from(match error {
-                ClientError::Url(_) | ClientError::Token => UNUSABLE,
-                ClientError::Unreachable { .. }
-                | ClientError::Late { .. }
-                | ClientError::Robot { .. }
-                | ClientError::InvalidResponse { .. } => NO_ANSWER,
-            })
-        }
-    }
+    let client = args.target.client(&url, limit)?;
+    Ok(perform(&client, &call, args).unwrap_or_else(|error| {
+        print_error(format_args!("{error}{}", target::advice(&error)));
+        NO_ANSWER
+    }))
 }
 
-fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
-    let file = if let Command::Transcript { file } = &args.command {
-        file.as_ref()
-    } else {
-        None
-    };
-    let events = if let Command::Events(events) = &args.command {
-        Some(events.count)
-    } else {
-        None
-    };
-    if file.is_some() || events.is_some() {
-        let mut answer = client.send(call.method, &call.path, None)?;
-        if answer.status >= 400 {
-            let mut text = String::new();
-            // What cannot be read is shown as far as it came.
-            let _ = io::Read::read_to_string(&mut answer.body, &mut text);
-            return Ok(refused(args.json, &text));
-        }
-        return Ok(match file {
-            Some(file) => save(answer, &file.path),
-            None => follow(answer, events.flatten(), args),
+fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientError> {
+    if let Command::Transcript { file: Some(file) } = &args.command {
+        return stream(client, call, args.json, |answer| save(answer, &file.path));
+    }
+    if let Command::Events(events) = &args.command {
+        return stream(client, call, args.json, |answer| {
+            follow(answer, events.count, args)
         });
     }
     let body = call.body.as_ref().map(ToString::to_string);
@@ -107,18 +75,35 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Cli
         .as_ref()
         .and_then(|answer| answer.get("reached")?.as_bool());
     Ok(match reached {
-        Some(false) => ExitCode::from(NOT_REACHED),
-        _ => ExitCode::SUCCESS,
+        Some(false) => NOT_REACHED,
+        _ => 0,
     })
 }
 
-fn refused(json: bool, text: &str) -> ExitCode {
+/// Makes a call whose answer is taken as it comes.
+fn stream(
+    client: &Client,
+    call: &Call,
+    json: bool,
+    take: impl FnOnce(Response) -> u8,
+) -> Result<u8, ClientError> {
+    let mut answer = client.send(call.method, &call.path, None)?;
+    if answer.status < 400 {
+        return Ok(take(answer));
+    }
+    let mut text = String::new();
+    // What cannot be read is shown as far as it came.
+    let _ = io::Read::read_to_string(&mut answer.body, &mut text);
+    Ok(refused(json, &text))
+}
+
+fn refused(json: bool, text: &str) -> u8 {
     if json {
         eprintln!("{}", escape_lines(text.trim_end()));
     } else {
         print_error(words_of_refusal(text));
     }
-    ExitCode::from(NEGATIVE)
+    NEGATIVE
 }
 
 /// Why a call was refused, from its answer.
@@ -129,20 +114,20 @@ pub(super) fn words_of_refusal(text: &str) -> String {
 }
 
 /// The answer as it comes, to a file.
-fn save(mut answer: Response, path: &Path) -> ExitCode {
+fn save(mut answer: Response, path: &Path) -> u8 {
     answer.body.lift_size_limit();
     let written = files::replace_with(path, |file| io::copy(&mut answer.body, file).map(drop));
     match written {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             print_error(format_args!("cannot write {}: {error}", path.display()));
-            ExitCode::from(UNUSABLE)
+            UNUSABLE
         }
     }
 }
 
 /// Events as they come, one a line: until there are as many as wanted, for at most `--timeout`, or without an end.
-fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> ExitCode {
+fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> u8 {
     answer.body.lift_size_limit();
     if args.timeout.is_none() {
         answer.body.lift_deadline();
@@ -169,22 +154,22 @@ fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> ExitCode
             _ => format!("{data}\n"),
         };
         if !print(&shown) {
-            return ExitCode::SUCCESS;
+            return 0;
         }
         // The number of events that a slow reader has missed is none of them.
         count += u64::from(kind != "missed");
     }
     match wanted.filter(|wanted| count < *wanted) {
-        None => ExitCode::SUCCESS,
+        None => 0,
         Some(wanted) if is_late => {
             print_error(format_args!("{count} of {wanted} events came within --timeout"));
-            ExitCode::from(NOT_REACHED)
+            NOT_REACHED
         }
         Some(wanted) => {
             print_error(format_args!(
                 "{count} of {wanted} events came before the emulator ended"
             ));
-            ExitCode::from(NO_ANSWER)
+            NO_ANSWER
         }
     }
 }

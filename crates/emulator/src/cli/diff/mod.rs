@@ -182,9 +182,10 @@ fn settings(flags: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
     // Two replays of one recording are the same: the date is the recording's, not today's.
     let fresh = ts3100_controller::Config::new(ts3100_controller::Dialect::default());
     settings.controller.calendar = header.calendar.unwrap_or(fresh.calendar);
-    if settings.load.is_empty() && settings.drive.is_none() {
-        settings.files.clone_from(&header.files);
-        settings.select = settings.select.or_else(|| header.select.clone());
+    let files = &mut settings.files;
+    if files.load.is_empty() && files.drive.is_none() {
+        settings.contents.clone_from(&header.files);
+        files.select = files.select.take().or_else(|| header.select.clone());
     }
     Ok(settings)
 }

@@ -22,16 +22,13 @@ pub(super) struct Suggestion {
 
 /// How many parts of answers differ; what is no answer is one part.
 fn differing_parts(report: &Report) -> usize {
-    let parts = report
-        .differences
-        .iter()
-        .map(|difference| match &difference.kind {
-            DifferenceKind::Bytes { parts, .. } => parts.len().max(1),
-            DifferenceKind::Time { .. }
-            | DifferenceKind::Missing { .. }
-            | DifferenceKind::Surplus { .. }
-            | DifferenceKind::Ended { .. } => 1,
-        });
+    let parts = report.differences.iter().map(|difference| {
+        if let DifferenceKind::Bytes { parts, .. } = &difference.kind {
+            parts.len().max(1)
+        } else {
+            1
+        }
+    });
     parts.sum::<usize>() + report.more
 }
 

@@ -1,14 +1,12 @@
 //! Connects `ts3100 host` to a controller. If there is no answer, the message names the port that may have been meant:
 //! one of an emulator on this machine ([`crate::instances`]).
 
+use crate::config::args::FIRST_PORT;
 use crate::instances::{self, Instance};
 use std::fmt::Display;
 use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
-
-/// Port of IP0 of a controller as delivered (ETH-05).
-const IP0_PORT: u16 = 1_000;
 
 /// An address that cannot be dialled.
 #[derive(Debug, thiserror::Error)]
@@ -35,28 +33,25 @@ pub(super) fn dial(address: &str, timeout: Duration) -> anyhow::Result<TcpStream
         let address = address.to_owned();
         return Err(AddressError { address, reason }.into());
     }
-    let stream = connect(address, timeout).map_err(|error| {
+    connect(address, timeout).map_err(|error| {
         let hint = robot_hint(address);
-        NoAnswer::new(format_args!("cannot connect to {address}: {error}{hint}"))
-    })?;
-    Ok(stream)
+        NoAnswer::new(format_args!("cannot connect to {address}: {error}{hint}")).into()
+    })
 }
 
 /// What to type instead of an address without a port.
 fn missing_port(address: &str) -> Option<String> {
-    let complete = match address.rsplit_once(':') {
-        Some((_, port)) => port.parse::<u16>().is_ok() && address.parse::<IpAddr>().is_err(),
-        None => false,
-    };
-    let host = match address.parse() {
-        Ok(IpAddr::V6(address)) => format!("[{address}]"),
+    let host = match (address.parse(), address.rsplit_once(':')) {
+        (Ok(IpAddr::V6(address)), _) => format!("[{address}]"),
+        (Err(_), Some((_, port))) if port.parse::<u16>().is_ok() => return None,
+        (Err(_), Some((_, port))) if !port.is_empty() => {
+            return Some(format!(
+                "the port is a number from 1 to 65535, as in 127.0.0.1:{FIRST_PORT}"
+            ));
+        }
         _ => address.trim_end_matches(':').to_owned(),
     };
-    let split = address.contains(':') && address.parse::<IpAddr>().is_err() && !address.ends_with(':');
-    (!complete).then(|| match split {
-        true => format!("the port is a number from 1 to 65535, as in 127.0.0.1:{IP0_PORT}"),
-        false => format!("add the port of IP0: {host}:{IP0_PORT}"),
-    })
+    Some(format!("add the port of IP0: {host}:{FIRST_PORT}"))
 }
 
 fn connect(address: &str, timeout: Duration) -> io::Result<TcpStream> {

@@ -13,7 +13,7 @@ mod variable_type;
 
 pub(super) use args::{HostArgs, seconds};
 
-use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
+use super::exit::{NEGATIVE, NO_ANSWER};
 use crate::log::print_error;
 use address::NoAnswer;
 use anyhow::{Context as _, anyhow};
@@ -21,23 +21,22 @@ use args::{HostCommand, HostSubcommand};
 use serde_json::Value;
 use session::{Session, unreadable};
 use std::io::{self, Write};
-use std::process::ExitCode;
 use ts3100_control::printable::escape_lines;
 use ts3100_proto::command::{Answer, Command};
 
 /// Does one command and shows its answer.
-pub(super) fn run(args: &HostArgs) -> ExitCode {
+pub(super) fn run(args: &HostArgs) -> anyhow::Result<u8> {
     match exchange(args) {
-        Ok(true) => ExitCode::SUCCESS,
+        Ok(true) => Ok(0),
         Ok(false) => {
             println!("NG");
-            ExitCode::from(NEGATIVE)
+            Ok(NEGATIVE)
         }
-        Err(error) => {
+        Err(error) if error.is::<NoAnswer>() => {
             print_error(format_args!("{error:#}"));
-            let silent = error.downcast_ref::<NoAnswer>().is_some();
-            ExitCode::from(if silent { NO_ANSWER } else { UNUSABLE })
+            Ok(NO_ANSWER)
         }
+        Err(error) => Err(error),
     }
 }
 

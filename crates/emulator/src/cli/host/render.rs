@@ -4,6 +4,7 @@
 //! format of `ts3100 host --json`.
 
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_proto::command::Number;
@@ -101,14 +102,13 @@ fn maintenance(read: &Maintenance) -> Value {
         .zip(&read.axes)
         .map(|(item, values)| (*item, json!(values)));
     let information = INFORMATION_ITEMS.iter().zip(&read.information);
-    let mut items: Vec<(u8, Value)> = axes
-        .chain(information.map(|(item, value)| (*item, json!(value))))
-        .collect();
-    items.sort_by_key(|(item, _)| *item);
-    let items = items
-        .into_iter()
-        .map(|(item, value)| (format!("item_{item}"), value));
-    Value::Object(items.collect::<Map<String, Value>>())
+    let information = information.map(|(item, value)| (*item, json!(value)));
+    // In the order of their numbers.
+    let items: BTreeMap<u8, Value> = axes.chain(information).collect();
+    let items = items.into_iter();
+    items
+        .map(|(item, value)| (format!("item_{item}"), value))
+        .collect()
 }
 
 fn quick_status(status: &QuickStatus) -> Value {
@@ -187,16 +187,12 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
 
 /// Numbers of the lines that are on: four words each from line 1, 101 and 201; the rest is reserved.
 fn lines_on(words: &[u16]) -> Vec<usize> {
-    let mut on = Vec::new();
-    for (index, word) in words.iter().enumerate() {
+    let on = words.iter().enumerate().flat_map(|(index, word)| {
         let first = index / 4 * 100 + index % 4 * 16 + 1;
-        on.extend(
-            (0..16)
-                .filter(|bit| word & (1 << bit) != 0)
-                .map(|bit| first + bit),
-        );
-    }
-    on
+        let bits = (0..16).filter(move |bit| word & (1 << bit) != 0);
+        bits.map(move |bit| first + bit)
+    });
+    on.collect()
 }
 
 /// Single precision shown without the digits it does not have.

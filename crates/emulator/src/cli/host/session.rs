@@ -155,11 +155,9 @@ impl Session {
 
     /// SF, in one text or two, of either layout; `None` if the answer is NG.
     pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, NoAnswer> {
-        self.send(&command.encode())?;
-        let limit = Limit::new(self.timeout);
-        if !self.starts_with_fl(limit)? {
-            return self.ng_or_unexpected();
-        }
+        let Some(limit) = self.begin_file(command)? else {
+            return Ok(None);
+        };
         let whole = FL.len() + SfLayout::Eight.len() + 1;
         // One text of eight floats a group has names where every other first text has its ETX, after 253 data bytes;
         // names have no control codes.
@@ -188,11 +186,9 @@ impl Session {
     /// IO, which ends with its 80 bytes (hosts 8.2); one with EOF, or EOF and CR, is read too. `None` if the answer is
     /// NG.
     pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, NoAnswer> {
-        self.send(&command.encode())?;
-        let limit = Limit::new(self.timeout);
-        if !self.starts_with_fl(limit)? {
-            return self.ng_or_unexpected();
-        }
+        let Some(limit) = self.begin_file(command)? else {
+            return Ok(None);
+        };
         let length = FL.len() + io_words::LENGTH;
         let mut ending = 0;
         for byte in [text::EOF, text::CR] {
@@ -206,8 +202,14 @@ impl Session {
         decoded.map(Some).map_err(|error| unreadable("IO", &error, &data))
     }
 
-    /// The answer in place of a file that is read by length: `None` for NG.
-    fn ng_or_unexpected<T>(&mut self) -> Result<Option<T>, NoAnswer> {
+    /// A command that is answered by a file that is read by length, as soon as its answer begins: the limit of the answer;
+    /// `None` if the answer is NG.
+    fn begin_file(&mut self, command: &Command) -> Result<Option<Limit>, NoAnswer> {
+        self.send(&command.encode())?;
+        let limit = Limit::new(self.timeout);
+        if self.starts_with_fl(limit)? {
+            return Ok(Some(limit));
+        }
         let data = self.answer(FILE)?;
         match Reply::parse(&data) {
             Ok(Reply::Ng) => Ok(None),

@@ -34,36 +34,25 @@ pub(super) enum ToolError {
     Program(Value),
 }
 
-/// Type of an argument.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Text,
-    Number,
-    Switch,
-}
+/// Types of arguments, by their names in schemas.
+const TEXT: &str = "string";
+const NUMBER: &str = "number";
+const SWITCH: &str = "boolean";
 
-impl Kind {
-    fn name(self) -> &'static str {
-        match self {
-            Kind::Text => "string",
-            Kind::Number => "number",
-            Kind::Switch => "boolean",
-        }
-    }
-
-    fn fits(self, value: &Value) -> bool {
-        match self {
-            Kind::Text => value.is_string(),
-            Kind::Number => value.is_number(),
-            Kind::Switch => value.is_boolean(),
-        }
+/// The type of a value, if an argument can be of it.
+fn type_of(value: &Value) -> Option<&'static str> {
+    match value {
+        Value::String(_) => Some(TEXT),
+        Value::Number(_) => Some(NUMBER),
+        Value::Bool(_) => Some(SWITCH),
+        Value::Null | Value::Array(_) | Value::Object(_) => None,
     }
 }
 
 /// An argument.
 pub(super) struct Argument {
     name: &'static str,
-    kind: Kind,
+    kind: &'static str,
     is_required: bool,
     about: &'static str,
 }
@@ -76,7 +65,7 @@ pub(super) struct Tool {
     pub(super) run: fn(&Robot<'_>, &Value) -> Result<Value, ToolError>,
 }
 
-const fn required(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+const fn required(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
     Argument {
         name,
         kind,
@@ -85,17 +74,17 @@ const fn required(name: &'static str, kind: Kind, about: &'static str) -> Argume
     }
 }
 
-const fn optional(name: &'static str, kind: Kind, about: &'static str) -> Argument {
+const fn optional(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
     Argument {
         is_required: false,
         ..required(name, kind, about)
     }
 }
 
-const SOURCE: Argument = required("source", Kind::Text, "The program in SCOL, with line ends");
+const SOURCE: Argument = required("source", TEXT, "The program in SCOL, with line ends");
 const SECONDS: Argument = optional(
     "seconds",
-    Kind::Number,
+    NUMBER,
     "Longest wait in seconds, at most 60; virtual seconds with a stepped clock; default 10",
 );
 
@@ -125,7 +114,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             required(
                 "name",
-                Kind::Text,
+                TEXT,
                 "Name of the file, such as PICK: a letter, then letters and digits, at most 8",
             ),
             SOURCE,
@@ -135,7 +124,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "read_file",
         about: "The content of a file of the RAM drive; without a name the list of files",
-        arguments: &[optional("name", Kind::Text, "Name of the file")],
+        arguments: &[optional("name", TEXT, "Name of the file")],
         run: |robot, arguments| match arguments.get("name").and_then(Value::as_str) {
             Some(name) => robot.call("GET", &format!("/files/{}", percent_encoded(name)), None),
             None => robot.call("GET", "/files", None),
@@ -148,7 +137,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             optional(
                 "condition",
-                Kind::Text,
+                TEXT,
                 "What to wait for: idle, stopped, output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
             ),
             SECONDS,
@@ -164,10 +153,10 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "advance_clock",
         about: "Let virtual time pass. Needed to see anything happen when the emulator runs with --time stepped",
-        arguments: &[required("seconds", Kind::Number, "Virtual seconds")],
+        arguments: &[required("seconds", NUMBER, "Virtual seconds")],
         run: |robot, arguments| {
-            let seconds = arguments.get("seconds").cloned().unwrap_or_default();
-            robot.call("POST", "/clock/advance", Some(json!({ "seconds": seconds })))
+            let body = json!({ "seconds": arguments["seconds"] });
+            robot.call("POST", "/clock/advance", Some(body))
         },
     },
     Tool {
@@ -176,12 +165,12 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             required(
                 "control",
-                Kind::Text,
+                TEXT,
                 "servo, emergency-stop, feed-hold, safety-switch, key-switch, control-right, run-mode, override or reset-alarms",
             ),
             optional(
                 "value",
-                Kind::Text,
+                TEXT,
                 "on or off for servo, emergency-stop, feed-hold; open or closed; teaching, internal or ext; sig, rs232c or ether; cycle, continuous, step, segment; 1 to 100",
             ),
         ],
@@ -191,13 +180,12 @@ pub(super) const TOOLS: &[Tool] = &[
         name: "set_input",
         about: "Drive a digital input of the robot",
         arguments: &[
-            required("line", Kind::Number, "Number of the input"),
-            required("on", Kind::Switch, "On or off"),
+            required("line", NUMBER, "Number of the input"),
+            required("on", SWITCH, "On or off"),
         ],
         run: |robot, arguments| {
-            let line = arguments.get("line").cloned().unwrap_or_default();
-            let on = arguments.get("on").cloned().unwrap_or_default();
-            robot.call("PUT", &format!("/inputs/{line}"), Some(json!({ "on": on })))
+            let path = format!("/inputs/{}", arguments["line"]);
+            robot.call("PUT", &path, Some(json!({ "on": arguments["on"] })))
         },
     },
     Tool {
@@ -233,11 +221,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "explain_finding",
         about: "What a rule of the findings says, where the manual says so, and what to do",
-        arguments: &[required(
-            "rule",
-            Kind::Text,
-            "Name of the rule, such as answer-early",
-        )],
+        arguments: &[required("rule", TEXT, "Name of the rule, such as answer-early")],
         run: |_, arguments| explain(text(arguments, "rule")),
     },
     Tool {
@@ -245,7 +229,7 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "The transcript: every text of every port with its time, newest last",
         arguments: &[optional(
             "lines",
-            Kind::Number,
+            NUMBER,
             "At most so many lines, from the end; default 60",
         )],
         run: traffic,
@@ -256,7 +240,7 @@ impl Tool {
     /// As `tools/list` has it.
     pub(super) fn description(&self) -> Value {
         let properties = self.arguments.iter().map(|argument| {
-            let schema = json!({ "type": argument.kind.name(), "description": argument.about });
+            let schema = json!({ "type": argument.kind, "description": argument.about });
             (argument.name.to_owned(), schema)
         });
         let required = self.arguments.iter().filter(|argument| argument.is_required);
@@ -277,34 +261,31 @@ impl Tool {
     /// # Errors
     /// One is missing, unknown or of another type.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), ToolError> {
-        let wrong = |name: &str, problem: String| {
-            Err(ToolError::Argument {
-                name: name.to_owned(),
-                problem,
-            })
-        };
         for (name, value) in arguments.as_object().into_iter().flatten() {
             match self.arguments.iter().find(|argument| argument.name == name) {
-                Some(argument) if argument.kind.fits(value) => {}
+                Some(argument) if type_of(value) == Some(argument.kind) => {}
                 Some(argument) => {
-                    return wrong(
-                        name,
-                        format!("expected a {}, found {value}", argument.kind.name()),
-                    );
+                    let expected = argument.kind;
+                    return Err(wrong(name, format!("expected a {expected}, found {value}")));
                 }
                 None => {
                     let known = self.arguments.iter().map(|argument| argument.name);
-                    return wrong(name, format!("unknown{}", did_you_mean(name, known)));
+                    return Err(wrong(name, format!("unknown{}", did_you_mean(name, known))));
                 }
             }
         }
         let is_missing =
             |argument: &&Argument| argument.is_required && arguments.get(argument.name).is_none();
         match self.arguments.iter().find(is_missing) {
-            Some(argument) => wrong(argument.name, format!("missing: {}", argument.about)),
+            Some(argument) => Err(wrong(argument.name, format!("missing: {}", argument.about))),
             None => Ok(()),
         }
     }
+}
+
+fn wrong(name: &str, problem: String) -> ToolError {
+    let name = name.to_owned();
+    ToolError::Argument { name, problem }
 }
 
 fn text<'a>(arguments: &'a Value, name: &str) -> &'a str {
@@ -346,52 +327,52 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
 
 fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
     let (control, value) = (text(arguments, "control"), text(arguments, "value"));
-    let is_on = |on: &str, off: &str| match value {
-        value if value == on => Ok(true),
-        value if value == off => Ok(false),
-        other => Err(ToolError::Argument {
-            name: "value".to_owned(),
-            problem: format!("`{other}` is neither {on} nor {off}"),
-        }),
+    if control == RESET_ALARMS {
+        return robot.call("POST", "/alarms/reset", Some(json!({})));
+    }
+    let Some((_, key, setting)) = SETTINGS.iter().find(|(name, ..)| *name == control) else {
+        let known = SETTINGS.iter().map(|(name, ..)| *name).chain([RESET_ALARMS]);
+        let hint = did_you_mean(control, known);
+        return Err(wrong("control", format!("`{control}` is none{hint}")));
     };
-    let number = value.parse::<u8>().unwrap_or_default();
-    let body = match control {
-        "servo" | "feed-hold" => json!({ "on": is_on("on", "off")? }),
-        "emergency-stop" => json!({ "pressed": is_on("on", "off")? }),
-        "safety-switch" => json!({ "open": is_on("open", "closed")? }),
-        "key-switch" => json!({ "position": value }),
-        "control-right" => json!({ "holder": value }),
-        "run-mode" => json!({ "mode": value }),
-        "override" => json!({ "percent": number }),
-        "reset-alarms" => return robot.call("POST", "/alarms/reset", Some(json!({}))),
-        other => {
-            let known = [
-                "servo",
-                "emergency-stop",
-                "feed-hold",
-                "safety-switch",
-                "key-switch",
-                "control-right",
-                "run-mode",
-                "override",
-                "reset-alarms",
-            ];
-            return Err(ToolError::Argument {
-                name: "control".to_owned(),
-                problem: format!("`{other}` is none{}", did_you_mean(other, known)),
-            });
+    let set = match setting {
+        Setting::Switch(on, off) if [*on, *off].contains(&value) => json!(value == *on),
+        Setting::Switch(on, off) => {
+            return Err(wrong("value", format!("`{value}` is neither {on} nor {off}")));
         }
+        Setting::Word => json!(value),
+        Setting::Number => json!(value.parse::<u8>().unwrap_or_default()),
     };
-    robot.call("PUT", &format!("/{control}"), Some(body))
+    robot.call("PUT", &format!("/{control}"), Some(json!({ *key: set })))
 }
+
+/// What the value of a switch of the panel is.
+enum Setting {
+    /// The words for true and false.
+    Switch(&'static str, &'static str),
+    Word,
+    Number,
+}
+
+/// The switches of the panel with the key of each in the body of its call.
+const SETTINGS: [(&str, &str, Setting); 8] = [
+    ("servo", "on", Setting::Switch("on", "off")),
+    ("emergency-stop", "pressed", Setting::Switch("on", "off")),
+    ("feed-hold", "on", Setting::Switch("on", "off")),
+    ("safety-switch", "open", Setting::Switch("open", "closed")),
+    ("key-switch", "position", Setting::Word),
+    ("control-right", "holder", Setting::Word),
+    ("run-mode", "mode", Setting::Word),
+    ("override", "percent", Setting::Number),
+];
+/// The button among them.
+const RESET_ALARMS: &str = "reset-alarms";
 
 fn explain(rule: &str) -> Result<Value, ToolError> {
     let Some(found) = Rule::by_id(rule) else {
         let known = ts3100_controller::findings::RULES.iter().map(|rule| rule.id);
-        return Err(ToolError::Argument {
-            name: "rule".to_owned(),
-            problem: format!("no finding is called `{rule}`{}", did_you_mean(rule, known)),
-        });
+        let hint = did_you_mean(rule, known);
+        return Err(wrong("rule", format!("no finding is called `{rule}`{hint}")));
     };
     Ok(json!({
         "rule": found.id,

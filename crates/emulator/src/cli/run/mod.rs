@@ -5,8 +5,9 @@
 
 mod show;
 
-use super::check::{CheckedFile, is_stdin};
+use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{self, is_stdin};
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
 use anyhow::{Context, anyhow, bail};
@@ -18,7 +19,6 @@ use std::time::Duration;
 use ts3100_control::printable::printable;
 use ts3100_controller::signals::Signals;
 use ts3100_driver::clock::TimeMode;
-use ts3100_driver::files;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
 
@@ -135,34 +135,26 @@ fn read_records(
     program_on_stdin: bool,
 ) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
     let mut records = BTreeMap::new();
-    for input in inputs {
+    for pair in inputs {
         let expected = "expected tp, com1, ip1 or ip2, = and a file";
-        let (channel, path) = input
+        let (channel, path) = pair
             .split_once('=')
-            .with_context(|| format!("--input {input}: {expected}"))?;
+            .with_context(|| format!("--input {pair}: {expected}"))?;
         let channel = channel.trim().to_ascii_uppercase();
         if !CHANNELS.contains(&channel.as_str()) {
-            bail!("--input {input}: {expected}");
+            bail!("--input {pair}: {expected}");
         }
         if program_on_stdin && path == "-" {
-            bail!("--input {input}: cannot read stdin twice: the program comes from it");
+            bail!("--input {pair}: cannot read stdin twice: the program comes from it");
         }
-        let bytes = read_content(path).with_context(|| format!("--input {input}"))?;
+        let bytes = input::read(Path::new(path), MAX_RECORDS).with_context(|| format!("--input {pair}"))?;
         let lines = bytes
             .split(|byte| matches!(byte, b'\r' | b'\n'))
             .filter(|line| !line.is_empty())
             .map(<[u8]>::to_vec);
         if records.insert(channel.clone(), lines.collect()).is_some() {
-            bail!("--input {input}: {channel} is given twice");
+            bail!("--input {pair}: {channel} is given twice");
         }
     }
     Ok(records)
-}
-
-fn read_content(path: &str) -> anyhow::Result<Vec<u8>> {
-    Ok(if path == "-" {
-        files::read_all(std::io::stdin().lock(), MAX_RECORDS)?
-    } else {
-        files::read(Path::new(path), MAX_RECORDS)?
-    })
 }

@@ -1,8 +1,8 @@
 //! A file of a survey for people, as text and as a page of HTML.
 
-use super::{line, summary};
+use super::{line, question, said, summary};
 use ts3100_recording::reports::html::escape;
-use ts3100_survey::{Report, catalogue, ledger};
+use ts3100_survey::{Report, ledger};
 
 /// Before what the answers do not settle.
 const REMAINING: &str = "Of the emulator remains assumed, with this controller too:";
@@ -15,8 +15,7 @@ pub(super) fn text(report: &Report) -> String {
     }
     out += "\n";
     for answer in &report.answers {
-        let question = catalogue::find(&answer.probe).map_or("", |probe| probe.question);
-        out += &format!("{}\n{:<32} {question}\n", line(answer), "");
+        out += &format!("{}\n{:<32} {}\n", line(answer), "", question(answer));
     }
     out += &format!("\n{}\n\n{REMAINING}\n", summary(report));
     for row in ledger::remaining(report) {
@@ -28,8 +27,6 @@ pub(super) fn text(report: &Report) -> String {
 /// As a page.
 pub(super) fn html(report: &Report) -> String {
     let rows = report.answers.iter().map(|answer| {
-        let question = catalogue::find(&answer.probe).map_or("", |probe| probe.question);
-        let said = if answer.heard.is_empty() { &answer.note } else { &answer.heard };
         let sets = answer.sets.as_ref();
         let sets = sets.map_or_else(String::new, |(option, value)| format!("{option} = {value}"));
         let verdict = ts3100_proto::words::Word::word(answer.verdict);
@@ -43,8 +40,8 @@ pub(super) fn html(report: &Report) -> String {
         format!(
             "<tr class={verdict}><td>{}</td><td>{}</td><td>{verdict}</td><td>{}{traffic}</td><td><code>{}</code></td></tr>\n",
             escape(&answer.probe),
-            escape(question),
-            escape(said),
+            escape(question(answer)),
+            escape(said(answer)),
             escape(&sets)
         )
     });

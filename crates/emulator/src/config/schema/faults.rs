@@ -1,6 +1,6 @@
 //! The JSON schema of fault files, from the table of kinds.
 
-use super::DRAFT;
+use super::{DRAFT, described};
 use serde_json::{Map, Value, json};
 use ts3100_controller::alarm::{ALARMS, AlarmCode};
 use ts3100_controller::faults::{FaultKind, KINDS, MAX_COUNT, Parameter, ParameterType};
@@ -117,18 +117,18 @@ pub fn schema() -> Value {
 
 /// The keys of a kind.
 fn keys(kind: &FaultKind) -> Value {
-    let mut properties = Map::new();
-    properties.insert("kind".to_owned(), Value::Bool(true));
+    let mut properties = json!({ "kind": true });
     for key in &COMMON_KEYS {
-        let text = format!("{}. Default: {}", key.meaning, key.default);
-        properties.insert(key.name.to_owned(), described((key.schema)(kind), &text));
+        properties[key.name] = described((key.schema)(kind), key.meaning, Some(key.default));
     }
     for parameter in kind.parameters {
-        let text = match parameter.default {
-            Some(default) => format!("{}. Default: {default}", parameter.description),
-            None => parameter.description.to_owned(),
-        };
-        properties.insert(parameter.name.to_owned(), described(value(parameter), &text));
+        let Parameter {
+            name,
+            description,
+            default,
+            ..
+        } = *parameter;
+        properties[name] = described(value(parameter), description, default);
     }
     json!({
         "description": kind.summary,
@@ -156,13 +156,6 @@ fn value(parameter: &Parameter) -> Value {
 
 fn whole(min: u64, max: u64) -> Value {
     json!({ "type": "integer", "minimum": min, "maximum": max })
-}
-
-fn described(mut schema: Value, text: &str) -> Value {
-    if let Some(schema) = schema.as_object_mut() {
-        schema.insert("description".to_owned(), text.into());
-    }
-    schema
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The JSON schema of scenario files, from the rows that the reader knows.
 
-use super::DRAFT;
+use super::{DRAFT, described};
 use serde_json::{Map, Value, json};
 use ts3100_controller::{ACTION_FORMS, CONDITION_FORMS};
 use ts3100_recording::scenario::CHANNEL_ACTIONS;
@@ -12,11 +12,9 @@ const TIME: &str = r"^([0-9]+\.?[0-9]*|\.[0-9]+)\s*(us|ms|s|min)\s*$";
 /// The JSON schema of a scenario file (draft 2020-12).
 pub fn schema() -> Value {
     let mut document = table("");
-    if let Some(keys) = document.as_object_mut() {
-        keys.insert("$schema".to_owned(), DRAFT.into());
-        keys.insert("title".to_owned(), "Scenario of ts3100".into());
-        keys.insert("$defs".to_owned(), definitions());
-    }
+    document["$schema"] = DRAFT.into();
+    document["title"] = "Scenario of ts3100".into();
+    document["$defs"] = definitions();
     document
 }
 
@@ -63,23 +61,17 @@ fn table(name: &str) -> Value {
         "required": required,
         "properties": properties,
     });
-    if name == "do"
-        && let Some(table) = table.as_object_mut()
-    {
+    if name == "do" {
         // A step has a time or a condition.
-        table.insert(
-            "oneOf".to_owned(),
-            json!([{ "required": ["at"] }, { "required": ["when"] }]),
-        );
-        let of_condition = json!({ "after": ["when"], "times": ["when"] });
-        table.insert("dependentRequired".to_owned(), of_condition);
+        table["oneOf"] = json!([{ "required": ["at"] }, { "required": ["when"] }]);
+        table["dependentRequired"] = json!({ "after": ["when"], "times": ["when"] });
     }
     table
 }
 
 fn property(key: &Key) -> Value {
     let text = json!({ "type": "string" });
-    let mut schema = match key.value {
+    let schema = match key.value {
         KeyValue::Text => text,
         KeyValue::Texts => json!({ "type": "array", "items": text }),
         KeyValue::Time => json!({ "$ref": "#/$defs/time" }),
@@ -92,8 +84,5 @@ fn property(key: &Key) -> Value {
         KeyValue::Table => table(key.name),
         KeyValue::Tables => json!({ "type": "array", "items": table(key.name) }),
     };
-    if let Some(schema) = schema.as_object_mut() {
-        schema.insert("description".to_owned(), key.meaning.into());
-    }
-    schema
+    described(schema, key.meaning, None)
 }
