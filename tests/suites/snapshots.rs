@@ -209,6 +209,11 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
             "expected 1 to 4294967295, found 0",
         ),
         ("/user/host/length", 255.into(), "expected 5 to 8, found 255"),
+        (
+            "/network/channels/1/own_port",
+            1.into(),
+            "network: expected the channels of `ethernet`",
+        ),
         ("/arm/rest/0", 1e5.into(), "arm.rest"),
         (
             "/arm/active/motion/path",

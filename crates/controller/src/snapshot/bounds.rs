@@ -13,6 +13,7 @@ use crate::limits::{
     LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
     RING_BUFFER, SERVO_ONS,
 };
+use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::panel::KeySwitch;
 use crate::port::Port;
@@ -96,6 +97,14 @@ pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckRes
     check_alarms(&robot.alarms)?;
     check_signals(&robot.signals)?;
     check_channels(robot)?;
+    let network = *robot.parameters.network();
+    let asked = NetworkConfig::new(robot.parameters.ethernet());
+    check(
+        network == asked,
+        "network",
+        "the channels of `ethernet`",
+        "others",
+    )?;
     check_endpoints(endpoints, &robot.config)?;
     robot.arm.validate(robot.now)?;
     if let Some(Guide::Host(port)) = robot.arm.guide() {
