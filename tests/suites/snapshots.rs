@@ -253,7 +253,7 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
         (
             "/faults/reports/0/fired",
             2.into(),
-            "faults.reports: expected no more bites",
+            "faults.reports: expected a fault that fired no more often",
         ),
         (
             "/sessions/IP0/asked",

@@ -6,7 +6,7 @@ use super::body::Seconds;
 use super::resource::{
     Answer, Deserialize, Handle, IntoParams, Json, NoBody, Path, Problem, Serialize, ToSchema, View,
 };
-use ts3100_controller::signals::Signals;
+use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{Action, IoKind, PanelAction, line_name};
 
 /// The inputs or outputs that are on or forced.
@@ -154,7 +154,7 @@ pub fn require_line(line: u16) -> Result<(), Problem> {
     if Signals::exists(line) {
         return Ok(());
     }
-    Err(Problem::not_found("line", "1-64, 101-164 or 201-264", line))
+    Err(Problem::not_found("line", LINE_NUMBERS, line))
 }
 
 async fn look(handle: &Handle, side: IoKind, line: u16) -> Answer<LineStatus> {

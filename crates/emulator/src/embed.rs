@@ -55,6 +55,7 @@ pub use ts3100_controller::input::JogMode;
 pub use ts3100_controller::model::ArmModel;
 pub use ts3100_controller::panel::PanelState;
 pub use ts3100_controller::queries::VariableView;
+use ts3100_controller::signals::LINE_NUMBERS;
 pub use ts3100_controller::{Action, ActionError, ActionErrorKind, IoKind};
 pub use ts3100_controller::{ArmPose, ConditionParseError, ControlRight, Controller, KeySwitch};
 pub use ts3100_controller::{Config, ControllerType, Dialect, Options, PanelAction, Port, Time};
@@ -259,7 +260,7 @@ pub enum Error {
     #[error(transparent)]
     Condition(#[from] ConditionParseError),
     /// No line has this number.
-    #[error("unknown line `{0}`: expected 1-64, 101-164 or 201-264")]
+    #[error("unknown line `{0}`: expected {LINE_NUMBERS}")]
     Line(u16),
     /// A reset or a snapshot replaced the state before the time had passed.
     #[error("cannot advance time to the end: a reset or a snapshot replaced the state")]

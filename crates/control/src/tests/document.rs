@@ -61,7 +61,7 @@ const GROUPS: [(&str, &str); 21] = [
     ),
     (
         "lines",
-        "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
+        "Digital inputs and outputs, by their numbers: 1-64, 101-164, 201-264, 301-364, 401-464.",
     ),
     (
         "variables",

@@ -223,7 +223,8 @@ impl Faults {
             at_most("faults.reports.at", moments, MAX_FAULT_TIMES)?;
             let beyond_times = times > 0 && (fired > times || report.armed && fired == times);
             let fits = fired <= seen && moments <= fired as usize && !beyond_times;
-            let expected = "no more bites than occasions and times, and a moment for each of the first";
+            let expected =
+                "a fault that fired no more often than it could, and at most a moment for each time";
             let found = format!("{seen} seen, {fired} fired, {moments} moments");
             check(fits, place, expected, found)?;
         }

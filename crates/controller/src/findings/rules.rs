@@ -284,7 +284,7 @@ false: {
         "The message gives the reason. ACK confirms STROBE and the resets when they are processed."
     NO_SUCH_LINE "no-such-line" Warning "5.3.3 SF [SF-31]"
         "An input line that does not exist"
-        "Inputs are 1-64, 101-164 and 201-264."
+        "Inputs are 1-64, 101-164, 201-264, 301-364, 401-464."
     SELECTION_LOST "selection-lost" Warning "5.3.1 SL [CMD-SL-02]"
         "The selected file could not be selected again at power-on"
         "The message gives the reason. Select a file with SL."

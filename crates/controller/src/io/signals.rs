@@ -13,6 +13,8 @@ use ts3100_proto::status::io::{LineWords, WORDS};
 ///
 /// The six-axis manual does not list the last two ranges. Hosts written for the SCARA read them, so every arm has them.
 const RANGES: [RangeInclusive<u16>; 5] = [1..=64, 101..=164, 201..=264, 301..=364, 401..=464];
+/// The same ranges in words.
+pub const LINE_NUMBERS: &str = "1-64, 101-164, 201-264, 301-364, 401-464";
 /// Outputs that a program or IW may set: general, extension, hand (CMD-IW-04).
 const USER_OUTPUTS: [RangeInclusive<u16>; 3] = [1..=64, 101..=164, 201..=208];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).

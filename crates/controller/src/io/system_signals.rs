@@ -5,6 +5,7 @@
 use crate::executor::StopCause;
 use crate::findings::rules;
 use crate::io::line_names::{din, dout};
+use crate::io::signals::LINE_NUMBERS;
 use crate::limits::PULSE;
 use crate::ops::OperateError;
 use crate::options::Strobe;
@@ -35,7 +36,7 @@ impl Robot {
     pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
         let was = self.signals.input(line);
         if !self.signals.drive_input(line, on) {
-            let message = format!("there is no input {line}; inputs are 1-64, 101-164 and 201-264");
+            let message = format!("there is no input {line}; inputs are {LINE_NUMBERS}");
             self.report(&rules::NO_SUCH_LINE, None, &[], message);
             return;
         }

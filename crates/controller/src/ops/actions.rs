@@ -8,7 +8,7 @@ use crate::action::error::ActionResult;
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::arm::Frames;
 use crate::executor::selection::SelectError;
-use crate::io::signals::{IoKind, Signals};
+use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
 use crate::limits::MAX_BREAKPOINTS;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -216,7 +216,7 @@ fn unknown_alarm(number: &str) -> ActionError {
 /// There is no such line.
 pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
     let side = side.word();
-    let sentence = format!("there is no {side} {line}: {side}s are 1-64, 101-164 and 201-264");
+    let sentence = format!("there is no {side} {line}: {side}s are {LINE_NUMBERS}");
     ActionError::missing(side, sentence)
 }
 

@@ -167,7 +167,7 @@ fn check_alarms(alarms: &Alarms) -> CheckResult {
 
 fn check_signals(signals: &Signals) -> CheckResult {
     for (place, line) in signals.snapshot_lines() {
-        let expected = "lines 1-64, 101-164, 201-264; a pulse of an output that is on";
+        let expected = "a line that exists; a pulse of an output that is on";
         check(Signals::exists(line), &format!("signals.{place}"), expected, line)?;
     }
     Ok(())

@@ -10,7 +10,7 @@ use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::action::IoKind;
-use ts3100_controller::signals::Signals;
+use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::driver::wired::{Wire, WireEnd};
 use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
@@ -401,7 +401,7 @@ enum WireEndError {
     Form(#[from] UnexpectedWord),
     #[error("unknown robot `{0}`{1}")]
     Robot(String, String),
-    #[error("unknown line `{0}`: expected 1-64, 101-164 or 201-264")]
+    #[error("unknown line `{0}`: expected {LINE_NUMBERS}")]
     Line(u16),
 }
 

@@ -2,7 +2,7 @@
 //! are read here.
 
 use ts3100_controller::alarm::AlarmCode;
-use ts3100_controller::signals::Signals;
+use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Input, PanelAction, Port};
 use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
@@ -21,7 +21,7 @@ pub enum ScenarioActionError {
     #[error("expected {0}, found nothing")]
     Nothing(&'static str),
     /// A line that the controller does not have.
-    #[error("expected line 1-64, 101-164 or 201-264, found {0}")]
+    #[error("expected line {LINE_NUMBERS}, found {0}")]
     Line(u16),
     /// Bytes.
     #[error(transparent)]

@@ -34,7 +34,7 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[start]\ninputs = [1, 77]",
-            "line 2: expected line 1-64, 101-164 or 201-264, found 77",
+            "line 2: expected line 1-64, 101-164, 201-264, 301-364, 401-464, found 77",
         ),
         ("do = 3", "line 1: expected tables [[do]], found 3"),
         (

@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use ts3100_control::printable::printable;
-use ts3100_controller::signals::Signals;
+use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
@@ -103,7 +103,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         bail!("--max-time: expected seconds, more than 0 and at most {MAX_SECONDS}");
     }
     if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
-        bail!("--din {line}: expected input lines, 1-64, 101-164 or 201-264");
+        bail!("--din {line}: expected input lines, {LINE_NUMBERS}");
     }
     let job = RunRequest {
         name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
