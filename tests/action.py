@@ -33,7 +33,7 @@ with socket.create_connection((os.environ["TS3100_HOST"], int(os.environ["TS3100
     host.sendall(b"\x02SO\r\x03")
     assert host.recv(64) == b"\x02OK\r\x03"
 '"""
-WRONG = RIGHT.replace("SO", "ZZ").replace(r"OK", "NG")
+WRONG = RIGHT.replace("SO", "QQ").replace(r"OK", "NG")
 
 
 def action():

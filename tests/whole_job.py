@@ -150,7 +150,7 @@ def cycle_end(host, what):
 def texts(host):
     """Commands that are no commands, and the two sides of a text."""
     equal("a fresh connection hears nothing first", b"", host.silence(0.1))
-    equal("an unknown command gets NG", b"NG\r", host.ask(b"ZZ"))
+    equal("an unknown command gets NG", b"NG\r", host.ask(b"QQ"))
     equal("a command without comma gets NG", b"NG\r", host.ask(b"RSPRG"))
     host.text(b"RN")
     equal("a command without CR gets NG", b"NG\r", host.reply())

@@ -56,7 +56,7 @@ const MORE: [&str; 31] = [
     "MR,A 0",
     "IW,3 1",
     "UL,P0",
-    "ZZ",
+    "QQ",
 ];
 
 /// xorshift: small, and the same everywhere.

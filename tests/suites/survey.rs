@@ -251,7 +251,7 @@ const LOOKS: &[&str] = &[
     "<STX>UL,USER.PAR<CR><ETX>",
     "<STX>UL,ETHERNET.PAR<CR><ETX>",
     "<STX>OK<CR><ETX>",
-    "<STX>ZZ<CR><ETX>",
+    "<STX>QQ<CR><ETX>",
     "SU<CR><ETX>",
     "<STX>SU<ETX>",
     "<STX>su<CR><ETX>",

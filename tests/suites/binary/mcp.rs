@@ -88,13 +88,13 @@ fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wron
 
     serve.host(&["fd"]);
     let mut host = serve.dial(0);
-    host.write_all(b"\x02zz\r\x03").unwrap();
+    host.write_all(b"\x02qq\r\x03").unwrap();
     ts3100_tests::host::Host::read_until(&mut host, 0x03);
     let (said, _) = assistant.tool("findings", &json!({}));
     assert!(said.contains("unknown-command"), "{said}");
     let (said, _) = assistant.tool("explain_finding", &json!({"rule": "unknown-command"}));
     assert!(said.contains("Begin a message with two letters"), "{said}");
-    assert!(assistant.tool("traffic", &json!({})).0.contains("zz"));
+    assert!(assistant.tool("traffic", &json!({})).0.contains("qq"));
 
     let (said, is_error) = assistant.tool("panel", &json!({"control": "servo", "value": "closed"}));
     assert!(

@@ -70,7 +70,7 @@ const HELD: &[&[u8]] = &[
 
 /// What it says later, with a peer at IP1 too.
 const HELD_LATER: &[(Port, &[u8])] = &[
-    (Port::Ip0, b"\x02ZZ\r\x03\x02SU\r\x03"),
+    (Port::Ip0, b"\x02QQ\r\x03\x02SU\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
     (Port::Ip0, b"\x02UL,ETHERNET.PAR\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),

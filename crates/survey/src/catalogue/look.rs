@@ -94,8 +94,8 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "unknown-command",
         question: "What is answered to a command that does not exist?",
-        sends: "ZZ",
-        ask: Ask::Bytes("<STX>ZZ<CR><ETX>"),
+        sends: "QQ",
+        ask: Ask::Bytes("<STX>QQ<CR><ETX>"),
         readings: &["NG", "silence"],
         ..ROW
     },
@@ -118,7 +118,7 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "pause",
         question: "Is a command served that comes within 50 ms after a text of the controller?",
-        sends: "ZZ, and at once SU",
+        sends: "QQ, and at once SU",
         ask: Ask::Steps(within_the_pause),
         readings: &["answer", "silence"],
         decides: Some(("strict_50ms", &["false", "true"])),
@@ -318,8 +318,8 @@ fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
 }
 
 fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    if talk.asks("ZZ")? {
-        return Err(Trouble::Refused("ZZ, which is no command, got OK".to_owned()));
+    if talk.asks("QQ")? {
+        return Err(Trouble::Refused("QQ, which is no command, got OK".to_owned()));
     }
     let (asked, answered) = talk.asked();
     let text = talk.text("SU\r");
