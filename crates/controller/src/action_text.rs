@@ -70,8 +70,8 @@ pub enum ActionParseError {
     Expected(UnexpectedWord),
     /// No action begins so.
     Unknown(String),
-    /// Keys of the pendant that are not UTF-8.
-    Keys(FromUtf8Error),
+    /// Keys of the pendant or a name that are not UTF-8.
+    NotUtf8(FromUtf8Error),
     /// Bytes.
     Bytes(EscapeError),
     /// A fault.
@@ -82,7 +82,7 @@ error_text! {
     ActionParseError: Expected from UnexpectedWord, Bytes from EscapeError, Fault from FaultError;
     Self::Expected(error) => "{error}";
     Self::Unknown(words) => "unknown action `{words}`";
-    Self::Keys(error) => "the keys of the pendant are not UTF-8: {error}";
+    Self::NotUtf8(error) => "expected UTF-8: {error}";
     Self::Bytes(error) => "{error}";
     Self::Fault(error) => "{error}";
 }
@@ -126,6 +126,15 @@ impl fmt::Display for PanelAction {
     }
 }
 
+/// A name or number from outside, which may be none: still one word that reads back.
+fn as_word(name: &str) -> Escaped<'_> {
+    Escaped::word(name.as_bytes())
+}
+
+fn unescaped(word: &str) -> ParseResult<String> {
+    String::from_utf8(escape::parse(word)?).map_err(ActionParseError::NotUtf8)
+}
+
 impl fmt::Display for Action {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let suffix = |restore: &bool| if *restore { " restore" } else { "" };
@@ -135,8 +144,8 @@ impl fmt::Display for Action {
             Action::PowerOff => f.write_str("power off"),
             Action::PowerOn => f.write_str("power on"),
             Action::RaiseAlarm { number, detail } => match detail.trim_end() {
-                "" => write!(f, "alarms raise {number}"),
-                detail => write!(f, "alarms raise {number} {detail}"),
+                "" => write!(f, "alarms raise {}", as_word(number)),
+                detail => write!(f, "alarms raise {} {detail}", as_word(number)),
             },
             Action::Pulse {
                 side,
@@ -155,7 +164,7 @@ impl fmt::Display for Action {
                 values,
                 restore,
             } => {
-                write!(f, "variable {name}")?;
+                write!(f, "variable {}", as_word(name))?;
                 values.iter().try_for_each(|value| match value {
                     Number::Integer(whole) => write!(f, " {whole}"),
                     // With a decimal point or an exponent, so that it reads back as a real.
@@ -163,10 +172,14 @@ impl fmt::Display for Action {
                 })?;
                 f.write_str(suffix(restore))
             }
-            Action::Teach { name, restore } => write!(f, "position {name} teach{}", suffix(restore)),
-            Action::PutFile { name, content } => write!(f, "file put {name} {}", Escaped::new(content)),
-            Action::EraseFile { name } => write!(f, "file erase {name}"),
-            Action::Select { name } => write!(f, "file select {name}"),
+            Action::Teach { name, restore } => {
+                write!(f, "position {} teach{}", as_word(name), suffix(restore))
+            }
+            Action::PutFile { name, content } => {
+                write!(f, "file put {} {}", as_word(name), Escaped::new(content))
+            }
+            Action::EraseFile { name } => write!(f, "file erase {}", as_word(name)),
+            Action::Select { name } => write!(f, "file select {}", as_word(name)),
             Action::Breakpoints(lines) if lines.is_empty() => f.write_str("breakpoints none"),
             Action::Breakpoints(lines) => {
                 f.write_str("breakpoints")?;
@@ -294,7 +307,7 @@ fn alarms_action(rest: &str) -> ParseResult<Action> {
     match verb {
         "raise" => {
             let (number, detail) = split(rest);
-            let (number, detail) = (number.to_string(), detail.to_string());
+            let (number, detail) = (unescaped(number)?, detail.to_string());
             Ok(Action::RaiseAlarm { number, detail })
         }
         "reset" if rest.is_empty() => Ok(Action::Panel(PanelAction::AlarmReset)),
@@ -306,9 +319,7 @@ fn pendant_action(rest: &str) -> ParseResult<Action> {
     let ("keys", keys) = split(rest) else {
         return Err(expected("keys TEXT", rest));
     };
-    let keys = String::from_utf8(escape::parse(keys)?);
-    let keys = keys.map_err(ActionParseError::Keys)?;
-    Ok(Action::Panel(PanelAction::Keys(keys)))
+    Ok(Action::Panel(PanelAction::Keys(unescaped(keys)?)))
 }
 
 /// What is done to an input or output: `5 on`, `5 pulse on 200 ms`, `5 force off`, `5 release`.
@@ -356,7 +367,7 @@ fn set_variable(rest: &str) -> ParseResult<Action> {
     let number = |word: &str| Number::parse(word).ok_or_else(|| expected("a number", word));
     let values = values.split(' ').map(number).collect::<ParseResult<_>>()?;
     Ok(Action::SetVariable {
-        name: name.to_string(),
+        name: unescaped(name)?,
         values,
         restore,
     })
@@ -366,7 +377,7 @@ fn teach(rest: &str) -> ParseResult<Action> {
     let (words, restore) = split_restore(rest);
     match split(words) {
         (name, "teach") if !name.is_empty() => Ok(Action::Teach {
-            name: name.to_string(),
+            name: unescaped(name)?,
             restore,
         }),
         _ => Err(expected("NAME teach", rest)),
@@ -381,7 +392,7 @@ fn split_restore(words: &str) -> (&str, bool) {
 }
 
 fn one_name(word: &str) -> ParseResult<String> {
-    Ok(single_word("one name", word)?)
+    unescaped(&single_word("one name", word)?)
 }
 
 fn file_action(rest: &str) -> ParseResult<Action> {
@@ -485,6 +496,10 @@ mod tests {
                 content: Vec::new(),
             },
             Action::EraseFile { name: name() },
+            // Impossible names are refused, and recorded all the same.
+            Action::EraseFile {
+                name: "A B\n! servo off <\u{fc}>".to_owned(),
+            },
             Action::Select { name: name() },
         ];
         for action in actions {

@@ -32,6 +32,12 @@ impl<'a> Escaped<'a> {
         Escaped { bytes, special: b"<" }
     }
 
+    /// As one word: as [`Escaped::new`], without blanks in it.
+    pub const fn word(bytes: &'a [u8]) -> Escaped<'a> {
+        let special = b"< ";
+        Escaped { bytes, special }
+    }
+
     /// For use within double quotes: as [`Escaped::new`], without quotes in it.
     pub const fn within_quotes(bytes: &'a [u8]) -> Escaped<'a> {
         let special = b"<\"";
