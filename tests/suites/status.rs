@@ -2,7 +2,8 @@
 //!
 //! Layouts have unit tests in `ts3100-proto`.
 
-use ts3100_controller::{Dialect, PanelAction, Port};
+use std::time::Duration;
+use ts3100_controller::{Action, Controller, Dialect, Input, IoKind, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 fn idle() -> Robot {
@@ -108,6 +109,24 @@ fn rs_sig_clears_the_first_24_outputs() {
         (word(&body, 84), word(&body, 86), word(&body, 92)),
         (0, 1 << 8, 1)
     );
+}
+
+// clause: CMD-RS-07
+#[test]
+fn rs_sig_ends_the_pulse_of_an_output_that_it_clears() {
+    let mut robot = idle();
+    robot.put(Input::Action(Action::Pulse {
+        side: IoKind::Output,
+        line: 3,
+        on: true,
+        length: Duration::from_secs(5),
+    }));
+    robot.command(Port::Ip0, "RS,SIG");
+    let snapshot = robot.cell.controller.snapshot();
+    assert!(Controller::restore(snapshot).is_ok());
+    robot.command(Port::Ip0, "IW,3 1");
+    robot.advance_ms(6_000);
+    assert_eq!(word(&robot.total(Port::Ip0), 84), 1 << 2, "on, as IW has set it");
 }
 
 // clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01 S20 S26

@@ -211,6 +211,7 @@ impl Signals {
     /// RS,SIG: turns off Dout1 to Dout24 (CMD-RS-07).
     pub fn reset_outputs(&mut self) {
         self.outputs.retain(|line| !RESET_OUTPUTS.contains(line));
+        self.pulses.retain(|line, _| !RESET_OUTPUTS.contains(line));
     }
 
     /// Power off: turns off every output, forced ones too. Inputs keep their state: they are driven from outside.
