@@ -489,6 +489,19 @@ fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
 }
 
 #[test]
+fn after_a_purge_the_next_host_is_answered() {
+    let mut robot = usual();
+    robot.raw(Port::Host, &[frame(b"SO\r"), frame(b"XX\r")].concat());
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    robot.advance_ms(3);
+    robot.put(Input::SerialPurged { port: Port::Host });
+    robot.send(Port::Host, b"SU\r");
+    robot.advance_ms(1_000);
+    assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));
+}
+
+#[test]
 fn the_line_takes_no_more_than_it_says() {
     let mut robot = usual();
     let room = robot.cell.controller.line_room(Port::Com1).unwrap();

@@ -224,6 +224,11 @@ impl Endpoints {
         let now = robot.now;
         if let Some(line) = self.lines.get_mut(&port) {
             line.inbound.purge(now);
+            // What comes later is not the departed peer's.
+            let queued = line.inbound.queued();
+            if let Some(leaving) = &mut line.departed_peer {
+                leaving.bytes_left = leaving.bytes_left.min(queued);
+            }
         }
     }
 
