@@ -448,3 +448,15 @@ fn a_command_inside_a_download_ends_it_or_is_a_part_of_it() {
         }
     }
 }
+
+// clause: CMD-DL-04 FL-04
+#[test]
+fn after_a_text_that_is_too_long_the_rest_of_the_file_is_refused_text_by_text() {
+    let mut robot = robot();
+    robot.command(Port::Ip0, "DL,LONG");
+    let long = [b"FL,".as_slice(), &[b'A'; 254]].concat();
+    assert_eq!(robot.ask(Port::Ip0, str::from_utf8(&long).unwrap()), b"NG\r");
+    robot.send(Port::Ip0, &[b'B'; DATA]);
+    assert_eq!(unframe(&robot.received(Port::Ip0)).unwrap(), b"NG\r");
+    assert!(robot.file(Port::Ip0, "SU").starts_with(b"MODE:"));
+}

@@ -241,6 +241,7 @@ impl Endpoints {
 
     /// NG to a text that breaks the rules of framing.
     fn broken_text(&mut self, robot: &mut Robot, port: Port, data: &[u8], error: &TextError) {
+        let of_file = matches!(self.session(port).exchange(), Exchange::Receiving { .. });
         self.begin(port, "");
         let reason = match error {
             TextError::OverLong { length } => {
@@ -257,6 +258,9 @@ impl Endpoints {
             TextError::NoEtx { .. } => "there is no ETX where the length says".to_string(),
         };
         self.refuse_text(robot, port, "text", &reason);
+        if of_file {
+            self.check_refused_file(port, data);
+        }
     }
 
     /// Joins a text to the message it is part of, and serves the message if it is complete.
