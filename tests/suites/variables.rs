@@ -285,3 +285,18 @@ fn a_download_of_the_selected_file_acts_on_the_next_start() {
     robot.advance_ms(100);
     assert_eq!(robot.received(Port::Ip1), b"NEW");
 }
+
+// clause: CMD-RS-05 CMD-RS-06
+#[test]
+fn rs_cyc_finds_the_label_of_the_file_as_it_was_downloaded_again() {
+    let program = |label: &str| format!("PROGRAM TEST\nPRINT IP1, \"X\"\n{label}\nPRINT IP1, \"Y\"\nEND\n");
+    let mut robot = Robot::ready("PROGRAM TEST\nRCYCLE:\nPRINT IP1, \"OLD\"\nEND\n");
+    for (label, answer, printed) in [("RCYCLE:", b"OK\r", b"Y".as_slice()), ("OTHER:", b"NG\r", b"XY")] {
+        let stored = robot.cell.controller.put_file("TEST", program(label).as_bytes());
+        stored.unwrap();
+        assert_eq!(robot.ask(Port::Ip0, "RS,CYC"), answer, "{label}");
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(100);
+        assert_eq!(robot.received(Port::Ip1), printed, "{label}");
+    }
+}

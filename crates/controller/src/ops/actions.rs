@@ -62,6 +62,10 @@ impl Robot {
     pub(crate) fn run_to(&mut self, line: u32) -> ActionResult {
         let verb = format!("run to line {line}");
         let refused = |reason: &dyn Display| ActionError::cannot("run-to", &verb, reason);
+        if !self.executor.program_runs() {
+            // The lines are those of the file as it is on the drive.
+            self.renew_stale().map_err(|reason| refused(&reason))?;
+        }
         if !self.executor.stop_before_line(line) {
             return Err(refused(&no_statement(line)));
         }

@@ -54,6 +54,8 @@ impl Robot {
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
     fn cycle_reset(&mut self) -> Result<(), OperateError> {
         self.executor.selected().ok_or(OperateError::NoFile)?;
+        // The next start runs the file as it is on the drive.
+        self.renew_stale()?;
         if !self.executor.go_to_rcycle() {
             return Err(OperateError::NoRcycle);
         }
