@@ -51,7 +51,7 @@ pub struct ClockStatus {
 #[schema(as = SetClock)]
 pub struct SetModeRequest {
     /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
-    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[1-9][0-9]{0,4})$")]
+    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[0-9]+([.][0-9]+)?)$")]
     mode: String,
 }
 
@@ -159,7 +159,7 @@ fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Err
 pub struct LineCondition {
     /// Its number.
     #[serde(deserialize_with = "line_number")]
-    #[schema(minimum = 1, maximum = 264)]
+    #[schema(minimum = 1, maximum = 464)]
     line: u16,
     /// Whether it is on.
     on: bool,

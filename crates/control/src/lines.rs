@@ -85,7 +85,7 @@ fn default_on() -> bool {
 #[into_params(parameter_in = Path)]
 pub struct Din {
     /// Din number
-    #[param(minimum = 1, maximum = 264)]
+    #[param(minimum = 1, maximum = 464)]
     line: u16,
 }
 
@@ -95,7 +95,7 @@ pub struct Din {
 #[into_params(parameter_in = Path)]
 pub struct Dout {
     /// Dout number
-    #[param(minimum = 1, maximum = 264)]
+    #[param(minimum = 1, maximum = 464)]
     line: u16,
 }
 

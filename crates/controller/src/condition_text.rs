@@ -9,7 +9,7 @@ use crate::condition::Condition;
 use crate::findings::{RULES, Rule};
 use crate::port::Port;
 use crate::prelude::*;
-use crate::signals::Signals;
+use crate::signals::{LINE_NUMBERS, Signals};
 use crate::text_form::{single_word, split};
 use core::fmt;
 use core::str::FromStr;
@@ -232,7 +232,7 @@ fn printed(rest: &str) -> ReadResult<Condition> {
 fn signal(side: IoKind, rest: &str) -> ReadResult<Condition> {
     let (number, state) = split(rest);
     let line = number.parse().ok().filter(|line| Signals::exists(*line));
-    let line = line.ok_or_else(|| UnexpectedWord::new("line 1-64, 101-164 or 201-264", number))?;
+    let line = line.ok_or_else(|| UnexpectedWord::new(format!("line {LINE_NUMBERS}"), number))?;
     let on = bool::read(state)?;
     Ok(Condition::Signal { side, line, on })
 }
@@ -328,7 +328,7 @@ mod tests {
             ),
             (
                 "output 77 on",
-                "expected line 1-64, 101-164 or 201-264, found `77`",
+                "expected line 1-64, 101-164, 201-264, 301-364, 401-464, found `77`",
             ),
             ("output five on", "expected line 1-64"),
             (

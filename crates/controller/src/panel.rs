@@ -36,7 +36,7 @@ pub enum PanelAction {
     AlarmReset,
     /// The machine lock: programs run without the arm moving.
     MachineLock(bool),
-    /// An input line is driven by the outside (1-64, 101-164, 201-264).
+    /// An input line is driven by the outside (1-64, 101-164, 201-264, 301-364, 401-464).
     InputLine {
         /// Din number.
         line: u16,
