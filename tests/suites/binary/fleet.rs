@@ -405,3 +405,27 @@ fn tables_that_do_not_go_together_are_refused_with_their_place() {
         "cannot use --robots beside [[robot]]",
     );
 }
+
+#[test]
+fn each_robot_has_a_snapshot_of_its_own_where_the_path_has_its_name() {
+    let directory = TempDir::new("fleet");
+    let path = directory.path().join("{robot}.json").to_str().unwrap().to_owned();
+    let tables = directory.file(
+        "cell.toml",
+        "[[robot]]\nname = \"feeder\"\n[[robot]]\nname = \"picker\"\n",
+    );
+    for (words, robots) in [
+        (["--robots", "3"], &["robot-1", "robot-2", "robot-3"][..]),
+        (["--robots", "1"], &["robot-1"]),
+        (["--config", &tables], &["feeder", "picker"]),
+    ] {
+        let words = [&words[..], &["--time", "stepped", "--snapshot-on-exit", &path]].concat();
+        expect_code(&Serve::start(&words).signal("TERM"), 0);
+        for robot in robots {
+            let file = directory.path().join(format!("{robot}.json"));
+            let restored = Serve::start(&["--restore", file.to_str().unwrap()]);
+            expect_code(&restored.signal("TERM"), 0);
+            std::fs::remove_file(file).unwrap();
+        }
+    }
+}

@@ -176,7 +176,9 @@ impl FleetConfig {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
-        settings.files.snapshot_on_exit.take_if(|path| is_of_all(path));
+        if self.snapshot_of_all().is_some() {
+            settings.files.snapshot_on_exit = None;
+        }
         Ok(settings)
     }
 
