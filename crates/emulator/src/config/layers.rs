@@ -67,7 +67,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         let values = match key.as_str() {
-            "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
+            "load" | "transcript" | "report" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
             "fault" => value.to_string_lossy().split(';').map(OsString::from).collect(),
