@@ -429,3 +429,27 @@ fn each_robot_has_a_snapshot_of_its_own_where_the_path_has_its_name() {
         }
     }
 }
+
+#[test]
+fn the_name_of_the_robot_is_its_part_of_every_path() {
+    let directory = TempDir::new("fleet");
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    // Nobody has these files, and each is named with the robot.
+    for (flag, file) in [
+        ("--faults", "faults-{robot}.toml"),
+        ("--like", "like-{robot}.json"),
+        ("--model", "model-{robot}.toml"),
+        ("--permissions", "permissions-{robot}.txt"),
+        ("--points", "points-{robot}.csv"),
+    ] {
+        let missing = path(&file.replace("{robot}", "robot-1"));
+        refused_at_start(
+            &["--robots", "2", "--ports", "auto", flag, &path(file)],
+            &format!("cannot read {missing}"),
+        );
+    }
+    // A file that is only read may be that of all.
+    let faults = directory.file("faults.toml", "");
+    let serve = Serve::start(&["--robots", "2", "--faults", &faults]);
+    expect_code(&serve.signal("TERM"), 0);
+}

@@ -4,6 +4,7 @@
 //! What is wrong with any of them is known before the first port opens.
 
 use super::args::{PortSource, RobotTable, WireTable};
+use super::model::ModelChoice;
 use super::{ConfigError, ServeArgs, Settings};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -20,6 +21,18 @@ const PLACEHOLDER: &str = "{robot}";
 const MAX_NAME: usize = 32;
 /// Name of the world outside of the robots, in a wire.
 const OUTSIDE: &str = "outside";
+/// Keys of files that several robots may share: they are only read, or one file has the state of each.
+const SHARED: [&str; 9] = [
+    "faults",
+    "like",
+    "load",
+    "model",
+    "permissions",
+    "points",
+    "restore",
+    "scenario",
+    "snapshot-on-exit",
+];
 /// Keys that belong to the process, not to a robot.
 pub(super) const OF_PROCESS: [&str; 12] = [
     "config",
@@ -280,8 +293,7 @@ impl FleetConfig {
         for index in 0..compared {
             let (name, mut args) = (self.name(index), self.args(index));
             for (key, path) in paths(&mut args) {
-                // Read by all, or one file with the state of each.
-                if matches!(key, "restore" | "load" | "scenario" | "snapshot-on-exit") {
+                if SHARED.contains(&key) {
                     continue;
                 }
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
@@ -347,13 +359,19 @@ impl FleetConfig {
 fn paths(args: &mut ServeArgs) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
     let reports = &mut args.reports;
     let transcripts = reports.transcript.iter_mut().map(|file| &mut file.path);
-    let paths: [(_, Vec<_>); 14] = [
+    let models = args.robot.model.iter_mut().filter_map(ModelChoice::path_mut);
+    let paths: [(_, Vec<_>); 19] = [
         ("coverage", reports.coverage.iter_mut().collect()),
         ("drive", args.files.drive.iter_mut().collect()),
+        ("faults", args.variation.faults.iter_mut().collect()),
         ("findings", reports.findings.iter_mut().collect()),
         ("junit", args.scenario.junit.iter_mut().collect()),
         ("lcov", reports.lcov.iter_mut().collect()),
+        ("like", args.robot.like.iter_mut().collect()),
         ("load", args.files.load.iter_mut().collect()),
+        ("model", models.collect()),
+        ("permissions", args.robot.permissions.iter_mut().collect()),
+        ("points", args.files.points.iter_mut().collect()),
         ("report", reports.report.iter_mut().collect()),
         ("restore", args.files.restore.iter_mut().collect()),
         ("scenario", args.scenario.scenario.iter_mut().collect()),
