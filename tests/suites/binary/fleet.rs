@@ -453,3 +453,32 @@ fn the_name_of_the_robot_is_its_part_of_every_path() {
     let serve = Serve::start(&["--robots", "2", "--faults", &faults]);
     expect_code(&serve.signal("TERM"), 0);
 }
+
+#[test]
+fn a_robot_whose_reports_cannot_be_written_costs_those_of_no_other() {
+    for wire in ["", "[[wire]]\nfrom = \"a.dout.5\"\nto = \"b.din.1\"\n"] {
+        let directory = TempDir::new("fleet");
+        let tables = format!(
+            "coverage = \"{{robot}}/c.json\"\nsnapshot-on-exit = \"all.json\"\n\
+             [[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n{wire}"
+        );
+        for robot in ["a", "b"] {
+            std::fs::create_dir(directory.path().join(robot)).unwrap();
+        }
+        let file = directory.file("cell.toml", tables);
+        let serve = Serve::start(&["--config", &file]);
+        std::fs::remove_dir_all(directory.path().join("a")).unwrap();
+        let ended = serve.signal("TERM");
+        expect_code(&ended, 2);
+        let said = stderr(&ended);
+        assert!(
+            said.contains("cannot write") && said.contains("a/c.json"),
+            "{said}"
+        );
+        let coverage = std::fs::read_to_string(directory.path().join("b/c.json")).unwrap();
+        assert!(coverage.contains("percent"), "{coverage:.300}");
+        let state = std::fs::read_to_string(directory.path().join("all.json")).unwrap();
+        let state: Value = serde_json::from_str(&state).unwrap();
+        assert_eq!(state["robots"].as_object().unwrap().len(), 2);
+    }
+}

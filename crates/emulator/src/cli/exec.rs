@@ -71,7 +71,8 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
     reporting(junit, |junit| exec(args, junit), code_of)
 }
 
-/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
+/// `junit` becomes the report that the whole configuration asks for, as soon as that is known, and none as soon as the
+/// run has results of its own.
 fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     let ExecArgs {
         serve: flags,
@@ -120,6 +121,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             status = Some(wait(&mut child).await);
             drop(guard);
         };
+        *junit = None;
         let failed = serve_until(stop, launched, &settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;

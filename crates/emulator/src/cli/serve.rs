@@ -48,7 +48,8 @@ pub(super) fn reporting(
     }))
 }
 
-/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
+/// `junit` becomes the report that the whole configuration asks for, as soon as that is known, and none as soon as the
+/// run has results of its own.
 fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     if flags.robot.set.iter().any(|pair| pair == "help") {
         list_options()?;
@@ -61,7 +62,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         warn!("{warning}");
     }
     if let Some(config) = FleetConfig::from_args(&args)? {
-        return single_threaded()?.block_on(serve_fleet(&args, config));
+        return single_threaded()?.block_on(serve_fleet(&args, config, junit));
     }
     let settings = Settings::from_args(&args)?;
     if let Some(seed) = settings.controller.vary {
@@ -71,11 +72,11 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         );
     }
     Ending::check(&settings)?;
-    single_threaded()?.block_on(serve_one(&args, &settings))
+    single_threaded()?.block_on(serve_one(&args, &settings, junit))
 }
 
 /// Serves one robot until a signal.
-async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> {
+async fn serve_one(args: &ServeArgs, settings: &Settings, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     // Before the ready line: a signal that follows it must not find the default action.
     let stop = stop_signal().context("cannot listen for signals")?;
     let launched = Launched::open(settings, &Surroundings::NONE)?;
@@ -91,13 +92,18 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     };
     let line = || ready::line(ports, &serial, control, settings.controller.vary);
     say_ready(args, line, &banner, || banner.summary())?;
+    *junit = None;
     let code = serve_until(stop, launched, settings).await?;
     info!("ended");
     Ok(code)
 }
 
 /// Serves several robots until a signal.
-async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8> {
+async fn serve_fleet(
+    args: &ServeArgs,
+    config: FleetConfig,
+    junit: &mut Option<PathBuf>,
+) -> anyhow::Result<u8> {
     let stop = stop_signal().context("cannot listen for signals")?;
     let control = config.control()?;
     let fleet = Fleet::open(config)?;
@@ -120,6 +126,7 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
     let line = || ready::fleet_line(&robots, address, fleet.vary());
     say_ready(args, line, &banner, || banner.summary())?;
     stop.await;
+    *junit = None;
     let code = fleet.end().await?;
     info!("ended");
     Ok(code)
