@@ -156,6 +156,7 @@ fn build_command(
         export(exported::channel_port(port), number);
     }
     export(exported::CONTROL_URL.to_owned(), instance.control.clone());
+    export(exported::ROBOT.to_owned(), None);
     for port in Port::SERIAL {
         let place = robot.serial.get(&port.name().to_ascii_lowercase());
         export(exported::serial_line(port), place.cloned());
