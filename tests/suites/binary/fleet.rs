@@ -482,3 +482,28 @@ fn a_robot_whose_reports_cannot_be_written_costs_those_of_no_other() {
         assert_eq!(state["robots"].as_object().unwrap().len(), 2);
     }
 }
+
+#[test]
+fn a_start_that_fails_is_in_the_junit_report_of_each_robot() {
+    let directory = TempDir::new("fleet");
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let results = path("{robot}.xml");
+    let tables = directory.file("cell.toml", "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n");
+    let common = ["--ports", "auto", "--junit", &results];
+    for (words, robots) in [
+        (["--robots", "2"], ["robot-1", "robot-2"]),
+        (["--config", &tables], ["a", "b"]),
+    ] {
+        refused_at_start(&[&words[..], &common].concat(), "add --scenario FILE");
+        for robot in robots {
+            let report = std::fs::read_to_string(path(&format!("{robot}.xml"))).unwrap();
+            assert!(report.contains("add --scenario FILE"), "{robot}: {report}");
+        }
+    }
+    // Before the configuration is read, nobody knows the names.
+    for words in [&["--config", "/nowhere.toml"][..], &["--no-such-flag"]] {
+        let note = format!("cannot write {results}: the names of the robots are not known");
+        refused_at_start(&[words, &common].concat(), &note);
+    }
+    assert!(!std::fs::exists(&results).unwrap());
+}

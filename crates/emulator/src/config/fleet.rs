@@ -6,7 +6,7 @@
 use super::args::{PortSource, RobotTable, WireTable};
 use super::model::ModelChoice;
 use super::{ConfigError, ServeArgs, Settings};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use ts3100_control::{ControlChoice, ControlSettings};
@@ -126,7 +126,7 @@ impl FleetConfig {
     /// The name of a robot.
     pub fn name(&self, index: usize) -> String {
         let table = self.tables.get(index);
-        table.map_or_else(|| format!("robot-{}", index + 1), |table| table.name.clone())
+        table.map_or_else(|| numbered(index), |table| table.name.clone())
     }
 
     /// The robot of this name.
@@ -355,6 +355,29 @@ impl FleetConfig {
     }
 }
 
+/// The files of `--junit`, where the robots go together and where they do not.
+pub fn junit_files(args: &ServeArgs) -> BTreeSet<PathBuf> {
+    let common = args.scenario.junit.as_deref();
+    let tables = args.robot_tables.iter().filter_map(|table| {
+        let path = table.args.scenario.junit.as_deref().or(common)?;
+        // Another name may lead to any directory.
+        check_name(&table.name).ok()?;
+        Some(with_name(path, &table.name))
+    });
+    match (common, args.robot.robots) {
+        _ if !args.robot_tables.is_empty() => tables.collect(),
+        (Some(path), Some(count)) => (0..count as usize)
+            .map(|index| with_name(path, &numbered(index)))
+            .collect(),
+        (path, _) => path.map(Path::to_owned).into_iter().collect(),
+    }
+}
+
+/// The name of a robot without a table.
+fn numbered(index: usize) -> String {
+    format!("robot-{}", index + 1)
+}
+
 /// The files and directories of a robot with their keys.
 fn paths(args: &mut ServeArgs) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
     let reports = &mut args.reports;
@@ -395,7 +418,7 @@ fn with_name(path: &Path, name: &str) -> PathBuf {
 }
 
 /// Whether a file is one for all robots: its path does not have the name of each.
-fn is_of_all(path: &Path) -> bool {
+pub fn is_of_all(path: &Path) -> bool {
     !path.to_string_lossy().contains(PLACEHOLDER)
 }
 
