@@ -339,3 +339,11 @@ fn a_variable_of_several_paths_is_split_into_them() {
         );
     }
 }
+
+#[test]
+fn an_empty_variable_of_a_path_is_told_what_is_expected() {
+    for (name, key) in [("TS3100_LOAD", "load"), ("TS3100_DRIVE", "drive")] {
+        let error = error_of(&[], &[(name, "")]);
+        assert_eq!(error, format!("{name}: {key}: expected a path, found ``"));
+    }
+}
