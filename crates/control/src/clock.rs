@@ -144,7 +144,7 @@ fn file_line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error
     // A line has a byte at least, and a file has no more.
     let last = scol_mini::MAX_SOURCE;
     let fits = |line: &u32| usize::try_from(*line).is_ok_and(|line| (1..=last).contains(&line));
-    let expected = format_args!("a line of a file, 1 to {last},");
+    let expected = format_args!("a line of a file, 1 to {last}");
     number_that(deserializer, expected, |number| whole_number(number).filter(fits))
 }
 

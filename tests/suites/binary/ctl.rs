@@ -401,3 +401,13 @@ fn the_scenario_that_is_played_can_be_watched() {
         ]})
     );
 }
+
+#[test]
+fn a_port_is_named_in_either_case() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    let shown = answer(&serve, &["channel", "IP1"]);
+    assert_eq!(shown, answer(&serve, &["channel", "ip1"]));
+    assert_eq!(code(&serve, &["channel", "IP1", "inject", r"4\r"]), Some(0));
+    assert_eq!(code(&serve, &["channel", "Host"]), Some(0));
+    assert_eq!(code(&serve, &["channel", "IP4"]), Some(2));
+}

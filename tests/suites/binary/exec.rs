@@ -272,8 +272,10 @@ fn the_command_gets_addresses_and_an_emulator_inside_ignores_them_without_a_warn
     let script = "
         ts3100 host $TS3100_IP0 su > /dev/null && test $TS3100_IP0 = $TS3100_HOST:$TS3100_IP0_PORT || exit 11
         test -n \"$TS3100_IP3\" && test -n \"$TS3100_CONTROL_URL\" && test -n \"$TS3100_SERIAL_HOST_LINE\" || exit 12
+        export TS3100_ROBOT=feeder
         ts3100 exec --control off -- sh -c '
-            test $TS3100_IP0 != '$TS3100_IP0' && test -z \"$TS3100_CONTROL_URL$TS3100_SERIAL_HOST_LINE\"' || exit 13
+            test $TS3100_IP0 != '$TS3100_IP0' || exit 1
+            test -z \"$TS3100_CONTROL_URL$TS3100_ROBOT$TS3100_SERIAL_HOST_LINE\"' || exit 13
         ts3100 serve --ports auto --scenario no-such-file";
     let output = exec(&words, script);
     expect_code(&output, 2);

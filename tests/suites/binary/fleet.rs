@@ -405,3 +405,105 @@ fn tables_that_do_not_go_together_are_refused_with_their_place() {
         "cannot use --robots beside [[robot]]",
     );
 }
+
+#[test]
+fn each_robot_has_a_snapshot_of_its_own_where_the_path_has_its_name() {
+    let directory = TempDir::new("fleet");
+    let path = directory.path().join("{robot}.json").to_str().unwrap().to_owned();
+    let tables = directory.file(
+        "cell.toml",
+        "[[robot]]\nname = \"feeder\"\n[[robot]]\nname = \"picker\"\n",
+    );
+    for (words, robots) in [
+        (["--robots", "3"], &["robot-1", "robot-2", "robot-3"][..]),
+        (["--robots", "1"], &["robot-1"]),
+        (["--config", &tables], &["feeder", "picker"]),
+    ] {
+        let words = [&words[..], &["--time", "stepped", "--snapshot-on-exit", &path]].concat();
+        expect_code(&Serve::start(&words).signal("TERM"), 0);
+        for robot in robots {
+            let file = directory.path().join(format!("{robot}.json"));
+            let restored = Serve::start(&["--restore", file.to_str().unwrap()]);
+            expect_code(&restored.signal("TERM"), 0);
+            std::fs::remove_file(file).unwrap();
+        }
+    }
+}
+
+#[test]
+fn the_name_of_the_robot_is_its_part_of_every_path() {
+    let directory = TempDir::new("fleet");
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    // Nobody has these files, and each is named with the robot.
+    for (flag, file) in [
+        ("--faults", "faults-{robot}.toml"),
+        ("--like", "like-{robot}.json"),
+        ("--model", "model-{robot}.toml"),
+        ("--permissions", "permissions-{robot}.txt"),
+        ("--points", "points-{robot}.csv"),
+    ] {
+        let missing = path(&file.replace("{robot}", "robot-1"));
+        refused_at_start(
+            &["--robots", "2", "--ports", "auto", flag, &path(file)],
+            &format!("cannot read {missing}"),
+        );
+    }
+    // A file that is only read may be that of all.
+    let faults = directory.file("faults.toml", "");
+    let serve = Serve::start(&["--robots", "2", "--faults", &faults]);
+    expect_code(&serve.signal("TERM"), 0);
+}
+
+#[test]
+fn a_robot_whose_reports_cannot_be_written_costs_those_of_no_other() {
+    for wire in ["", "[[wire]]\nfrom = \"a.dout.5\"\nto = \"b.din.1\"\n"] {
+        let directory = TempDir::new("fleet");
+        let tables = format!(
+            "coverage = \"{{robot}}/c.json\"\nsnapshot-on-exit = \"all.json\"\n\
+             [[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n{wire}"
+        );
+        for robot in ["a", "b"] {
+            std::fs::create_dir(directory.path().join(robot)).unwrap();
+        }
+        let file = directory.file("cell.toml", tables);
+        let serve = Serve::start(&["--config", &file]);
+        std::fs::remove_dir_all(directory.path().join("a")).unwrap();
+        let ended = serve.signal("TERM");
+        expect_code(&ended, 2);
+        let said = stderr(&ended);
+        assert!(
+            said.contains("cannot write") && said.contains("a/c.json"),
+            "{said}"
+        );
+        let coverage = std::fs::read_to_string(directory.path().join("b/c.json")).unwrap();
+        assert!(coverage.contains("percent"), "{coverage:.300}");
+        let state = std::fs::read_to_string(directory.path().join("all.json")).unwrap();
+        let state: Value = serde_json::from_str(&state).unwrap();
+        assert_eq!(state["robots"].as_object().unwrap().len(), 2);
+    }
+}
+
+#[test]
+fn a_start_that_fails_is_in_the_junit_report_of_each_robot() {
+    let directory = TempDir::new("fleet");
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let results = path("{robot}.xml");
+    let tables = directory.file("cell.toml", "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n");
+    let common = ["--ports", "auto", "--junit", &results];
+    for (words, robots) in [
+        (["--robots", "2"], ["robot-1", "robot-2"]),
+        (["--config", &tables], ["a", "b"]),
+    ] {
+        refused_at_start(&[&words[..], &common].concat(), "add --scenario FILE");
+        for robot in robots {
+            let report = std::fs::read_to_string(path(&format!("{robot}.xml"))).unwrap();
+            assert!(report.contains("add --scenario FILE"), "{robot}: {report}");
+        }
+    }
+    // Before the configuration is read, nobody knows the names.
+    for words in [&["--config", "/nowhere.toml"][..], &["--no-such-flag"]] {
+        let note = format!("cannot write {results}: the names of the robots are not known");
+        refused_at_start(&[words, &common].concat(), &note);
+    }
+    assert!(!std::fs::exists(&results).unwrap());
+}

@@ -139,3 +139,31 @@ fn what_is_no_request_gets_the_error_that_json_rpc_has_for_it() {
         assert!(is_error && said.contains(expected), "{said}");
     }
 }
+
+#[test]
+fn a_program_starts_only_for_a_condition_that_there_is() {
+    let serve = Serve::ready(&["serve", "--servo-on", "--time", "stepped"]);
+    let mut assistant = Assistant::start(&serve);
+    let source = "PROGRAM L\nA:\nDELAY 1\nDOUT(5)\nGOTO A\nEND\n";
+    let (said, is_error) = assistant.tool("load_program", &json!({"name": "L", "source": source}));
+    assert!(!is_error, "{said}");
+    let (said, is_error) = assistant.tool("run_program", &json!({"condition": "stopped"}));
+    assert!(is_error && said.contains("unknown condition `stopped`"), "{said}");
+    let (state, _) = assistant.tool("state", &json!({}));
+    assert!(!state.contains("running"), "{state}");
+
+    // Each that the tool names is one.
+    let tools = assistant.ask("tools/list", &json!({}));
+    let tools = tools["result"]["tools"].as_array().unwrap();
+    let tool = tools.iter().find(|tool| tool["name"] == "run_program").unwrap();
+    let about = tool["inputSchema"]["properties"]["condition"]["description"].as_str();
+    let named = about.unwrap().strip_prefix("What to wait for: ").unwrap();
+    let named = named.split_once(" ...").unwrap().0;
+    for condition in named.split(", ") {
+        let arguments = json!({"condition": condition, "seconds": 0});
+        let (said, is_error) = assistant.tool("run_program", &arguments);
+        assert!(!is_error, "{condition}: {said}");
+        assistant.tool("stop_program", &json!({}));
+        assistant.tool("advance_clock", &json!({"seconds": 2}));
+    }
+}

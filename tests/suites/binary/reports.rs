@@ -254,3 +254,37 @@ fn the_reports_are_keys_of_the_file_and_the_environment_too() {
         "paths are seen from the file"
     );
 }
+
+#[test]
+fn what_cannot_be_written_at_the_end_costs_no_other_report() {
+    let directory = TempDir::new("binary");
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");
+    let [snapshot, lost] = ["d/s.json", "d/f.json"].map(path);
+    let written = ["f.json", "c.json", "r.json", "run.info", "j.xml"].map(path);
+    let [findings, coverage, faults, lines, results] = &written;
+    let remove = format!("rm -r '{}'", path("d"));
+    for first in [["--snapshot-on-exit", &snapshot], ["--findings", &lost]] {
+        std::fs::create_dir(path("d")).unwrap();
+        let reports = [
+            ["--findings", findings],
+            ["--coverage", coverage],
+            ["--report", faults],
+            ["--lcov", lines],
+            ["--scenario", &scenario],
+            ["--junit", results],
+        ];
+        let words = [&["exec"][..], &first, reports.as_flattened()].concat();
+        let output = run(&[&words[..], &["--", "sh", "-c", &remove]].concat());
+        expect_code(&output, 125);
+        let said = stderr(&output);
+        assert!(said.contains("cannot write") && said.contains(first[1]), "{said}");
+        assert!(said.contains("expect command SU: expected once"), "{said}");
+        for file in &written {
+            let length = std::fs::metadata(file).unwrap().len();
+            assert!(length > 0 || file == lines, "{file}: {said}");
+        }
+        let results = std::fs::read_to_string(results).unwrap();
+        assert!(results.contains("expect command SU"), "{results}");
+    }
+}

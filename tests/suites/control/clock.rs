@@ -244,3 +244,13 @@ fn what_was_sent_before_time_moves_is_heard_before() {
         assert_eq!(received["t_us"], (second - 1) * 1_000_000, "{received}");
     }
 }
+
+#[test]
+fn a_line_that_no_file_has_is_refused_with_those_that_it_can_have() {
+    let robot = running(SLOW);
+    let error = robot.refused(422, "POST", "/wait", r#"{"condition":{"line":0},"within":1}"#);
+    assert!(
+        error.contains("expected a line of a file, 1 to 99999, found 0"),
+        "{error}"
+    );
+}

@@ -54,37 +54,43 @@ impl Ending {
     /// Writes all that was asked for; returns the exit code.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The first that cannot be written; the others are written.
     pub fn finish(&self, controller: &Controller) -> anyhow::Result<u8> {
         faults::log_summary(controller.faults());
-        if let Some(path) = &self.files.snapshot_on_exit {
-            snapshot::write(path, controller)?;
-        }
+        let snapshot = match &self.files.snapshot_on_exit {
+            Some(path) => snapshot::write(path, controller),
+            None => Ok(()),
+        };
         let reports = self.reports.reports();
-        let outcome = reports.write_all(&self.record, controller, &self.files.load)?;
-        faults::write(
+        let outcome = reports.write_all(&self.record, controller, &self.files.load);
+        let faults = faults::write(
             &self.reports.report,
             controller.faults(),
             &self.record.fault_log(),
-        )?;
-        log_failures(&outcome);
+        );
+        if let Ok(outcome) = &outcome {
+            log_failures(outcome);
+        }
         let failed = match &self.play {
-            Some(play) => self.report_scenario(&play.outcome(controller.now()))?,
-            None => false,
+            Some(play) => self.report_scenario(&play.outcome(controller.now())),
+            None => Ok(false),
         };
-        Ok(match outcome.exit_code() {
-            0 if failed => SCENARIO_FAILED,
-            code => code,
+        snapshot?;
+        let outcome = outcome?;
+        faults?;
+        Ok(match (outcome.exit_code(), failed?) {
+            (0, true) => SCENARIO_FAILED,
+            (code, _) => code,
         })
     }
 
     /// The results of a scenario; whether it has failed.
     fn report_scenario(&self, outcome: &ScenarioOutcome) -> anyhow::Result<bool> {
-        if let Some(path) = &self.junit {
-            write_report(path, &outcome.junit())?;
-        }
         for failure in outcome.failures() {
             error!(event = "scenario-failed", "scenario: {failure}");
+        }
+        if let Some(path) = &self.junit {
+            write_report(path, &outcome.junit())?;
         }
         Ok(outcome.has_failed())
     }

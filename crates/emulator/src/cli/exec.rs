@@ -9,7 +9,7 @@ use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS
 use super::guard::Guard;
 use super::serve::{reporting, serve_until};
 use crate::config::args::PortSource;
-use crate::config::fleet::FleetConfig;
+use crate::config::fleet::{self, FleetConfig};
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
@@ -17,6 +17,7 @@ use crate::launch::{Launched, ONLY, Surroundings};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
+use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::io;
 use std::path::PathBuf;
@@ -71,14 +72,15 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
     reporting(junit, |junit| exec(args, junit), code_of)
 }
 
-/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
-fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
+/// `junit` becomes the reports that the whole configuration asks for, as soon as that is known, and none as soon as the
+/// run has results of its own.
+fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
     let ExecArgs {
         serve: flags,
         command,
     } = args;
     let (mut args, _) = config::read(flags, &config::environment())?;
-    junit.clone_from(&args.scenario.junit);
+    *junit = fleet::junit_files(&args);
     if args.network.ports.is_none() && args.network.port_offset.is_none() {
         args.network.ports = Some(PortSource::Auto);
     }
@@ -120,6 +122,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             status = Some(wait(&mut child).await);
             drop(guard);
         };
+        junit.clear();
         let failed = serve_until(stop, launched, &settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
@@ -154,6 +157,7 @@ fn build_command(
         export(exported::channel_port(port), number);
     }
     export(exported::CONTROL_URL.to_owned(), instance.control.clone());
+    export(exported::ROBOT.to_owned(), None);
     for port in Port::SERIAL {
         let place = robot.serial.get(&port.name().to_ascii_lowercase());
         export(exported::serial_line(port), place.cloned());

@@ -38,8 +38,8 @@ struct Running {
     info: RobotInfo,
 }
 
-/// What is left of robots when their task ends: number, final state and exit code of each.
-type Ended = Vec<(usize, Controller, u8)>;
+/// What is left of robots when their task ends: number, final state and exit code of each, or what cannot be written.
+type Ended = Vec<(usize, Controller, anyhow::Result<u8>)>;
 
 /// The robots of this process.
 pub struct Fleet {
@@ -49,7 +49,7 @@ pub struct Fleet {
     only: Option<String>,
     /// Why one could not start is remembered: it would be the same the next time.
     slots: Vec<OnceLock<Result<Running, CannotStart>>>,
-    tasks: Mutex<Vec<JoinHandle<anyhow::Result<Ended>>>>,
+    tasks: Mutex<Vec<JoinHandle<Ended>>>,
     wires: OnceLock<WireHandle>,
     stop: watch::Sender<bool>,
 }
@@ -136,8 +136,8 @@ impl Fleet {
         let stopped = self.stopped();
         let run = async move {
             let controller = launched.driver.run(stopped).await;
-            let code = ending.finish(&controller)?;
-            Ok(vec![(index, controller, code)])
+            let code = ending.finish(&controller);
+            vec![(index, controller, code)]
         };
         self.spawn(run.instrument(self.span(index)));
         Ok(running)
@@ -188,10 +188,10 @@ impl Fleet {
             let controllers = wired.run(stopped).await;
             let mut ended = Vec::new();
             for ((index, ending), controller) in endings.into_iter().zip(controllers) {
-                let code = ending.finish(&controller)?;
+                let code = ending.finish(&controller);
                 ended.push((index, controller, code));
             }
-            Ok(ended)
+            ended
         });
         Ok(())
     }
@@ -220,7 +220,7 @@ impl Fleet {
         }
     }
 
-    fn spawn(&self, run: impl Future<Output = anyhow::Result<Ended>> + Send + 'static) {
+    fn spawn(&self, run: impl Future<Output = Ended> + Send + 'static) {
         let mut tasks = self.tasks.lock().unwrap_or_else(PoisonError::into_inner);
         tasks.push(tokio::spawn(run));
     }
@@ -228,14 +228,21 @@ impl Fleet {
     /// Ends all robots and writes what was asked for; the worst exit code.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// The first that cannot be written; the others are written.
     pub async fn end(&self) -> anyhow::Result<u8> {
         self.stop.send_replace(true);
         let tasks = std::mem::take(&mut *self.tasks.lock().unwrap_or_else(PoisonError::into_inner));
-        let (mut worst, mut states) = (0, BTreeMap::new());
+        let (mut worst, mut states) = (Ok(0), BTreeMap::new());
         for task in tasks {
-            for (index, controller, code) in task.await.context("a robot has ended by a panic")?? {
-                worst = worst.max(code);
+            let ended = match task.await.context("a robot has ended by a panic") {
+                Ok(ended) => ended,
+                Err(error) => {
+                    worst = worst.and(Err(error));
+                    continue;
+                }
+            };
+            for (index, controller, code) in ended {
+                worst = worst.and_then(|worst: u8| Ok(worst.max(code?)));
                 if self.config.snapshot_of_all().is_some() {
                     states.insert(index, controller);
                 }
@@ -246,9 +253,10 @@ impl Fleet {
             let states: Vec<_> = states
                 .map(|(index, state)| (self.config.name(index), state))
                 .collect();
-            snapshot::cell::write(path, &states)?;
+            let written = snapshot::cell::write(path, &states);
+            worst = worst.and_then(|worst| written.map(|()| worst).map_err(Into::into));
         }
-        Ok(worst)
+        worst
     }
 
     /// The seed of the legal variation, if there is one.

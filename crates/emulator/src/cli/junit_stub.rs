@@ -4,9 +4,10 @@
 //! The report of a run that did start is written by [`ts3100_recording::scenario`]. The path is found even on a command line
 //! that clap rejects, by looking for `--junit` directly.
 
+use crate::config::fleet::is_of_all;
 use crate::log::print_error;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_driver::files;
 use ts3100_recording::reports::junit;
@@ -24,14 +25,21 @@ pub(super) fn document(why: &str) -> String {
     junit::report("ts3100", Duration::ZERO, [case])
 }
 
-/// Writes the report, where one was asked for, and says so on stderr if that fails.
-pub(super) fn write(path: Option<&Path>, why: &str) {
-    let Some(path) = path else { return };
-    let shown = path.display().to_string();
-    match files::replace(path, document(why).as_bytes()) {
-        // That it cannot be written may be why the run did not start.
-        Err(error) if !why.contains(&shown) => print_error(format_args!("cannot write {shown}: {error}")),
-        _ => {}
+/// Writes the report into these files, and says on stderr where that fails.
+pub(super) fn write<'a>(paths: impl IntoIterator<Item = &'a PathBuf>, why: &str) {
+    for path in paths {
+        let shown = path.display().to_string();
+        if !is_of_all(path) {
+            print_error(format_args!(
+                "cannot write {shown}: the names of the robots are not known"
+            ));
+            continue;
+        }
+        match files::replace(path, document(why).as_bytes()) {
+            // That it cannot be written may be why the run did not start.
+            Err(error) if !why.contains(&shown) => print_error(format_args!("cannot write {shown}: {error}")),
+            _ => {}
+        }
     }
 }
 

@@ -164,7 +164,7 @@ fn exit_with_usage_error(error: clap::Error) -> ! {
     // The version is no error.
     if serves && error.use_stderr() {
         let path = junit_stub::path_from_arguments(words);
-        junit_stub::write(path.as_deref(), &error.render().to_string());
+        junit_stub::write(&path, &error.render().to_string());
     }
     error.exit()
 }

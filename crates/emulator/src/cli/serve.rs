@@ -9,7 +9,7 @@ use super::exit::UNUSABLE;
 use super::fleet::Fleet;
 use super::junit_stub;
 use crate::config::args::LogFormat;
-use crate::config::fleet::FleetConfig;
+use crate::config::fleet::{self, FleetConfig};
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
@@ -18,6 +18,7 @@ use crate::log;
 use crate::ready::{self, Banner, FleetBanner};
 use anyhow::Context as _;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -36,32 +37,34 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
 /// Runs, and says why if it fails, in the JUnit report too if one was asked for. `code_of` is the exit code then.
 pub(super) fn reporting(
     junit: Option<PathBuf>,
-    run: impl FnOnce(&mut Option<PathBuf>) -> anyhow::Result<u8>,
+    run: impl FnOnce(&mut BTreeSet<PathBuf>) -> anyhow::Result<u8>,
     code_of: impl FnOnce(&anyhow::Error) -> u8,
 ) -> ExitCode {
-    let mut junit = junit.or_else(junit_stub::path_from_environment);
+    let junit = junit.or_else(junit_stub::path_from_environment);
+    let mut junit = junit.into_iter().collect();
     ExitCode::from(run(&mut junit).unwrap_or_else(|error| {
         let words = printable(format_args!("{error:#}"));
         log::print_error(&words);
-        junit_stub::write(junit.as_deref(), &words);
+        junit_stub::write(&junit, &words);
         code_of(&error)
     }))
 }
 
-/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
-fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
+/// `junit` becomes the reports that the whole configuration asks for, as soon as that is known, and none as soon as the
+/// run has results of its own.
+fn serve(flags: ServeArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
     if flags.robot.set.iter().any(|pair| pair == "help") {
         list_options()?;
         return Ok(0);
     }
     let (args, unknown) = config::read(flags, &config::environment())?;
-    junit.clone_from(&args.scenario.junit);
+    *junit = fleet::junit_files(&args);
     log::start(args.log.verbose, args.log.log_format.unwrap_or_default());
     for warning in unknown {
         warn!("{warning}");
     }
     if let Some(config) = FleetConfig::from_args(&args)? {
-        return single_threaded()?.block_on(serve_fleet(&args, config));
+        return single_threaded()?.block_on(serve_fleet(&args, config, junit));
     }
     let settings = Settings::from_args(&args)?;
     if let Some(seed) = settings.controller.vary {
@@ -71,11 +74,15 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         );
     }
     Ending::check(&settings)?;
-    single_threaded()?.block_on(serve_one(&args, &settings))
+    single_threaded()?.block_on(serve_one(&args, &settings, junit))
 }
 
 /// Serves one robot until a signal.
-async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> {
+async fn serve_one(
+    args: &ServeArgs,
+    settings: &Settings,
+    junit: &mut BTreeSet<PathBuf>,
+) -> anyhow::Result<u8> {
     // Before the ready line: a signal that follows it must not find the default action.
     let stop = stop_signal().context("cannot listen for signals")?;
     let launched = Launched::open(settings, &Surroundings::NONE)?;
@@ -91,13 +98,18 @@ async fn serve_one(args: &ServeArgs, settings: &Settings) -> anyhow::Result<u8> 
     };
     let line = || ready::line(ports, &serial, control, settings.controller.vary);
     say_ready(args, line, &banner, || banner.summary())?;
+    junit.clear();
     let code = serve_until(stop, launched, settings).await?;
     info!("ended");
     Ok(code)
 }
 
 /// Serves several robots until a signal.
-async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8> {
+async fn serve_fleet(
+    args: &ServeArgs,
+    config: FleetConfig,
+    junit: &mut BTreeSet<PathBuf>,
+) -> anyhow::Result<u8> {
     let stop = stop_signal().context("cannot listen for signals")?;
     let control = config.control()?;
     let fleet = Fleet::open(config)?;
@@ -120,6 +132,7 @@ async fn serve_fleet(args: &ServeArgs, config: FleetConfig) -> anyhow::Result<u8
     let line = || ready::fleet_line(&robots, address, fleet.vary());
     say_ready(args, line, &banner, || banner.summary())?;
     stop.await;
+    junit.clear();
     let code = fleet.end().await?;
     info!("ended");
     Ok(code)

@@ -9,7 +9,7 @@ pub const HOST: &str = "TS3100_HOST";
 /// URL of the control interface, which `ctl` reads.
 pub const CONTROL_URL: &str = URL_VARIABLE;
 
-/// The robot that `ctl` calls, where several run in one process; not set by `exec`.
+/// The robot that `ctl` calls, where several run in one process; `exec` runs one and removes the variable.
 pub const ROBOT: &str = "TS3100_ROBOT";
 
 /// Address and port of an Ethernet channel, `ADDRESS:PORT`.

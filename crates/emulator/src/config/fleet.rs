@@ -4,8 +4,9 @@
 //! What is wrong with any of them is known before the first port opens.
 
 use super::args::{PortSource, RobotTable, WireTable};
+use super::model::ModelChoice;
 use super::{ConfigError, ServeArgs, Settings};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use ts3100_control::{ControlChoice, ControlSettings};
@@ -20,6 +21,18 @@ const PLACEHOLDER: &str = "{robot}";
 const MAX_NAME: usize = 32;
 /// Name of the world outside of the robots, in a wire.
 const OUTSIDE: &str = "outside";
+/// Keys of files that several robots may share: they are only read, or one file has the state of each.
+const SHARED: [&str; 9] = [
+    "faults",
+    "like",
+    "load",
+    "model",
+    "permissions",
+    "points",
+    "restore",
+    "scenario",
+    "snapshot-on-exit",
+];
 /// Keys that belong to the process, not to a robot.
 pub(super) const OF_PROCESS: [&str; 12] = [
     "config",
@@ -113,7 +126,7 @@ impl FleetConfig {
     /// The name of a robot.
     pub fn name(&self, index: usize) -> String {
         let table = self.tables.get(index);
-        table.map_or_else(|| format!("robot-{}", index + 1), |table| table.name.clone())
+        table.map_or_else(|| numbered(index), |table| table.name.clone())
     }
 
     /// The robot of this name.
@@ -176,7 +189,9 @@ impl FleetConfig {
             settings.restored_as = Some(self.name(index));
         }
         // One file for all is written when the last has ended.
-        settings.files.snapshot_on_exit.take_if(|path| is_of_all(path));
+        if self.snapshot_of_all().is_some() {
+            settings.files.snapshot_on_exit = None;
+        }
         Ok(settings)
     }
 
@@ -278,8 +293,7 @@ impl FleetConfig {
         for index in 0..compared {
             let (name, mut args) = (self.name(index), self.args(index));
             for (key, path) in paths(&mut args) {
-                // Read by all, or one file with the state of each.
-                if matches!(key, "restore" | "load" | "scenario" | "snapshot-on-exit") {
+                if SHARED.contains(&key) {
                     continue;
                 }
                 if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
@@ -341,17 +355,46 @@ impl FleetConfig {
     }
 }
 
+/// The files of `--junit`, where the robots go together and where they do not.
+pub fn junit_files(args: &ServeArgs) -> BTreeSet<PathBuf> {
+    let common = args.scenario.junit.as_deref();
+    let tables = args.robot_tables.iter().filter_map(|table| {
+        let path = table.args.scenario.junit.as_deref().or(common)?;
+        // Another name may lead to any directory.
+        check_name(&table.name).ok()?;
+        Some(with_name(path, &table.name))
+    });
+    match (common, args.robot.robots) {
+        _ if !args.robot_tables.is_empty() => tables.collect(),
+        (Some(path), Some(count)) => (0..count as usize)
+            .map(|index| with_name(path, &numbered(index)))
+            .collect(),
+        (path, _) => path.map(Path::to_owned).into_iter().collect(),
+    }
+}
+
+/// The name of a robot without a table.
+fn numbered(index: usize) -> String {
+    format!("robot-{}", index + 1)
+}
+
 /// The files and directories of a robot with their keys.
 fn paths(args: &mut ServeArgs) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
     let reports = &mut args.reports;
     let transcripts = reports.transcript.iter_mut().map(|file| &mut file.path);
-    let paths: [(_, Vec<_>); 14] = [
+    let models = args.robot.model.iter_mut().filter_map(ModelChoice::path_mut);
+    let paths: [(_, Vec<_>); 19] = [
         ("coverage", reports.coverage.iter_mut().collect()),
         ("drive", args.files.drive.iter_mut().collect()),
+        ("faults", args.variation.faults.iter_mut().collect()),
         ("findings", reports.findings.iter_mut().collect()),
         ("junit", args.scenario.junit.iter_mut().collect()),
         ("lcov", reports.lcov.iter_mut().collect()),
+        ("like", args.robot.like.iter_mut().collect()),
         ("load", args.files.load.iter_mut().collect()),
+        ("model", models.collect()),
+        ("permissions", args.robot.permissions.iter_mut().collect()),
+        ("points", args.files.points.iter_mut().collect()),
         ("report", reports.report.iter_mut().collect()),
         ("restore", args.files.restore.iter_mut().collect()),
         ("scenario", args.scenario.scenario.iter_mut().collect()),
@@ -375,7 +418,7 @@ fn with_name(path: &Path, name: &str) -> PathBuf {
 }
 
 /// Whether a file is one for all robots: its path does not have the name of each.
-fn is_of_all(path: &Path) -> bool {
+pub fn is_of_all(path: &Path) -> bool {
     !path.to_string_lossy().contains(PLACEHOLDER)
 }
 

@@ -67,7 +67,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         let values = match key.as_str() {
-            "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
+            "load" | "transcript" | "report" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
             "fault" => value.to_string_lossy().split(';').map(OsString::from).collect(),
@@ -269,6 +269,10 @@ fn value_message(key: &str, error: &clap::Error) -> String {
         _ => return first_paragraph(&error.to_string()),
     };
     match (error.get(ContextKind::ValidValue), error.source()) {
+        // Of the values that are no words of a list, only a path must not be empty.
+        (Some(ContextValue::Strings(words)), _) if words.is_empty() => {
+            format!("{key}: expected a path, found `{found}`")
+        }
         (Some(ContextValue::Strings(words)), _) => {
             let hint = did_you_mean(found, words.iter().map(String::as_str));
             format!("{key}: expected {}, found `{found}`{hint}", words.join(", "))

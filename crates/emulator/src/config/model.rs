@@ -70,6 +70,14 @@ impl FromStr for ModelChoice {
 }
 
 impl ModelChoice {
+    /// The path of the file, if it is one.
+    pub fn path_mut(&mut self) -> Option<&mut PathBuf> {
+        match self {
+            ModelChoice::Shipped(_) => None,
+            ModelChoice::File(path) => Some(path),
+        }
+    }
+
     /// Reads the model.
     ///
     /// # Errors

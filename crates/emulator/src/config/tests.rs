@@ -319,3 +319,31 @@ fn the_group_of_each_flag_knows_it() {
         assert_eq!(kind(wrong).unwrap_err(), ErrorKind::UnknownArgument, "{wrong}");
     }
 }
+
+#[test]
+fn a_variable_of_several_paths_is_split_into_them() {
+    let paths = std::env::join_paths(["a.txt", "b.txt"]).unwrap();
+    let paths = paths.to_str().unwrap();
+    // The others of these lists are no paths.
+    let others = ["fault", "control-host", "deny"];
+    for key in super::schema::keys() {
+        if !key.is_list || others.contains(&key.name.as_str()) {
+            continue;
+        }
+        let (args, _) = read(flags(&[]), &environment(&[(&key.variable, paths)])).unwrap();
+        let args = format!("{args:?}");
+        assert!(
+            args.contains("\"a.txt\"") && args.contains("\"b.txt\""),
+            "{}: {args}",
+            key.variable
+        );
+    }
+}
+
+#[test]
+fn an_empty_variable_of_a_path_is_told_what_is_expected() {
+    for (name, key) in [("TS3100_LOAD", "load"), ("TS3100_DRIVE", "drive")] {
+        let error = error_of(&[], &[(name, "")]);
+        assert_eq!(error, format!("{name}: {key}: expected a path, found ``"));
+    }
+}

@@ -143,16 +143,17 @@ pub fn prepare(files: &[PathBuf]) -> Result<(), PathError> {
 /// Writes the report into these files: JUnit XML where a name ends in `.xml`, otherwise JSON.
 ///
 /// # Errors
-/// The first that cannot be written.
+/// The first that cannot be written; the others are written.
 pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), PathError> {
-    files.iter().try_for_each(|path| {
+    let written = files.iter().map(|path| {
         let text = if files::extension(path) == "xml" {
             junit(faults, log)
         } else {
             document(faults, log)
         };
         write_report(path, &text)
-    })
+    });
+    written.fold(Ok(()), Result::and)
 }
 
 /// Logs the outcome of each fault at the end of a run; one that never fired is a warning.

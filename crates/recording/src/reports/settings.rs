@@ -145,7 +145,7 @@ impl Reports {
     /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive.
     ///
     /// # Errors
-    /// The first that cannot be written.
+    /// The first that cannot be written; the others are written.
     pub fn write_all(
         &self,
         run_record: &RunRecord,
@@ -154,18 +154,21 @@ impl Reports {
     ) -> Result<ReportOutcome, PathError> {
         let config = controller.config();
         let findings = run_record.findings();
+        let mut written = Ok(());
         for (path, format) in &self.findings {
-            write_report(path, &self.findings_text(&findings, *format, run_record, config))?;
+            let text = self.findings_text(&findings, *format, run_record, config);
+            written = written.and(write_report(path, &text));
         }
         // Going through all cells takes longer than a short run.
         let is_asked = !self.coverage.is_empty() || self.min_coverage.is_some();
         let coverage = is_asked.then(|| run_record.coverage(config));
         for (path, coverage) in self.coverage.iter().zip(coverage.iter().cycle()) {
-            write_report(path, &coverage_text(coverage, path))?;
+            written = written.and(write_report(path, &coverage_text(coverage, path)));
         }
         if let Some(path) = &self.lcov {
-            lcov::write(path, &run_record.executed(), config, loaded)?;
+            written = written.and(lcov::write(path, &run_record.executed(), config, loaded));
         }
+        written?;
         let broken = findings.broken();
         let denied = broken.filter(|(rule, _)| self.deny.iter().any(|deny| deny.covers(rule)));
         let reached = coverage.map(|coverage| coverage.percent);

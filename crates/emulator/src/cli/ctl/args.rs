@@ -169,7 +169,7 @@ pub enum Command {
     Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
     Channel {
-        #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"])]
+        #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"], ignore_case = true)]
         port: Option<String>,
         #[command(subcommand)]
         action: Option<ChannelCommand>,

@@ -4,6 +4,7 @@ use super::Robot;
 use serde_json::{Value, json};
 use std::time::Duration;
 use ts3100_control::client::percent_encoded;
+use ts3100_controller::Condition;
 use ts3100_controller::findings::Rule;
 use ts3100_proto::words::did_you_mean;
 
@@ -138,7 +139,7 @@ pub(super) const TOOLS: &[Tool] = &[
             optional(
                 "condition",
                 TEXT,
-                "What to wait for: idle, stopped, output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
+                "What to wait for: idle, status stop (reset), output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
             ),
             SECONDS,
         ],
@@ -311,6 +312,9 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
         condition => condition,
     };
     let seconds = arguments.get("seconds").and_then(Value::as_f64).unwrap_or(10.0);
+    // Refused later, it would leave the program running.
+    let known = condition.parse::<Condition>();
+    known.map_err(|error| wrong("condition", error.to_string()))?;
     robot.call("POST", "/program/start", Some(json!({})))?;
     let seconds = seconds.clamp(0.0, LONGEST_WAIT);
     // A stepped clock stands still while somebody only waits.
