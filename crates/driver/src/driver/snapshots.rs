@@ -38,9 +38,10 @@ impl Driver {
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.cell.controller);
         self.cell.controller = next;
+        // Before anything is fed: the new state does not answer the waits.
+        self.edge.abandon_waits(self.cell.controller.now());
         self.edge.save_history(&self.cell.controller);
         self.finish_writes().await;
-        self.edge.abandon_waits(self.cell.controller.now());
         let mut opened = Ok(());
         if !same_ports {
             let inputs = self.edge.close_channels();

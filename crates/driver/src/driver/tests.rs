@@ -1,9 +1,10 @@
 //! Tests of the loop: when automatic time may jump, and in which order work is served.
 
-use super::request::View;
+use super::request::{View, WaitResult};
 use super::*;
 use crate::cell::{ActionSource, PlannedAction};
 use crate::clock::Wake;
+use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::WhenFull;
 use std::io::{Read as _, Write as _};
@@ -426,6 +427,43 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         assert_eq!(erased, Some(Ok(())), "the file was there");
         assert_eq!(driver.cell.controller.drive().get("A"), None);
         assert!(!directory.at("A").exists());
+    });
+}
+
+/// Replaces the running controller by another state.
+async fn restore(driver: &mut Driver, next: Controller) {
+    let task = SnapshotTask::Replace(Box::new(next));
+    driver.act_on_snapshots(task).await.unwrap();
+}
+
+/// Begins a wait for a condition.
+async fn begin_wait(driver: &mut Driver, condition: &str, within: Duration) -> oneshot::Receiver<WaitResult> {
+    let (done, is_done) = oneshot::channel();
+    let wait = wait::Wait::new(Some(condition.parse().unwrap()), within, false);
+    driver.serve_request(Request::Wait(wait, done)).await;
+    is_done
+}
+
+fn input_line(line: u16, on: bool) -> Input {
+    Input::Panel(PanelAction::InputLine { line, on })
+}
+
+#[test]
+fn a_wait_ends_unreached_when_a_snapshot_is_restored_in_which_its_condition_holds() {
+    single_threaded().block_on(async {
+        let directory = crate::testing::TempDir::new("restored-wait");
+        let (store, _) = Store::open(directory.path()).unwrap();
+        let (mut driver, _requests) = open_with(|setup| {
+            setup.time = TimeMode::Stepped;
+            setup.controller.persist_outside(true);
+            setup.backing = Some(Backing::new(store, WhenFull::Refuse));
+        });
+        driver.feed(input_line(5, true));
+        let next = driver.cell.controller.clone();
+        driver.feed(input_line(5, false));
+        let mut ended = begin_wait(&mut driver, "input 5 on", HOUR).await;
+        restore(&mut driver, next).await;
+        assert_eq!(ended.try_recv().map(|result| result.reached), Ok(false));
     });
 }
 
