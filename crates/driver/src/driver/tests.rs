@@ -467,6 +467,43 @@ fn a_wait_ends_unreached_when_a_snapshot_is_restored_in_which_its_condition_hold
     });
 }
 
+/// Switches input line 5 at these moments, in milliseconds.
+struct Switched(Vec<(u64, bool)>);
+
+impl ActionSource for Switched {
+    fn deadline(&self) -> Option<Time> {
+        self.0.first().map(|(at, _)| Time::from_millis(*at))
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
+        let at = self.deadline().filter(|at| *at <= now)?;
+        let (_, on) = self.0.remove(0);
+        Some((at, PlannedAction::Input(input_line(5, on))))
+    }
+}
+
+#[test]
+fn a_condition_counts_if_it_is_met_within_the_limit_of_a_wait_however_far_time_jumps() {
+    single_threaded().block_on(async {
+        for (switched, reached) in [
+            (vec![(4_000, true)], true),
+            (vec![(2_000, true), (3_000, false)], true),
+            (vec![(5_000, true)], true),
+            (vec![(5_000, true), (6_000, false)], true),
+            (vec![(5_001, true)], false),
+            (vec![(28_800_000, true)], false),
+        ] {
+            let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Stepped);
+            driver.cell().plan(Box::new(Switched(switched.clone())));
+            let mut ended = begin_wait(&mut driver, "input 5 on", Duration::from_secs(5)).await;
+            driver.edge.clock.jump(Time::ZERO + HOUR * 8);
+            driver.feed(Input::Tick);
+            let found = ended.try_recv().map(|result| result.reached);
+            assert_eq!(found, Ok(reached), "{switched:?}");
+        }
+    });
+}
+
 /// Something to be done at one moment.
 struct At(Time);
 
