@@ -37,6 +37,7 @@ impl Driver {
         self.edge.clock.set(next.now());
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.cell.controller);
+        let was_powered = self.cell.controller.state().powered;
         self.cell.controller = next;
         // Before anything is fed: the new state does not answer the waits.
         self.edge.abandon_waits(self.cell.controller.now());
@@ -44,10 +45,14 @@ impl Driver {
         self.finish_writes().await;
         let mut opened = Ok(());
         if !same_ports {
-            let inputs = self.edge.close_channels();
+            let mut inputs = self.edge.close_channels();
             if self.cell.controller.state().powered {
                 let reopened = self.edge.open_channels(&self.cell.controller);
                 opened = reopened.map_err(|error| SnapshotRequestError::Channels(error.to_string()));
+                if !was_powered {
+                    // A controller without power knows nobody: there were no peers to adopt.
+                    inputs.extend(self.edge.serial_lines.power_cycled(&self.cell.controller));
+                }
             }
             inputs.into_iter().for_each(|input| self.feed(input));
         }

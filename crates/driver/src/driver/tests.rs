@@ -8,7 +8,7 @@ use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::WhenFull;
 use std::io::{Read as _, Write as _};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
@@ -501,6 +501,33 @@ fn a_condition_counts_if_it_is_met_within_the_limit_of_a_wait_however_far_time_j
             let found = ended.try_recv().map(|result| result.reached);
             assert_eq!(found, Ok(reached), "{switched:?}");
         }
+    });
+}
+
+/// Address of a serial line over TCP.
+fn serial_address(driver: &Driver, port: Port) -> SocketAddr {
+    let endpoint = driver.serial_endpoints().remove(&port);
+    let Some(SerialEndpoint::Rfc2217(address) | SerialEndpoint::Tcp(address)) = endpoint else {
+        panic!("{endpoint:?}");
+    };
+    address
+}
+
+#[test]
+fn the_host_of_a_serial_line_stays_connected_when_a_snapshot_brings_the_power_back() {
+    single_threaded().block_on(async {
+        let (mut driver, _requests) = open_with(|setup| {
+            let line = SerialEndpoint::Tcp(([127, 0, 0, 1], 0).into());
+            setup.serial.insert(Port::Host, line);
+        });
+        let peer = |driver: &Driver| driver.cell.controller.peer(Port::Host).map(str::to_owned);
+        let _host = TcpStream::connect(serial_address(&driver, Port::Host)).unwrap();
+        serve_until(&mut driver, |driver| peer(driver).is_some()).await;
+        let (connected, next) = (peer(&driver), driver.cell.controller.clone());
+        driver.feed(Input::Action(Action::PowerOff));
+        assert_eq!(peer(&driver), None);
+        restore(&mut driver, next).await;
+        assert_eq!(peer(&driver), connected);
     });
 }
 
