@@ -38,11 +38,16 @@ impl Driver {
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.cell.controller);
         let was_powered = self.cell.controller.state().powered;
+        let lines = |controller: &Controller| Port::SERIAL.map(|port| controller.serial_line(port));
+        let same_lines = lines(&next) == lines(&self.cell.controller);
         self.cell.controller = next;
         // Before anything is fed: the new state does not answer the waits.
         self.edge.abandon_waits(self.cell.controller.now());
         self.edge.save_history(&self.cell.controller);
         self.finish_writes().await;
+        if !same_lines {
+            self.edge.serial_lines.set_robot(&self.cell.controller);
+        }
         let mut opened = Ok(());
         if !same_ports {
             let mut inputs = self.edge.close_channels();
