@@ -92,8 +92,8 @@ pub trait ActionSource: Send {
 
 /// The world around a controller.
 pub trait Effects {
-    /// An input that is about to be handled.
-    fn input(&mut self, _input: &Input) {}
+    /// An input that is about to be handled at `at`, and the controller as it was until then.
+    fn input(&mut self, _at: Time, _input: &Input, _controller: &Controller) {}
 
     /// Stores a change of a file, which the controller makes afterwards; without content the file is erased. Returns why
     /// it is not stored, after which the controller does not make the change, or `None` while it is being stored: then
@@ -280,7 +280,7 @@ impl Cell {
                 for subscriber in &mut self.audience.subscribers {
                     subscriber.input(at, &input, by);
                 }
-                effects.input(&input);
+                effects.input(at, &input, &self.controller);
                 Step {
                     at,
                     source,

@@ -196,12 +196,17 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
             };
         }
         if let Some(scale) = scale {
-            let due = deadline.since(started_at).div_f64(scale);
+            let due = wall_time(deadline.since(started_at), scale);
             std::thread::sleep(due.saturating_sub(wall.elapsed()));
         }
         run.feed(deadline, Input::Tick);
     };
     Ok(run.report(ending))
+}
+
+/// Wall-clock time that virtual time takes at this scale, at most what a duration holds.
+fn wall_time(passed: Duration, scale: f64) -> Duration {
+    Duration::try_from_secs_f64(passed.as_secs_f64() / scale).unwrap_or(Duration::MAX)
 }
 
 /// What is known of a run from its outputs.
@@ -337,6 +342,25 @@ impl Runner<'_> {
             outputs: self.cell.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
             executed: self.outcome.executed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slowest_time_takes_as_long_as_a_duration_can_be() {
+        let second = Duration::from_secs(1);
+        for (scale, expected) in [
+            (10.0, second / 10),
+            (0.5, second * 2),
+            (1e-300, Duration::MAX),
+            (f64::from_bits(1), Duration::MAX),
+        ] {
+            assert_eq!(wall_time(second, scale), expected, "{scale}");
+            assert_eq!(wall_time(Duration::ZERO, scale), Duration::ZERO, "{scale}");
         }
     }
 }

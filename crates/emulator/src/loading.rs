@@ -184,7 +184,8 @@ pub fn candidate(settings: &Settings) -> Result<Candidate, StartError> {
     })
 }
 
-/// Brings the backing directory, which has the files `found`, in line with the drive.
+/// Brings the backing directory, which has the files `found`, in line with the controller: its files and its error
+/// history.
 fn attach_backing(
     store: Store,
     found: &StoredFiles,
@@ -196,9 +197,12 @@ fn attach_backing(
         .iter()
         .map(|(name, content)| (name.as_str(), content.as_slice()));
     match backing.replace_files(found, controller) {
-        Err(reason) if settings.links.when_full == WhenFull::Refuse => Err(reason),
-        _ => Ok(backing),
+        Err(reason) if settings.links.when_full == WhenFull::Refuse => return Err(reason),
+        Ok(()) | Err(_) => {}
     }
+    let saved = backing.history(controller)();
+    backing.finish_history(controller.now(), saved);
+    Ok(backing)
 }
 
 /// The files of `--load` with the names and line ends of the drive, followed by those given by content.
@@ -223,6 +227,36 @@ fn is_parameter(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::config::ServeArgs;
+    use crate::testing::TempDir;
+    use ts3100_controller::Input;
+    use ts3100_controller::action::Action;
+
+    fn alarms(controller: &Controller) -> Vec<String> {
+        let history = controller.alarms().history();
+        history.map(|alarm| alarm.code.number()).collect()
+    }
+
+    #[test]
+    fn the_directory_keeps_the_error_history_of_a_snapshot_for_the_next_start() {
+        let directory = TempDir::new("history");
+        let file = directory.at("snapshot.json");
+        let mut settings = Settings::from_args(&ServeArgs::default()).unwrap();
+        let mut controller = power_on(&settings).unwrap().controller;
+        let raise = Action::RaiseAlarm {
+            number: "1-102".to_owned(),
+            detail: String::new(),
+        };
+        controller.handle(Time::ZERO, Input::Action(raise)).unwrap();
+        let expected = alarms(&controller);
+        assert_eq!(expected, ["1-102"]);
+        snapshot::write(&file, &controller).unwrap();
+        settings.files.drive = Some(directory.at("drive"));
+        settings.files.restore = Some(file);
+        assert_eq!(alarms(&power_on(&settings).unwrap().controller), expected);
+        settings.files.restore = None;
+        assert_eq!(alarms(&power_on(&settings).unwrap().controller), expected);
+    }
 
     #[test]
     fn the_example_programs_are_in_good_style() {

@@ -61,6 +61,7 @@ impl Driver {
                     wait,
                     since,
                     limit,
+                    reached: None,
                     done,
                 });
                 // It may have ended already.

@@ -121,10 +121,10 @@ impl Edge {
     fn end_waits(&mut self, controller: &Controller) {
         let now = controller.now();
         let ended = self.waits.extract_if(.., |pending| {
-            now >= pending.limit || pending.done.is_closed() || pending.wait.is_met(controller)
+            now >= pending.limit || pending.done.is_closed() || pending.is_reached(controller)
         });
         for pending in ended {
-            let (reached, passed) = (pending.wait.is_met(controller), now.since(pending.since));
+            let (reached, passed) = (pending.is_reached(controller), now.since(pending.since));
             pending.end(reached, now, passed);
         }
     }
@@ -138,8 +138,9 @@ impl Edge {
 }
 
 impl Effects for Edge {
-    fn input(&mut self, input: &Input) {
+    fn input(&mut self, at: Time, input: &Input, controller: &Controller) {
         for pending in &mut self.waits {
+            pending.judge(at, controller);
             pending.wait.observe_input(input);
         }
     }

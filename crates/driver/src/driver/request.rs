@@ -89,10 +89,26 @@ pub(super) struct PendingWait {
     pub wait: Wait,
     pub since: Time,
     pub limit: Time,
+    /// Whether the condition was met by `limit`, as soon as that is certain.
+    pub reached: Option<bool>,
     pub done: oneshot::Sender<WaitResult>,
 }
 
 impl PendingWait {
+    /// Takes into account the state that lasted until `at`, before the input of that time. One step of the driver can
+    /// handle much that happens at different times, before and after the limit.
+    pub fn judge(&mut self, at: Time, controller: &Controller) {
+        let is_met = self.wait.is_met(controller);
+        if self.reached.is_none() && (is_met || at > self.limit) {
+            self.reached = Some(is_met);
+        }
+    }
+
+    /// Whether the condition was met by now, and not after the limit.
+    pub fn is_reached(&self, controller: &Controller) -> bool {
+        self.reached.unwrap_or_else(|| self.wait.is_met(controller))
+    }
+
     /// Answers the caller.
     pub fn end(self, reached: bool, at: Time, passed: Duration) {
         // Fails only when the caller no longer waits.

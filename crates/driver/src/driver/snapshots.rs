@@ -37,16 +37,27 @@ impl Driver {
         self.edge.clock.set(next.now());
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.cell.controller);
+        let was_powered = self.cell.controller.state().powered;
+        let lines = |controller: &Controller| Port::SERIAL.map(|port| controller.serial_line(port));
+        let same_lines = lines(&next) == lines(&self.cell.controller);
         self.cell.controller = next;
+        // Before anything is fed: the new state does not answer the waits.
+        self.edge.abandon_waits(self.cell.controller.now());
         self.edge.save_history(&self.cell.controller);
         self.finish_writes().await;
-        self.edge.abandon_waits(self.cell.controller.now());
+        if !same_lines {
+            self.edge.serial_lines.set_robot(&self.cell.controller);
+        }
         let mut opened = Ok(());
         if !same_ports {
-            let inputs = self.edge.close_channels();
+            let mut inputs = self.edge.close_channels();
             if self.cell.controller.state().powered {
                 let reopened = self.edge.open_channels(&self.cell.controller);
                 opened = reopened.map_err(|error| SnapshotRequestError::Channels(error.to_string()));
+                if !was_powered {
+                    // A controller without power knows nobody: there were no peers to adopt.
+                    inputs.extend(self.edge.serial_lines.power_cycled(&self.cell.controller));
+                }
             }
             inputs.into_iter().for_each(|input| self.feed(input));
         }

@@ -1,13 +1,14 @@
 //! Tests of the loop: when automatic time may jump, and in which order work is served.
 
-use super::request::View;
+use super::request::{View, WaitResult};
 use super::*;
 use crate::cell::{ActionSource, PlannedAction};
 use crate::clock::Wake;
+use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::WhenFull;
 use std::io::{Read as _, Write as _};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
@@ -426,6 +427,136 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         assert_eq!(erased, Some(Ok(())), "the file was there");
         assert_eq!(driver.cell.controller.drive().get("A"), None);
         assert!(!directory.at("A").exists());
+    });
+}
+
+/// Replaces the running controller by another state.
+async fn restore(driver: &mut Driver, next: Controller) {
+    let task = SnapshotTask::Replace(Box::new(next));
+    driver.act_on_snapshots(task).await.unwrap();
+}
+
+/// Begins a wait for a condition.
+async fn begin_wait(driver: &mut Driver, condition: &str, within: Duration) -> oneshot::Receiver<WaitResult> {
+    let (done, is_done) = oneshot::channel();
+    let wait = wait::Wait::new(Some(condition.parse().unwrap()), within, false);
+    driver.serve_request(Request::Wait(wait, done)).await;
+    is_done
+}
+
+fn input_line(line: u16, on: bool) -> Input {
+    Input::Panel(PanelAction::InputLine { line, on })
+}
+
+#[test]
+fn a_wait_ends_unreached_when_a_snapshot_is_restored_in_which_its_condition_holds() {
+    single_threaded().block_on(async {
+        let directory = crate::testing::TempDir::new("restored-wait");
+        let (store, _) = Store::open(directory.path()).unwrap();
+        let (mut driver, _requests) = open_with(|setup| {
+            setup.time = TimeMode::Stepped;
+            setup.controller.persist_outside(true);
+            setup.backing = Some(Backing::new(store, WhenFull::Refuse));
+        });
+        driver.feed(input_line(5, true));
+        let next = driver.cell.controller.clone();
+        driver.feed(input_line(5, false));
+        let mut ended = begin_wait(&mut driver, "input 5 on", HOUR).await;
+        restore(&mut driver, next).await;
+        assert_eq!(ended.try_recv().map(|result| result.reached), Ok(false));
+    });
+}
+
+/// Switches input line 5 at these moments, in milliseconds.
+struct Switched(Vec<(u64, bool)>);
+
+impl ActionSource for Switched {
+    fn deadline(&self) -> Option<Time> {
+        self.0.first().map(|(at, _)| Time::from_millis(*at))
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
+        let at = self.deadline().filter(|at| *at <= now)?;
+        let (_, on) = self.0.remove(0);
+        Some((at, PlannedAction::Input(input_line(5, on))))
+    }
+}
+
+#[test]
+fn a_condition_counts_if_it_is_met_within_the_limit_of_a_wait_however_far_time_jumps() {
+    single_threaded().block_on(async {
+        for (switched, reached) in [
+            (vec![(4_000, true)], true),
+            (vec![(2_000, true), (3_000, false)], true),
+            (vec![(5_000, true)], true),
+            (vec![(5_000, true), (6_000, false)], true),
+            (vec![(5_001, true)], false),
+            (vec![(28_800_000, true)], false),
+        ] {
+            let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Stepped);
+            driver.cell().plan(Box::new(Switched(switched.clone())));
+            let mut ended = begin_wait(&mut driver, "input 5 on", Duration::from_secs(5)).await;
+            driver.edge.clock.jump(Time::ZERO + HOUR * 8);
+            driver.feed(Input::Tick);
+            let found = ended.try_recv().map(|result| result.reached);
+            assert_eq!(found, Ok(reached), "{switched:?}");
+        }
+    });
+}
+
+/// Address of a serial line over TCP.
+fn serial_address(driver: &Driver, port: Port) -> SocketAddr {
+    let endpoint = driver.serial_endpoints().remove(&port);
+    let Some(SerialEndpoint::Rfc2217(address) | SerialEndpoint::Tcp(address)) = endpoint else {
+        panic!("{endpoint:?}");
+    };
+    address
+}
+
+#[test]
+fn the_host_of_a_serial_line_stays_connected_when_a_snapshot_brings_the_power_back() {
+    single_threaded().block_on(async {
+        let (mut driver, _requests) = open_with(|setup| {
+            let line = SerialEndpoint::Tcp(([127, 0, 0, 1], 0).into());
+            setup.serial.insert(Port::Host, line);
+        });
+        let peer = |driver: &Driver| driver.cell.controller.peer(Port::Host).map(str::to_owned);
+        let _host = TcpStream::connect(serial_address(&driver, Port::Host)).unwrap();
+        serve_until(&mut driver, |driver| peer(driver).is_some()).await;
+        let (connected, next) = (peer(&driver), driver.cell.controller.clone());
+        driver.feed(Input::Action(Action::PowerOff));
+        assert_eq!(peer(&driver), None);
+        restore(&mut driver, next).await;
+        assert_eq!(peer(&driver), connected);
+    });
+}
+
+#[test]
+fn a_serial_line_has_the_settings_of_the_snapshot_that_is_restored() {
+    single_threaded().block_on(async {
+        let (mut driver, _requests) = open_with(|setup| {
+            let line = SerialEndpoint::Rfc2217(([127, 0, 0, 1], 0).into());
+            setup.serial.insert(Port::Host, line);
+        });
+        // What the access server answers to a client that asks for the speed.
+        let told = |speed: u32| [&[255, 250, 44, 101], &speed.to_be_bytes()[..], &[255, 240]].concat();
+        let ask = move |host: &mut TcpStream, speed| {
+            exchange(host, &[255, 250, 44, 1, 0, 0, 0, 0, 255, 240], &told(speed));
+        };
+        let address = serial_address(&driver, Port::Host);
+        let mut host = serve_while(&mut driver, move |_| {
+            let mut host = TcpStream::connect(address).unwrap();
+            ask(&mut host, 9_600);
+            host
+        })
+        .await;
+        let parameters = driver.cell.controller.drive().get("USER.PAR").unwrap();
+        let parameters = String::from_utf8(parameters.to_vec()).unwrap();
+        let parameters = parameters.replace("{HOST} = 9600", "{HOST} = 19200").into_bytes();
+        let files = vec![("USER.PAR".to_owned(), parameters)];
+        let next = Controller::new(Config::new(Dialect::Field), files).unwrap();
+        restore(&mut driver, next).await;
+        serve_while(&mut driver, move |_| ask(&mut host, 19_200)).await;
     });
 }
 

@@ -269,13 +269,20 @@ impl SerialLines {
         }
     }
 
-    /// Handles power-on: \[U06\] may have changed, and the controller has to learn its peers again.
-    pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
-        let mut inputs = Vec::new();
+    /// The robot uses the settings of its \[U06\] from now on.
+    pub fn set_robot(&mut self, robot: &Controller) {
         for (&port, open) in &mut self.open {
             if let Some(settings) = robot.serial_line(port) {
                 open.line.set_robot(settings);
             }
+        }
+    }
+
+    /// Handles power-on: \[U06\] may have changed, and the controller has to learn its peers again.
+    pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
+        self.set_robot(robot);
+        let mut inputs = Vec::new();
+        for (&port, open) in &self.open {
             if let Some(peer) = open.peer.clone() {
                 let host = open.host;
                 inputs.push(Input::Connected { port, peer });
