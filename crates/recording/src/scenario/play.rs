@@ -240,17 +240,18 @@ impl ActionSource for Play {
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let state = &mut *self.state();
         let now = state.scenario_time(now);
-        if state.actions_at_time.0 != now {
-            state.actions_at_time = (now, 0);
+        let (due, _) = state.scheduled.front().filter(|(due, _)| *due <= now)?;
+        let due = *due;
+        if state.actions_at_time.0 != due {
+            state.actions_at_time = (due, 0);
         }
         state.actions_at_time.1 += 1;
-        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
-            state.runaway = Some(now);
+        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME {
+            state.runaway = Some(due);
             state.scheduled.clear();
             state.steps.retain(|step| step.condition.is_none());
         }
-        let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
-        let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
+        let (_, action) = state.scheduled.pop_front()?;
         info!(event = "scenario", "scenario: {}", action.words);
         Some((state.controller_time(due), action.action))
     }

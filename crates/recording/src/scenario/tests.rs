@@ -519,6 +519,28 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     assert_eq!(failures[0], format!("line 0, do: {}", reason.unwrap()));
 }
 
+#[test]
+fn only_actions_at_one_time_count_as_endless() {
+    let blink = "[[do]]\nwhen = \"input 9 on\"\nafter = \"1 ms\"\ntimes = 0\n\
+        actions = [\"input 9 off\", \"input 9 on\"]\n";
+    let start = "[[do]]\nat = \"0 s\"\nactions = [\"input 9 on\"]\n";
+    for (text, commands) in [
+        ("[[do]]\nat = \"5 s\"\nactions = [\"input 9 on\"]\n", 600),
+        (&[blink, start].concat(), 0),
+    ] {
+        let mut step = Stage::new(text);
+        for _ in 0..commands {
+            step.host("VR");
+            step.host("OK");
+        }
+        step.until(4_000);
+        let outcome = step.play.outcome(step.cell.controller.now());
+        assert!(!outcome.has_failed(), "{text}: {outcome:?}");
+        step.until(6_000);
+        assert!(step.cell.controller.signals().input(9), "{text}");
+    }
+}
+
 /// Counts how often FEED HOLD is pressed.
 struct FeedHolds(Arc<AtomicU32>);
 
