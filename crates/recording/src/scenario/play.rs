@@ -53,6 +53,8 @@ struct PlayState {
     started: Option<Time>,
     /// What is done at the start.
     first: Vec<ScenarioAction>,
+    /// How many actions of the start are not done yet. Until they are, nothing happens: they make the state to begin with.
+    unprepared: usize,
     steps: Vec<StepState>,
     expectations: Vec<ExpectationState>,
     /// Scheduled actions with their times, in order.
@@ -101,6 +103,7 @@ impl Play {
             name: scenario.name,
             file: file.to_string_lossy().into_owned(),
             started: None,
+            unprepared: scenario.start.actions.len(),
             first: scenario.start.actions,
             steps: steps.collect(),
             expectations: expected.collect(),
@@ -267,7 +270,10 @@ impl Subscriber for Play {
     }
 
     fn settled(&mut self, at: Time, controller: &Controller) {
-        self.state().observe(at, |watch| watch.settled(controller));
+        let state = &mut *self.state();
+        state.observe(at, |watch| watch.settled(controller));
+        // The actions of the start are first; no other input is handled between them.
+        state.unprepared = state.unprepared.saturating_sub(1);
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -320,6 +326,12 @@ impl PlayState {
     /// Something has happened; `occurs` says whether it is what a condition waits for.
     fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionWatch) -> bool) {
         if self.started.is_none() {
+            return;
+        }
+        if self.unprepared > 0 {
+            self.conditions().for_each(|condition| {
+                occurs(condition);
+            });
             return;
         }
         let at = self.scenario_time(at);
