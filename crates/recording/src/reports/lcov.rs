@@ -2,6 +2,7 @@
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
 use super::write_report;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::statement_coverage::FileVersion;
@@ -22,13 +23,18 @@ pub fn write(
     loaded: &[PathBuf],
 ) -> Result<(), PathError> {
     let mut trace = String::from("TN:ts3100\n");
+    let mut taken: BTreeSet<String> = executed
+        .versions()
+        .iter()
+        .map(|version| version.name.clone())
+        .collect();
     for version in executed.versions() {
         let Some(record) = record(version, config) else {
             continue;
         };
         let source = match find_source(version, loaded) {
             Some(path) => path,
-            None => write_source(path, version)?,
+            None => write_source(path, version, &mut taken)?,
         };
         let _ = writeln!(trace, "SF:{}", source.display());
         trace.push_str(&record);
@@ -77,18 +83,60 @@ fn find_source(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
     std::path::absolute(path).ok()
 }
 
-/// Writes the content into a directory beside the tracefile: `run.info.src/PICK`, further contents `PICK.2`.
-fn write_source(trace: &Path, version: &FileVersion) -> Result<PathBuf, PathError> {
+/// Writes the content into a directory beside the tracefile.
+fn write_source(
+    trace: &Path,
+    version: &FileVersion,
+    taken: &mut BTreeSet<String>,
+) -> Result<PathBuf, PathError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));
     files::make_directory(&directory).map_err(cannot("write", &directory))?;
-    let name = match version.number {
-        1 => version.name.clone(),
-        number => format!("{}.{number}", version.name),
-    };
-    let path = directory.join(name);
+    let path = directory.join(source_name(version, taken));
     let text = String::from_utf8_lossy(&version.content);
     write_report(&path, &text.replace("\r\n", "\n").replace('\r', "\n"))?;
     Ok(path)
+}
+
+/// The name of a content beside the tracefile: `PICK`, further contents `PICK.2`, or the next number that is free. `taken`
+/// holds the names of all files, because one of them may be called `PICK.2`.
+fn source_name(version: &FileVersion, taken: &mut BTreeSet<String>) -> String {
+    if version.number == 1 {
+        return version.name.clone();
+    }
+    let mut number = version.number;
+    loop {
+        let name = format!("{}.{number}", version.name);
+        if taken.insert(name.clone()) {
+            return name;
+        }
+        number = number.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_content_has_a_name_of_its_own() {
+        let mut executed = StatementCoverage::default();
+        for (name, content) in [
+            ("PICK", "1"),
+            ("PICK", "2"),
+            ("PICK.2", "1"),
+            ("PICK", "3"),
+            ("PICK.2", "2"),
+        ] {
+            executed.note_stored(name, content.as_bytes());
+        }
+        let versions = executed.versions();
+        let mut taken = versions.iter().map(|version| version.name.clone()).collect();
+        let names: Vec<String> = versions
+            .iter()
+            .map(|version| source_name(version, &mut taken))
+            .collect();
+        assert_eq!(names, ["PICK", "PICK.3", "PICK.2", "PICK.4", "PICK.2.2"]);
+    }
 }

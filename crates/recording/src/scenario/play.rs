@@ -53,6 +53,8 @@ struct PlayState {
     started: Option<Time>,
     /// What is done at the start.
     first: Vec<ScenarioAction>,
+    /// How many actions of the start are not done yet. Until they are, nothing happens: they make the state to begin with.
+    unprepared: usize,
     steps: Vec<StepState>,
     expectations: Vec<ExpectationState>,
     /// Scheduled actions with their times, in order.
@@ -101,6 +103,7 @@ impl Play {
             name: scenario.name,
             file: file.to_string_lossy().into_owned(),
             started: None,
+            unprepared: scenario.start.actions.len(),
             first: scenario.start.actions,
             steps: steps.collect(),
             expectations: expected.collect(),
@@ -240,17 +243,18 @@ impl ActionSource for Play {
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let state = &mut *self.state();
         let now = state.scenario_time(now);
-        if state.actions_at_time.0 != now {
-            state.actions_at_time = (now, 0);
+        let (due, _) = state.scheduled.front().filter(|(due, _)| *due <= now)?;
+        let due = *due;
+        if state.actions_at_time.0 != due {
+            state.actions_at_time = (due, 0);
         }
         state.actions_at_time.1 += 1;
-        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
-            state.runaway = Some(now);
+        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME {
+            state.runaway = Some(due);
             state.scheduled.clear();
             state.steps.retain(|step| step.condition.is_none());
         }
-        let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
-        let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
+        let (_, action) = state.scheduled.pop_front()?;
         info!(event = "scenario", "scenario: {}", action.words);
         Some((state.controller_time(due), action.action))
     }
@@ -266,7 +270,10 @@ impl Subscriber for Play {
     }
 
     fn settled(&mut self, at: Time, controller: &Controller) {
-        self.state().observe(at, |watch| watch.settled(controller));
+        let state = &mut *self.state();
+        state.observe(at, |watch| watch.settled(controller));
+        // The actions of the start are first; no other input is handled between them.
+        state.unprepared = state.unprepared.saturating_sub(1);
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -319,6 +326,12 @@ impl PlayState {
     /// Something has happened; `occurs` says whether it is what a condition waits for.
     fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionWatch) -> bool) {
         if self.started.is_none() {
+            return;
+        }
+        if self.unprepared > 0 {
+            self.conditions().for_each(|condition| {
+                occurs(condition);
+            });
             return;
         }
         let at = self.scenario_time(at);

@@ -519,6 +519,49 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     assert_eq!(failures[0], format!("line 0, do: {}", reason.unwrap()));
 }
 
+#[test]
+fn only_actions_at_one_time_count_as_endless() {
+    let blink = "[[do]]\nwhen = \"input 9 on\"\nafter = \"1 ms\"\ntimes = 0\n\
+        actions = [\"input 9 off\", \"input 9 on\"]\n";
+    let start = "[[do]]\nat = \"0 s\"\nactions = [\"input 9 on\"]\n";
+    for (text, commands) in [
+        ("[[do]]\nat = \"5 s\"\nactions = [\"input 9 on\"]\n", 600),
+        (&[blink, start].concat(), 0),
+    ] {
+        let mut step = Stage::new(text);
+        for _ in 0..commands {
+            step.host("VR");
+            step.host("OK");
+        }
+        step.until(4_000);
+        let outcome = step.play.outcome(step.cell.controller.now());
+        assert!(!outcome.has_failed(), "{text}: {outcome:?}");
+        step.until(6_000);
+        assert!(step.cell.controller.signals().input(9), "{text}");
+    }
+}
+
+#[test]
+fn the_state_to_begin_with_does_not_happen() {
+    let text = "[start]\nservo-on = true\ninputs = [5]\n\
+        [[never]]\nwhat = \"servo on\"\n\
+        [[expect]]\nwhat = \"input 5 on\"\n\
+        [[expect]]\nwhat = \"input 6 on\"\n\
+        [[do]]\nat = \"0 s\"\nactions = [\"input 6 on\"]\n\
+        [[do]]\nat = \"2 s\"\nactions = [\"input 5 off\", \"input 5 on\"]\n\
+        [[do]]\nwhen = \"servo on\"\nactions = [\"emergency-stop press\"]\n";
+    let mut step = Stage::new(text);
+    step.until(1_000);
+    let state = step.cell.controller.state();
+    assert!(state.servo && !state.emergency_stop);
+    let unmet = "expected once, but never happened; the run ended after 1 s".to_owned();
+    let skipped = Verdict::Skipped("its condition never happened".to_owned());
+    let (held, failed) = (Verdict::Held, Verdict::Failed(unmet));
+    assert_eq!(step.verdicts(), [held.clone(), failed, held, skipped]);
+    step.until(3_000);
+    assert_eq!(step.verdicts()[1], Verdict::Held);
+}
+
 /// Counts how often FEED HOLD is pressed.
 struct FeedHolds(Arc<AtomicU32>);
 

@@ -145,22 +145,33 @@ impl TranscriptSink {
 
     /// Records that this controller replaces the current one.
     fn restored(&mut self, at: Time, controller: &Controller) {
-        if self.recorder.is_on() {
-            let kind = RecordKind::Link(LinkRecord::from_restored(controller));
-            self.recorder.record(&Record { at, kind });
-        }
+        self.restored_in_files(at, controller);
         if let Some(buffer) = &self.buffer {
             buffer.restored(at, controller);
         }
     }
 
+    fn restored_in_files(&mut self, at: Time, controller: &Controller) {
+        if self.recorder.is_on() {
+            let kind = RecordKind::Link(LinkRecord::from_restored(controller));
+            self.recorder.record(&Record { at, kind });
+        }
+    }
+
     /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
     /// where it is wall-clock time.
-    fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
-        let kind = RecordKind::Link(LinkRecord::Reset { calendar });
-        self.recorder.record(&Record { at, kind });
+    fn reset(&mut self, at: Time, controller: &Controller, calendar: Option<CalendarTime>) {
+        if self.restored {
+            self.restored_in_files(at, controller);
+        } else {
+            let kind = RecordKind::Link(LinkRecord::Reset { calendar });
+            self.recorder.record(&Record { at, kind });
+        }
         if let Some(buffer) = &self.buffer {
             buffer.restart(calendar);
+            if self.restored {
+                buffer.restored(Time::ZERO, controller);
+            }
         }
     }
 
@@ -202,8 +213,7 @@ impl Subscriber for TranscriptSink {
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
         let link = match notice {
             Notice::Restored(controller) => return self.restored(at, controller),
-            Notice::Reset { controller, .. } if self.restored => return self.restored(at, controller),
-            Notice::Reset { calendar, .. } => return self.reset(at, calendar),
+            Notice::Reset { controller, calendar } => return self.reset(at, controller, calendar),
             Notice::Dropped(port) => LinkRecord::Dropped { port },
             Notice::NotPersisted { name, reason } => LinkRecord::NotPersisted {
                 name: name.to_owned(),

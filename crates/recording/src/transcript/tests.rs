@@ -1,7 +1,8 @@
 //! Tests of the transcript formats: what is written reads back, and invalid input is rejected with its line.
 
 use super::*;
-use ts3100_controller::{Input, Output, PanelAction};
+use ts3100_controller::{Config, Controller, Dialect, Input, Output, PanelAction};
+use ts3100_driver::cell::{Notice, Subscriber as _};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {
@@ -273,6 +274,37 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
     let gone = observer.input(&Input::Disconnected { port }, Side::Robot);
     assert!(matches!(gone, Some(RecordKind::Ended { by: Side::Robot, .. })));
     assert_eq!(observer.output(&print), None);
+}
+
+#[test]
+fn what_is_kept_begins_anew_with_a_reset() {
+    let controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+    let calendar = None;
+    let servo = |on| Input::Panel(PanelAction::Servo(on));
+    for restored in [None, Some(&controller)] {
+        let mut sink = TranscriptSink::create(sample_header(), &[], Some(100), restored).unwrap();
+        sink.input(Time::from_millis(10), &servo(true), Side::Host);
+        let controller = &controller;
+        sink.notice(Time::from_millis(20), Notice::Reset { controller, calendar });
+        sink.input(Time::from_millis(7), &servo(false), Side::Host);
+        let text = String::from_utf8(sink.buffer().to_bytes(Format::Text)).unwrap();
+        let recording = text::read(&text).unwrap();
+        let kinds: Vec<String> = recording
+            .records
+            .iter()
+            .map(|record| match &record.kind {
+                RecordKind::Link(LinkRecord::Restored { .. }) => "restored".to_owned(),
+                RecordKind::Action(action) => action.to_string(),
+                other => format!("{other:?}"),
+            })
+            .collect();
+        let expected: &[&str] = match restored {
+            None => &["servo off"],
+            Some(_) => &["restored", "servo off"],
+        };
+        assert_eq!(kinds, expected);
+        assert!(recording.records[0].at <= Time::from_millis(7), "{text}");
+    }
 }
 
 /// Records of the edge, one of which moves time back.
