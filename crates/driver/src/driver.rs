@@ -116,6 +116,7 @@ impl Driver {
                 channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
                 serial_lines: SerialLines::new(setup.serial, setup.links),
                 clock,
+                shares_time: false,
                 backing: setup.backing,
                 ports: BTreeMap::new(),
                 waits: Vec::new(),

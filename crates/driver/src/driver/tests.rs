@@ -56,7 +56,7 @@ fn open() -> (Box<Driver>, mpsc::Sender<Request>) {
     open_with(|_| {})
 }
 
-fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
+pub(super) fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
     let mut config = Config::new(Dialect::Field);
     config.options.serial_pacing = false;
     let mut setup = Setup {

@@ -130,7 +130,10 @@ pub struct Wired {
 impl Wired {
     /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
     /// places in `robots`.
-    pub fn new(robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+    pub fn new(mut robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+        for (driver, _) in &mut robots {
+            driver.edge.shares_time = true;
+        }
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
         let wires: Arc<[Wire]> = wires.into();
@@ -421,10 +424,9 @@ impl Wired {
 
     /// Automatic time stands still between two jumps while nobody is at any robot.
     fn update_idle(&mut self) {
-        for driver in self.drivers() {
-            driver.edge.update_idle(&driver.cell.controller);
-        }
-        let idle = self.drivers().all(|driver| driver.edge.clock.is_idle());
+        let idle = self
+            .drivers()
+            .all(|driver| driver.edge.is_idle(&driver.cell.controller));
         for driver in self.drivers() {
             driver.edge.clock.set_idle(idle);
         }
@@ -458,3 +460,6 @@ fn before(now: Time, late: Duration) -> Time {
     let late = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
     Time::from_micros(now.as_micros().saturating_sub(late))
 }
+
+#[cfg(test)]
+mod tests;
