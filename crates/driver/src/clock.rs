@@ -169,12 +169,21 @@ impl Clock {
         self.held.unwrap_or_else(Instant::now)
     }
 
-    /// Takes over from a clock that passes together with this one how time passes, and when a host was last active.
+    /// Takes over from a clock that passes together with this one how time passes.
     pub fn follow(&mut self, other: &Clock) {
         if self.mode != other.mode {
             self.set_mode(other.mode);
         }
-        self.last_activity = self.last_activity.max(other.last_activity);
+    }
+
+    /// When a host was last active, and how long connections must be quiet before automatic time jumps.
+    pub fn silence(&self) -> (Instant, Duration) {
+        (self.last_activity, self.silence)
+    }
+
+    /// Sets what [`Clock::silence`] returns: clocks that pass together jump together.
+    pub fn set_silence(&mut self, last_activity: Instant, silence: Duration) {
+        (self.last_activity, self.silence) = (last_activity, silence);
     }
 
     /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.

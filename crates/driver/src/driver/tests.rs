@@ -430,7 +430,7 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
 }
 
 /// Something to be done at one moment.
-struct At(Time);
+pub(super) struct At(pub(super) Time);
 
 impl ActionSource for At {
     fn deadline(&self) -> Option<Time> {

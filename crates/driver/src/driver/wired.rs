@@ -223,9 +223,22 @@ impl Wired {
         }
     }
 
+    /// Wall-clock time passes again.
     fn release(&mut self) {
+        self.share_silence();
         for driver in self.drivers() {
             driver.edge.clock.hold(None);
+        }
+    }
+
+    /// Whatever arrives or leaves at one robot ends the silence of all, which is as long as that of any has to be.
+    fn share_silence(&mut self) {
+        let silences = self.drivers().map(|driver| driver.edge.clock.silence());
+        let of_all = silences.reduce(|(one, short), (other, long)| (one.max(other), short.max(long)));
+        if let Some((last_activity, silence)) = of_all {
+            for driver in self.drivers() {
+                driver.edge.clock.set_silence(last_activity, silence);
+            }
         }
     }
 
@@ -304,7 +317,7 @@ impl Wired {
         }
     }
 
-    /// Time passes for all as it does for one of them, and no faster than the host of any allows.
+    /// Time passes for all as it does for one of them.
     fn align(&mut self, index: usize) {
         let Some(clock) = self
             .robots
