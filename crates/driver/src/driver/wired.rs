@@ -123,6 +123,8 @@ pub struct Wired {
     first: usize,
     /// How far time jumps, as soon as nothing has arrived anywhere.
     jump: Option<Duration>,
+    /// A step that waits until nothing is being stored.
+    kept: Option<Step>,
     last_yield: Instant,
     has_warned: bool,
 }
@@ -150,6 +152,7 @@ impl Wired {
             changes,
             first: 0,
             jump: None,
+            kept: None,
             last_yield: Instant::now(),
             has_warned: false,
         };
@@ -198,9 +201,15 @@ impl Wired {
                     driver.rotation.hold(Held::new(Work::Jump(at)));
                 }
             } else {
+                let storing = self.is_storing();
                 self.catch_up();
-                self.perform(step).await;
-                self.carry(Duration::ZERO);
+                if self.is_storing() && !storing {
+                    // What was due before it has to be stored first.
+                    self.kept = Some(step);
+                } else {
+                    self.perform(step).await;
+                    self.carry(Duration::ZERO);
+                }
             }
             self.release();
             if self.last_yield.elapsed() > super::run_loop::MAX_TIME_WITHOUT_YIELD {
@@ -248,11 +257,14 @@ impl Wired {
 
     /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
     fn poll_step(&mut self, context: &mut Context<'_>) -> Poll<Step> {
+        let (storing, count) = (self.is_storing(), self.robots.len());
+        if let Some(step) = self.kept.take_if(|_| !storing) {
+            return Poll::Ready(step);
+        }
         if let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
-        let (storing, count) = (self.is_storing(), self.robots.len());
         let mut drained = 0;
         for turn in 0..count {
             let index = (self.first + turn) % count;

@@ -1,9 +1,15 @@
 //! Tests of robots that are joined by wires.
 
-use super::super::request::PendingWait;
+use super::super::request::{PendingWait, Request, View};
 use super::super::tests::{At, open_with};
 use super::super::wait::Wait;
 use super::*;
+use crate::cell::{ActionSource, PlannedAction};
+use crate::clock::TimeMode;
+use crate::store::Store;
+use crate::store::backing::{Backing, WhenFull};
+use crate::testing::TempDir;
+use ts3100_controller::action::Action;
 
 const HOUR: Duration = Duration::from_secs(3_600);
 
@@ -70,4 +76,56 @@ fn what_is_sent_at_one_robot_ends_the_silence_of_all_and_the_longest_counts() {
         }
         assert_eq!(wired.next_wake(), (Wake::JumpAfter(left), Some(HOUR)));
     }
+}
+
+/// An action at a moment.
+struct Planned(Option<(Time, Action)>);
+
+impl ActionSource for Planned {
+    fn deadline(&self) -> Option<Time> {
+        self.0.as_ref().map(|(at, _)| *at)
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
+        let (at, action) = self.0.take_if(|(at, _)| *at <= now)?;
+        Some((at, PlannedAction::Input(Input::Action(action))))
+    }
+}
+
+/// A driver in real time that raises an alarm after a microsecond, and keeps it in a directory.
+fn open_with_alarm(directory: &TempDir) -> (Box<Driver>, mpsc::Sender<Request>) {
+    let (store, _) = Store::open(directory.path()).unwrap();
+    let (mut driver, requests) = open_with(|setup| {
+        setup.time = TimeMode::Real;
+        setup.controller.persist_outside(true);
+        setup.backing = Some(Backing::new(store, WhenFull::Refuse));
+    });
+    let raise = "alarms raise 1-102".parse().unwrap();
+    let soon = Time::from_micros(1);
+    driver.cell().plan(Box::new(Planned(Some((soon, raise)))));
+    (driver, requests)
+}
+
+#[test]
+fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (driver, requests) = open_with_alarm(&directory);
+        let other = open_with(|setup| setup.time = TimeMode::Real).0;
+        let robots = [driver, other].map(|driver| (driver, Span::none()));
+        let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
+        let (done, result) = tokio::sync::oneshot::channel();
+        let name = "NOFILE".to_owned();
+        let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
+        let select = Request::Action(Action::Select { name }, reply);
+        requests.send(select).await.ok().unwrap();
+        // The alarm is due before the first step.
+        std::thread::sleep(Duration::from_millis(1));
+        let mut refused = None;
+        let served = wired.serve(async { refused = result.await.ok() });
+        tokio::time::timeout(Duration::from_secs(10), served)
+            .await
+            .unwrap();
+        assert!(refused.unwrap().is_err(), "there is no such file");
+    });
 }
