@@ -17,7 +17,7 @@ use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::coop::unconstrained;
 use tokio::task::yield_now;
 use tracing::{Instrument as _, Span, debug, warn};
@@ -64,7 +64,7 @@ pub struct Wire {
 }
 
 /// What an outside line is set to, and who waits for it.
-type OutsideChange = (String, bool, tokio::sync::oneshot::Sender<()>);
+type OutsideChange = (String, bool, oneshot::Sender<()>);
 
 /// Reads the levels of wires, and sets outside lines, from other tasks.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl WireHandle {
     /// Sets an outside line. Everything that follows from it at once has happened when this returns; false if the robots
     /// have ended.
     pub async fn set(&self, name: &str, on: bool) -> bool {
-        let (done, is_done) = tokio::sync::oneshot::channel();
+        let (done, is_done) = oneshot::channel();
         let sent = self.changes.send((name.to_owned(), on, done)).await;
         sent.is_ok() && is_done.await.is_ok()
     }
@@ -118,6 +118,8 @@ pub struct Wired {
     wires: Arc<[Wire]>,
     levels: Arc<Mutex<Vec<bool>>>,
     outside: BTreeMap<String, bool>,
+    /// Waits until the line that it has set has its effect.
+    setter: Option<oneshot::Sender<()>>,
     changes: mpsc::Receiver<OutsideChange>,
     /// The driver that is polled first next time.
     first: usize,
@@ -149,6 +151,7 @@ impl Wired {
             wires,
             levels,
             outside: BTreeMap::new(),
+            setter: None,
             changes,
             first: 0,
             jump: None,
@@ -209,6 +212,7 @@ impl Wired {
                 } else {
                     self.perform(step).await;
                     self.carry(Duration::ZERO);
+                    self.tell_setter();
                 }
             }
             self.release();
@@ -261,7 +265,7 @@ impl Wired {
         if let Some(step) = self.kept.take_if(|_| !storing) {
             return Poll::Ready(step);
         }
-        if let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
+        if !storing && let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
@@ -290,6 +294,16 @@ impl Wired {
         Poll::Pending
     }
 
+    /// Tells who has set an outside line, as soon as everything that follows from it at once has happened.
+    fn tell_setter(&mut self) {
+        if !self.is_storing()
+            && let Some(done) = self.setter.take()
+        {
+            // Fails only when nobody waits for it.
+            let _ = done.send(());
+        }
+    }
+
     async fn perform(&mut self, step: Step) {
         match step {
             Step::Of(index, work) => {
@@ -303,9 +317,7 @@ impl Wired {
             }
             Step::Outside((name, on, done)) => {
                 self.outside.insert(name, on);
-                self.carry(Duration::ZERO);
-                // Fails only when nobody waits for it.
-                let _ = done.send(());
+                self.setter = Some(done);
             }
             Step::Jump => {
                 let distance = self.jump.take().unwrap_or_default();

@@ -25,7 +25,7 @@ fn the_clock_of_a_robot_without_a_host_keeps_up_with_the_others() {
     let robots = [(); 2].map(|()| (open_with(|_| {}).0, Span::none()));
     let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
     // Somebody waits at the first one: automatic time passes for both.
-    let (done, _is_done) = tokio::sync::oneshot::channel();
+    let (done, _is_done) = oneshot::channel();
     wired.robots[0].0.edge.waits.push(PendingWait {
         wait: Wait::new(None, HOUR, false),
         since: Time::ZERO,
@@ -114,7 +114,7 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
         let other = open_with(|setup| setup.time = TimeMode::Real).0;
         let robots = [driver, other].map(|driver| (driver, Span::none()));
         let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
-        let (done, result) = tokio::sync::oneshot::channel();
+        let (done, result) = oneshot::channel();
         let name = "NOFILE".to_owned();
         let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
         let select = Request::Action(Action::Select { name }, reply);
@@ -127,5 +127,37 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
             .await
             .unwrap();
         assert!(refused.unwrap().is_err(), "there is no such file");
+    });
+}
+
+#[test]
+fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_changed() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (driver, _requests) = open_with_alarm(&directory);
+        let other = open_with(|setup| setup.time = TimeMode::Real).0;
+        let store = driver.edge.backing.as_ref().unwrap().store();
+        let robots = [driver, other].map(|driver| (driver, Span::none()));
+        let wire = Wire {
+            from: WireEnd::Outside("lid".to_owned()),
+            to: WireEnd::Line { robot: 1, line: 7 },
+        };
+        let (mut wired, handle) = Wired::new(robots.into(), vec![wire]);
+        // The write waits for the store, which another thread has for a while.
+        let (locked, is_locked) = std::sync::mpsc::channel();
+        let disk = std::thread::spawn(move || {
+            let _store = store.lock().unwrap();
+            locked.send(()).unwrap();
+            std::thread::sleep(Duration::from_millis(50));
+        });
+        is_locked.recv().unwrap();
+        let set = async {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+            assert!(handle.set("lid", true).await);
+        };
+        wired.serve(set).await;
+        let signals = wired.robots[1].0.cell.controller.signals();
+        assert!(handle.levels()[0] && signals.input(7));
+        disk.join().unwrap();
     });
 }
