@@ -127,6 +127,8 @@ pub struct Wired {
     jump: Option<Duration>,
     /// A step that waits until nothing is being stored.
     kept: Option<Step>,
+    /// How many writes it has waited for.
+    writes_awaited: u32,
     last_yield: Instant,
     has_warned: bool,
 }
@@ -156,6 +158,7 @@ impl Wired {
             first: 0,
             jump: None,
             kept: None,
+            writes_awaited: 0,
             last_yield: Instant::now(),
             has_warned: false,
         };
@@ -204,16 +207,7 @@ impl Wired {
                     driver.rotation.hold(Held::new(Work::Jump(at)));
                 }
             } else {
-                let storing = self.is_storing();
-                self.catch_up();
-                if self.is_storing() && !storing {
-                    // What was due before it has to be stored first.
-                    self.kept = Some(step);
-                } else {
-                    self.perform(step).await;
-                    self.carry(Duration::ZERO);
-                    self.tell_setter();
-                }
+                self.catch_up_and_perform(step).await;
             }
             self.release();
             if self.last_yield.elapsed() > super::run_loop::MAX_TIME_WITHOUT_YIELD {
@@ -294,6 +288,30 @@ impl Wired {
         Poll::Pending
     }
 
+    /// Does what was due before a step, and the step; it is kept if something has to be stored before it.
+    async fn catch_up_and_perform(&mut self, step: Step) {
+        let storing = self.is_storing();
+        if !storing
+            && self.writes_awaited > 1
+            && let Some((late, _)) = self.overdue()
+        {
+            // Where more has to be stored than the disk can do, a step would wait for ever.
+            self.note_lag(late);
+        }
+        self.catch_up();
+        if self.is_storing() && !storing {
+            self.kept = Some(step);
+            self.writes_awaited += 1;
+            return;
+        }
+        self.perform(step).await;
+        self.carry(Duration::ZERO);
+        self.tell_setter();
+        if self.kept.is_none() {
+            self.writes_awaited = 0;
+        }
+    }
+
     /// Tells who has set an outside line, as soon as everything that follows from it at once has happened.
     fn tell_setter(&mut self) {
         if !self.is_storing()
@@ -356,17 +374,21 @@ impl Wired {
         }
     }
 
+    /// What was due before now first: for how long, and the robot.
+    fn overdue(&self) -> Option<(Duration, usize)> {
+        let overdue = self.robots.iter().enumerate().filter_map(|(index, (driver, _))| {
+            let late = driver.edge.clock.now().since(driver.cell.deadline()?);
+            (!late.is_zero()).then_some((late, index))
+        });
+        // Of those that are due at one moment the first robot comes first.
+        overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index)))
+    }
+
     /// What was due before now happens, the earliest first.
     fn catch_up(&mut self) {
         let begun = Instant::now();
         while !self.is_storing() {
-            let overdue = self.robots.iter().enumerate().filter_map(|(index, (driver, _))| {
-                let late = driver.edge.clock.now().since(driver.cell.deadline()?);
-                (!late.is_zero()).then_some((late, index))
-            });
-            // Of those that are due at one moment the first robot comes first.
-            let Some((late, index)) = overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index)))
-            else {
+            let Some((late, index)) = self.overdue() else {
                 break;
             };
             self.step(index, late, Input::Tick);

@@ -78,63 +78,77 @@ fn what_is_sent_at_one_robot_ends_the_silence_of_all_and_the_longest_counts() {
     }
 }
 
-/// An action at a moment.
-struct Planned(Option<(Time, Action)>);
+/// Alarms from a microsecond on, in these distances.
+struct Alarms(Time, Duration);
 
-impl ActionSource for Planned {
+impl ActionSource for Alarms {
     fn deadline(&self) -> Option<Time> {
-        self.0.as_ref().map(|(at, _)| *at)
+        Some(self.0)
     }
 
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
-        let (at, action) = self.0.take_if(|(at, _)| *at <= now)?;
-        Some((at, PlannedAction::Input(Input::Action(action))))
+        let at = self.0;
+        let raise = "alarms raise 1-102".parse().unwrap();
+        (at <= now).then(|| {
+            self.0 = at + self.1;
+            (at, PlannedAction::Input(Input::Action(raise)))
+        })
     }
 }
 
-/// A driver in real time that raises an alarm after a microsecond, and keeps it in a directory.
-fn open_with_alarm(directory: &TempDir) -> (Box<Driver>, mpsc::Sender<Request>) {
+/// A driver that raises alarms, and keeps them in a directory.
+fn open_with_alarms(
+    directory: &TempDir,
+    time: TimeMode,
+    distance: Duration,
+) -> (Box<Driver>, mpsc::Sender<Request>) {
     let (store, _) = Store::open(directory.path()).unwrap();
     let (mut driver, requests) = open_with(|setup| {
-        setup.time = TimeMode::Real;
+        setup.time = time;
         setup.controller.persist_outside(true);
         setup.backing = Some(Backing::new(store, WhenFull::Refuse));
     });
-    let raise = "alarms raise 1-102".parse().unwrap();
-    let soon = Time::from_micros(1);
-    driver.cell().plan(Box::new(Planned(Some((soon, raise)))));
+    driver
+        .cell()
+        .plan(Box::new(Alarms(Time::from_micros(1), distance)));
     (driver, requests)
 }
 
 #[test]
 fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
-    runtime().block_on(async {
-        let directory = TempDir::new("wired");
-        let (driver, requests) = open_with_alarm(&directory);
-        let other = open_with(|setup| setup.time = TimeMode::Real).0;
-        let robots = [driver, other].map(|driver| (driver, Span::none()));
-        let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
-        let (done, result) = oneshot::channel();
-        let name = "NOFILE".to_owned();
-        let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
-        let select = Request::Action(Action::Select { name }, reply);
-        requests.send(select).await.ok().unwrap();
-        // The alarm is due before the first step.
-        std::thread::sleep(Duration::from_millis(1));
-        let mut refused = None;
-        let served = wired.serve(async { refused = result.await.ok() });
-        tokio::time::timeout(Duration::from_secs(10), served)
-            .await
-            .unwrap();
-        assert!(refused.unwrap().is_err(), "there is no such file");
-    });
+    // One alarm, and more of them than can be stored.
+    for (time, distance) in [
+        (TimeMode::Real, HOUR),
+        (TimeMode::Scaled(10_000.0), Duration::from_millis(1)),
+    ] {
+        runtime().block_on(async {
+            let directory = TempDir::new("wired");
+            let (driver, requests) = open_with_alarms(&directory, time, distance);
+            let other = open_with(|setup| setup.time = time).0;
+            let robots = [driver, other].map(|driver| (driver, Span::none()));
+            let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
+            let (done, result) = oneshot::channel();
+            let name = "NOFILE".to_owned();
+            let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
+            let select = Request::Action(Action::Select { name }, reply);
+            requests.send(select).await.ok().unwrap();
+            // The first alarm is due before the first step.
+            std::thread::sleep(Duration::from_millis(1));
+            let mut refused = None;
+            let served = wired.serve(async { refused = result.await.ok() });
+            tokio::time::timeout(Duration::from_secs(10), served)
+                .await
+                .unwrap();
+            assert!(refused.unwrap().is_err(), "there is no such file");
+        });
+    }
 }
 
 #[test]
 fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_changed() {
     runtime().block_on(async {
         let directory = TempDir::new("wired");
-        let (driver, _requests) = open_with_alarm(&directory);
+        let (driver, _requests) = open_with_alarms(&directory, TimeMode::Real, HOUR);
         let other = open_with(|setup| setup.time = TimeMode::Real).0;
         let store = driver.edge.backing.as_ref().unwrap().store();
         let robots = [driver, other].map(|driver| (driver, Span::none()));
