@@ -365,6 +365,10 @@ const WRONG_TABLES: &[(&str, &str)] = &[
         "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
         "robots that wires join have one time: a has `real`, c has `x2`",
     ),
+    (
+        "[[robot]]\nname = \"c\"\ntime-gap = \"skip\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
+        "robots that wires join have one time-gap: a and c have different ones",
+    ),
 ];
 
 #[test]
