@@ -100,6 +100,11 @@ impl FleetConfig {
                 let reason = format!("to: another wire leads to `{}` or begins there", table.to);
                 return Err(ConfigError::invalid(&table.origin, reason));
             }
+            let is_outside = matches!(wire.from, WireEnd::Outside(_));
+            if is_outside && fleet.wires.iter().any(|other| other.to == wire.from) {
+                let reason = format!("from: another wire leads to `{}`", table.from);
+                return Err(ConfigError::invalid(&table.origin, reason));
+            }
             fleet.wires.push(wire);
         }
         fleet.check_times()?;
