@@ -142,7 +142,7 @@ fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
 }
 
 /// Some turns of the loop.
-async fn turns() {
+pub(super) async fn turns() {
     for _ in 0..100 {
         tokio::task::yield_now().await;
     }

@@ -1,7 +1,7 @@
 //! Tests of robots that are joined by wires.
 
 use super::super::request::{PendingWait, Request, View};
-use super::super::tests::{At, open_with};
+use super::super::tests::{At, open_with, turns};
 use super::super::wait::Wait;
 use super::*;
 use crate::cell::{ActionSource, PlannedAction};
@@ -61,7 +61,7 @@ fn what_is_sent_at_one_robot_ends_the_silence_of_all_and_the_longest_counts() {
     hurried.cell().plan(Box::new(At(Time::ZERO + HOUR)));
     let robots = [patient, hurried].map(|driver| (driver, Span::none()));
     let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
-    let sent = Instant::now() + HOUR;
+    let sent = wired.robots[0].0.edge.clock.wall() + HOUR;
     let clock = &mut wired.robots[0].0.edge.clock;
     clock.hold(Some(sent));
     clock.note_activity();
@@ -133,7 +133,6 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
             let select = Request::Action(Action::Select { name }, reply);
             requests.send(select).await.ok().unwrap();
             // The first alarm is due before the first step.
-            std::thread::sleep(Duration::from_millis(1));
             let mut refused = None;
             let served = wired.serve(async { refused = result.await.ok() });
             tokio::time::timeout(Duration::from_secs(10), served)
@@ -157,17 +156,23 @@ fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_change
             to: WireEnd::Line { robot: 1, line: 7 },
         };
         let (mut wired, handle) = Wired::new(robots.into(), vec![wire]);
-        // The write waits for the store, which another thread has for a while.
+        // The write waits for the store, which another thread has until it is told to let go.
         let (locked, is_locked) = std::sync::mpsc::channel();
+        let (release, is_released) = std::sync::mpsc::channel();
         let disk = std::thread::spawn(move || {
             let _store = store.lock().unwrap();
             locked.send(()).unwrap();
-            std::thread::sleep(Duration::from_millis(50));
+            is_released.recv().unwrap();
         });
         is_locked.recv().unwrap();
         let set = async {
-            tokio::time::sleep(Duration::from_millis(10)).await;
-            assert!(handle.set("lid", true).await);
+            turns().await;
+            let later = async {
+                turns().await;
+                release.send(()).unwrap();
+            };
+            let (told, ()) = tokio::join!(handle.set("lid", true), later);
+            assert!(told);
         };
         wired.serve(set).await;
         let signals = wired.robots[1].0.cell.controller.signals();
