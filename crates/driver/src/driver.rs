@@ -116,6 +116,7 @@ impl Driver {
                 channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
                 serial_lines: SerialLines::new(setup.serial, setup.links),
                 clock,
+                shares_time: false,
                 backing: setup.backing,
                 ports: BTreeMap::new(),
                 waits: Vec::new(),
@@ -187,7 +188,12 @@ impl Driver {
     /// A write to the backing directory has ended: what has waited for it goes on.
     fn stored(&mut self, written: WriteResult) {
         let answer = Input::Persisted(self.edge.finish_write(written));
-        let result = self.handle(answer, Side::Host);
+        // Among robots that share their time, what was due meanwhile happens in the order of all.
+        let at = match self.edge.shares_time {
+            true => self.cell.controller.now(),
+            false => self.edge.begin(),
+        };
+        let result = self.cell.feed(at, answer, Side::Host, &mut self.edge);
         if let Some(reply) = self.awaiting.take() {
             self.reply(result, reply);
         }

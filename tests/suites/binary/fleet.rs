@@ -362,8 +362,16 @@ const WRONG_TABLES: &[(&str, &str)] = &[
         "another wire leads to `b.din.1`",
     ),
     (
+        "[[wire]]\nfrom = \"a.dout.1\"\nto = \"outside.x\"\n[[wire]]\nfrom = \"outside.x\"\nto = \"b.din.1\"\n",
+        "another wire leads to `outside.x`",
+    ),
+    (
         "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
         "robots that wires join have one time: a has `real`, c has `x2`",
+    ),
+    (
+        "[[robot]]\nname = \"c\"\ntime-gap = \"skip\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
+        "robots that wires join have one time-gap: a and c have different ones",
     ),
 ];
 

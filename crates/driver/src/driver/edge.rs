@@ -29,6 +29,8 @@ pub(super) struct Write {
 /// Clock, connections and directory of a driver.
 pub(super) struct Edge {
     pub clock: Clock,
+    /// Whether somebody depends on wall-clock time is found out for several robots together.
+    pub shares_time: bool,
     pub channels: Channels,
     pub serial_lines: SerialLines,
     pub backing: Option<Backing>,
@@ -129,11 +131,10 @@ impl Edge {
         }
     }
 
-    /// Tells the clock whether wall-clock time matters to anybody: a connected peer or a pending wait.
-    pub fn update_idle(&mut self, controller: &Controller) {
+    /// Whether wall-clock time matters to nobody: no peer is connected and no wait is pending.
+    pub fn is_idle(&self, controller: &Controller) -> bool {
         let has_peer = |port: &Port| controller.peer(*port).is_some();
-        let idle = self.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer);
-        self.clock.set_idle(idle);
+        self.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer)
     }
 }
 
@@ -164,7 +165,9 @@ impl Effects for Edge {
     fn settled(&mut self, controller: &Controller) -> Option<bool> {
         self.serial_lines.note_room(controller);
         self.end_waits(controller);
-        self.update_idle(controller);
+        if !self.shares_time {
+            self.clock.set_idle(self.is_idle(controller));
+        }
         let mut waits = self.waits.iter();
         Some(waits.any(|pending| pending.wait.wants_statements()))
     }

@@ -54,7 +54,7 @@ impl Driver {
         self.edge.channels.close();
         self.cell = before;
         self.edge.clock.set(self.cell.controller.now());
-        self.edge.update_idle(&self.cell.controller);
+        self.edge.clock.set_idle(self.edge.is_idle(&self.cell.controller));
         self.edge.open_channels(&self.cell.controller)?;
         result.map_err(OpenError::SelfCheck)
     }

@@ -57,7 +57,7 @@ fn open() -> (Box<Driver>, mpsc::Sender<Request>) {
     open_with(|_| {})
 }
 
-fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
+pub(super) fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
     let mut config = Config::new(Dialect::Field);
     config.options.serial_pacing = false;
     let mut setup = Setup {
@@ -143,7 +143,7 @@ fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
 }
 
 /// Some turns of the loop.
-async fn turns() {
+pub(super) async fn turns() {
     for _ in 0..100 {
         tokio::task::yield_now().await;
     }
@@ -561,7 +561,7 @@ fn a_serial_line_has_the_settings_of_the_snapshot_that_is_restored() {
 }
 
 /// Something to be done at one moment.
-struct At(Time);
+pub(super) struct At(pub(super) Time);
 
 impl ActionSource for At {
     fn deadline(&self) -> Option<Time> {

@@ -17,7 +17,7 @@ use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::coop::unconstrained;
 use tokio::task::yield_now;
 use tracing::{Instrument as _, Span, debug, warn};
@@ -64,7 +64,7 @@ pub struct Wire {
 }
 
 /// What an outside line is set to, and who waits for it.
-type OutsideChange = (String, bool, tokio::sync::oneshot::Sender<()>);
+type OutsideChange = (String, bool, oneshot::Sender<()>);
 
 /// Reads the levels of wires, and sets outside lines, from other tasks.
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl WireHandle {
     /// Sets an outside line. Everything that follows from it at once has happened when this returns; false if the robots
     /// have ended.
     pub async fn set(&self, name: &str, on: bool) -> bool {
-        let (done, is_done) = tokio::sync::oneshot::channel();
+        let (done, is_done) = oneshot::channel();
         let sent = self.changes.send((name.to_owned(), on, done)).await;
         sent.is_ok() && is_done.await.is_ok()
     }
@@ -118,11 +118,17 @@ pub struct Wired {
     wires: Arc<[Wire]>,
     levels: Arc<Mutex<Vec<bool>>>,
     outside: BTreeMap<String, bool>,
+    /// Waits until the line that it has set has its effect.
+    setter: Option<oneshot::Sender<()>>,
     changes: mpsc::Receiver<OutsideChange>,
     /// The driver that is polled first next time.
     first: usize,
     /// How far time jumps, as soon as nothing has arrived anywhere.
     jump: Option<Duration>,
+    /// A step that waits until nothing is being stored.
+    kept: Option<Step>,
+    /// How many writes it has waited for.
+    writes_awaited: u32,
     last_yield: Instant,
     has_warned: bool,
 }
@@ -130,7 +136,10 @@ pub struct Wired {
 impl Wired {
     /// Joins robots that have not run yet, each with the span of its lines in the log. The numbers of the wires' ends are
     /// places in `robots`.
-    pub fn new(robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+    pub fn new(mut robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
+        for (driver, _) in &mut robots {
+            driver.edge.shares_time = true;
+        }
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
         let wires: Arc<[Wire]> = wires.into();
@@ -144,9 +153,12 @@ impl Wired {
             wires,
             levels,
             outside: BTreeMap::new(),
+            setter: None,
             changes,
             first: 0,
             jump: None,
+            kept: None,
+            writes_awaited: 0,
             last_yield: Instant::now(),
             has_warned: false,
         };
@@ -195,9 +207,7 @@ impl Wired {
                     driver.rotation.hold(Held::new(Work::Jump(at)));
                 }
             } else {
-                self.catch_up();
-                self.perform(step).await;
-                self.carry(Duration::ZERO);
+                self.catch_up_and_perform(step).await;
             }
             self.release();
             if self.last_yield.elapsed() > super::run_loop::MAX_TIME_WITHOUT_YIELD {
@@ -220,9 +230,22 @@ impl Wired {
         }
     }
 
+    /// Wall-clock time passes again.
     fn release(&mut self) {
+        self.share_silence();
         for driver in self.drivers() {
             driver.edge.clock.hold(None);
+        }
+    }
+
+    /// Whatever arrives or leaves at one robot ends the silence of all, which is as long as that of any has to be.
+    fn share_silence(&mut self) {
+        let silences = self.drivers().map(|driver| driver.edge.clock.silence());
+        let of_all = silences.reduce(|(one, short), (other, long)| (one.max(other), short.max(long)));
+        if let Some((last_activity, silence)) = of_all {
+            for driver in self.drivers() {
+                driver.edge.clock.set_silence(last_activity, silence);
+            }
         }
     }
 
@@ -232,11 +255,14 @@ impl Wired {
 
     /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
     fn poll_step(&mut self, context: &mut Context<'_>) -> Poll<Step> {
-        if let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
+        let (storing, count) = (self.is_storing(), self.robots.len());
+        if let Some(step) = self.kept.take_if(|_| !storing) {
+            return Poll::Ready(step);
+        }
+        if !storing && let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
-        let (storing, count) = (self.is_storing(), self.robots.len());
         let mut drained = 0;
         for turn in 0..count {
             let index = (self.first + turn) % count;
@@ -262,6 +288,40 @@ impl Wired {
         Poll::Pending
     }
 
+    /// Does what was due before a step, and the step; it is kept if something has to be stored before it.
+    async fn catch_up_and_perform(&mut self, step: Step) {
+        let storing = self.is_storing();
+        if !storing
+            && self.writes_awaited > 1
+            && let Some((late, _)) = self.overdue()
+        {
+            // Where more has to be stored than the disk can do, a step would wait for ever.
+            self.note_lag(late);
+        }
+        self.catch_up();
+        if self.is_storing() && !storing {
+            self.kept = Some(step);
+            self.writes_awaited += 1;
+            return;
+        }
+        self.perform(step).await;
+        self.carry(Duration::ZERO);
+        self.tell_setter();
+        if self.kept.is_none() {
+            self.writes_awaited = 0;
+        }
+    }
+
+    /// Tells who has set an outside line, as soon as everything that follows from it at once has happened.
+    fn tell_setter(&mut self) {
+        if !self.is_storing()
+            && let Some(done) = self.setter.take()
+        {
+            // Fails only when nobody waits for it.
+            let _ = done.send(());
+        }
+    }
+
     async fn perform(&mut self, step: Step) {
         match step {
             Step::Of(index, work) => {
@@ -275,9 +335,7 @@ impl Wired {
             }
             Step::Outside((name, on, done)) => {
                 self.outside.insert(name, on);
-                self.carry(Duration::ZERO);
-                // Fails only when nobody waits for it.
-                let _ = done.send(());
+                self.setter = Some(done);
             }
             Step::Jump => {
                 let distance = self.jump.take().unwrap_or_default();
@@ -301,7 +359,7 @@ impl Wired {
         }
     }
 
-    /// Time passes for all as it does for one of them, and no faster than the host of any allows.
+    /// Time passes for all as it does for one of them.
     fn align(&mut self, index: usize) {
         let Some(clock) = self
             .robots
@@ -316,17 +374,21 @@ impl Wired {
         }
     }
 
+    /// What was due before now first: for how long, and the robot.
+    fn overdue(&self) -> Option<(Duration, usize)> {
+        let overdue = self.robots.iter().enumerate().filter_map(|(index, (driver, _))| {
+            let late = driver.edge.clock.now().since(driver.cell.deadline()?);
+            (!late.is_zero()).then_some((late, index))
+        });
+        // Of those that are due at one moment the first robot comes first.
+        overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index)))
+    }
+
     /// What was due before now happens, the earliest first.
     fn catch_up(&mut self) {
         let begun = Instant::now();
         while !self.is_storing() {
-            let overdue = self.robots.iter().enumerate().filter_map(|(index, (driver, _))| {
-                let late = driver.edge.clock.now().since(driver.cell.deadline()?);
-                (!late.is_zero()).then_some((late, index))
-            });
-            // Of those that are due at one moment the first robot comes first.
-            let Some((late, index)) = overdue.max_by_key(|(late, index)| (*late, std::cmp::Reverse(*index)))
-            else {
+            let Some((late, index)) = self.overdue() else {
                 break;
             };
             self.step(index, late, Input::Tick);
@@ -421,10 +483,9 @@ impl Wired {
 
     /// Automatic time stands still between two jumps while nobody is at any robot.
     fn update_idle(&mut self) {
-        for driver in self.drivers() {
-            driver.edge.update_idle(&driver.cell.controller);
-        }
-        let idle = self.drivers().all(|driver| driver.edge.clock.is_idle());
+        let idle = self
+            .drivers()
+            .all(|driver| driver.edge.is_idle(&driver.cell.controller));
         for driver in self.drivers() {
             driver.edge.clock.set_idle(idle);
         }
@@ -458,3 +519,6 @@ fn before(now: Time, late: Duration) -> Time {
     let late = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
     Time::from_micros(now.as_micros().saturating_sub(late))
 }
+
+#[cfg(test)]
+mod tests;

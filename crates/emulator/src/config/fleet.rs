@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::action::IoKind;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
+use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::driver::wired::{Wire, WireEnd};
 use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
@@ -110,6 +111,11 @@ impl FleetConfig {
             };
             if fleet.wires.iter().any(is_driven) {
                 let reason = format!("to: another wire leads to `{}` or begins there", table.to);
+                return Err(ConfigError::invalid(&table.origin, reason));
+            }
+            let is_outside = matches!(wire.from, WireEnd::Outside(_));
+            if is_outside && fleet.wires.iter().any(|other| other.to == wire.from) {
+                let reason = format!("from: another wire leads to `{}`", table.from);
                 return Err(ConfigError::invalid(&table.origin, reason));
             }
             fleet.wires.push(wire);
@@ -266,19 +272,32 @@ impl FleetConfig {
     /// Refuses wires between robots whose time passes differently.
     fn check_times(&self) -> Result<(), ConfigError> {
         let ends = self.wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
-        let robots = ends.filter_map(WireEnd::robot);
-        let mut times = robots.map(|index| (index, self.args(index).clock.time.unwrap_or_default()));
-        let Some((first, time)) = times.next() else {
+        let mut robots = ends.filter_map(WireEnd::robot);
+        let Some(first) = robots.next() else {
             return Ok(());
         };
-        match times.find(|(_, other)| *other != time) {
-            None => Ok(()),
-            Some((other, differs)) => Err(refused(format!(
-                "robots that wires join have one time: {} has `{time}`, {} has `{differs}`",
-                self.name(first),
-                self.name(other)
-            ))),
+        let name = self.name(first);
+        let (time, gap) = self.time_of(first);
+        for index in robots {
+            let (other, (its_time, its_gap)) = (self.name(index), self.time_of(index));
+            if its_time != time {
+                return Err(refused(format!(
+                    "robots that wires join have one time: {name} has `{time}`, {other} has `{its_time}`"
+                )));
+            }
+            if its_gap != gap {
+                return Err(refused(format!(
+                    "robots that wires join have one time-gap: {name} and {other} have different ones"
+                )));
+            }
         }
+        Ok(())
+    }
+
+    /// How the time of a robot passes.
+    fn time_of(&self, index: usize) -> (TimeMode, TimeGap) {
+        let clock = self.args(index).clock;
+        (clock.time.unwrap_or_default(), clock.time_gap.unwrap_or_default())
     }
 
     /// Refuses a file that two robots would write.
