@@ -117,7 +117,7 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
     let found = words.parse::<Action>().map_err(|reason| match reason {
         ActionParseError::Unknown(_) => unknown(words),
         ActionParseError::Expected { .. }
-        | ActionParseError::Keys(_)
+        | ActionParseError::NotUtf8(_)
         | ActionParseError::Bytes(_)
         | ActionParseError::Fault(_) => ScenarioActionError::Action {
             words: words.to_owned(),
