@@ -73,9 +73,10 @@ impl Executor {
 }
 
 impl Robot {
-    /// A task is over; with the main program the cycle is.
+    /// A task is over, and its motion with it; with the main program the cycle is, and every motion.
     pub(crate) fn end_task(&mut self, id: u16) {
-        if self.executor.arm_owner == Some(id) {
+        let owner = self.executor.arm_owner;
+        if owner == Some(id) || (id == MAIN_TASK && owner.is_some()) {
             self.arm.stop(self.now);
             self.executor.arm_owner = None;
         }
