@@ -143,7 +143,7 @@ impl Robot {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
-                if let TaskState::Moving { .. } = task.state() {
+                if task.state().is_motion() {
                     self.arm.stop(self.now);
                 }
                 task.jump(self.executor.memory_mut(), jump);
