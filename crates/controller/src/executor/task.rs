@@ -63,7 +63,7 @@ pub enum TaskState {
     Queued {
         /// As of `Moving`.
         lead: Duration,
-        /// The motion behind it is read when it begins.
+        /// The statement is over when it begins: PASS reads the motion behind it, NOWAIT does not wait for its end.
         passing: bool,
     },
     /// The statement waits for the arm to rest before it begins.
