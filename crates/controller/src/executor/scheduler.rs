@@ -169,7 +169,11 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            TaskState::Queued { .. } => self.arm.last_begins_at().is_some_and(|begin| begin > now),
+            // While the arm is held nothing begins.
+            TaskState::Queued { .. } => {
+                let begin = self.arm.last_begins_at();
+                begin.map_or(self.arm.is_moving() && self.is_held(), |begin| begin > now)
+            }
             // Before its end it counts as over by so much; while it is held it has no end.
             TaskState::Moving { lead } => {
                 let end = self.arm.ends_at();
