@@ -345,6 +345,14 @@ fn locals_are_kept_over_the_end_of_a_cycle_and_belong_to_their_program() {
 }
 
 #[test]
+fn a_number_that_does_not_fit_is_told_in_full() {
+    let Err(Pause::Fault(fault)) = main_of("A=INT(2147483648.0)") else {
+        panic!("it fits");
+    };
+    assert_eq!(fault.message, "2147483648 does not fit an integer of 32 bits");
+}
+
+#[test]
 fn faults_name_kind_and_line() {
     for (body, kind) in [
         ("PRINT 1/0", FaultKind::DivisionByZero),
