@@ -122,7 +122,7 @@ impl Robot {
             if !(stopping && self.end_step(&mut handler)) {
                 let step = self.carry(endpoints, &mut handler, single);
                 if matches!(step, Step::Ended) {
-                    return Step::DONE;
+                    return task.end_handler(&handler);
                 }
                 task.put_handler(handler);
                 return step;

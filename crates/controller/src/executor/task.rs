@@ -384,6 +384,14 @@ impl Task {
         self.handler = Some(handler);
     }
 
+    /// What a monitor has begun is over.
+    pub(super) fn end_handler(&mut self, handler: &Task) -> Step {
+        match self.machine.end_handler(&handler.machine) {
+            Ok(()) => Step::DONE,
+            Err(fault) => Step::Trouble(alarm_of(fault.kind), format!("{fault}")),
+        }
+    }
+
     /// The instant of which the monitors see the inputs, like `sees()`: between statements, when something changes, and
     /// once a scan while time alone can change them. `None` without monitors.
     pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {

@@ -94,6 +94,12 @@ pub struct Machine {
     /// The last word was `ENABLE`, not `DISABLE`: the conditions of the monitors are evaluated.
     #[cfg_attr(feature = "serde", serde(rename = "awake"))]
     monitors_enabled: bool,
+    /// `IGNORE` has been executed. What a monitor runs does not hold the monitors that it drops.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "core::ops::Not::not")
+    )]
+    ignored: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -164,6 +170,7 @@ impl Machine {
             task: MAIN_TASK,
             monitors: Vec::new(),
             monitors_enabled: true,
+            ignored: false,
         }
     }
 
