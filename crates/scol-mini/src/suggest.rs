@@ -137,8 +137,11 @@ impl Suggester<'_> {
             .map(Lexeme::word);
         let unknown = |word: &&str| !word.is_empty() && !is_reserved(word) && !shared.contains_key(word);
         words.filter(unknown).find_map(|text| {
-            let awaited = expected.split([' ', ',', '"']).filter(is_reserved);
-            did_you_mean(text, awaited).or_else(|| did_you_mean(text, builtin::words()))
+            let mut awaited = expected.split([' ', ',', '"']).filter(is_reserved).peekable();
+            // Where it waited for certain words, no other is right.
+            let any = awaited.peek().is_none();
+            let meant = did_you_mean(text, awaited);
+            meant.or_else(|| did_you_mean(text, builtin::words()).filter(|_| any))
         })
     }
 

@@ -52,6 +52,24 @@ fn the_program_stops_before_each_breakpoint() {
 }
 
 #[test]
+fn a_start_leaves_a_breakpoint_in_what_a_monitor_runs() {
+    let robot =
+        running("PROGRAM TEST\nON DIN(1) DO HANDLER\nDELAY 3\nEND\nPROGRAM HANDLER\nDOUT(5)\nDOUT(6)\nEND\n");
+    robot.put("/breakpoints", r#"{"lines":[6, 7]}"#);
+    robot.post("/program/start", "");
+    robot.put("/inputs/1", r#"{"on":true}"#);
+    let outputs = || [5, 6].map(|output| robot.get(&format!("/outputs/{output}"))["on"] == true);
+    // At a breakpoint the statement under way ends first.
+    let mut found = Vec::new();
+    for _ in 0..3 {
+        robot.post("/clock/advance", r#"{"seconds":4}"#);
+        found.push(outputs());
+        robot.post("/program/start", "");
+    }
+    assert_eq!(found, [[false, false], [true, false], [true, true]]);
+}
+
+#[test]
 fn a_host_learns_of_a_breakpoint_as_of_a_stop() {
     let robot = running(LOOP);
     let mut host = robot.host();

@@ -26,7 +26,7 @@ pub struct Breakpoints {
     /// Lines with a statement, from 1.
     lines: BTreeSet<u32>,
     target: Option<Target>,
-    /// The line from which each task went on, until it has left it.
+    /// The lines from which each task and its handler went on, until one of them has left its line.
     left: Vec<(u16, u32)>,
 }
 
@@ -64,7 +64,7 @@ impl Breakpoints {
     /// Whether they can be those of a run.
     #[cfg(feature = "serde")]
     pub(super) fn is_valid(&self) -> bool {
-        self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= scol_mini::MAX_TASKS
+        self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= 2 * scol_mini::MAX_TASKS
     }
 }
 
@@ -104,10 +104,10 @@ impl Executor {
             && self.breakpoints.stops_before(task.id(), task.line())
     }
 
-    /// The program starts or goes on: with the line at which each task stands, whatever is set there.
+    /// The program starts or goes on: with the line at which each task and its handler stand, whatever is set there.
     pub(crate) fn leave_breakpoints(&mut self) {
-        let tasks = self.program_tasks().map(|task| (task.id(), task.line()));
-        self.breakpoints.left = tasks.collect();
+        let parts = self.program_tasks().flat_map(Task::parts);
+        self.breakpoints.left = parts.map(|task| (task.id(), task.line())).collect();
     }
 }
 

@@ -108,7 +108,8 @@ impl Robot {
             Accuracy::Coarse => COARSE_LEAD,
             Accuracy::Fine => Duration::ZERO,
         };
-        let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
+        let reads_ahead = motion.conditions.passing && task.machine().motion_ahead().is_some();
+        let passing = reads_ahead || motion.conditions.nowait;
         let moving = self.arm.is_moving();
         let begun = if !moving {
             let locked = self.panel.state().machine_lock;
@@ -134,7 +135,7 @@ impl Robot {
                     return Step::Begun;
                 }
                 self.arm.finish_due(self.now);
-                self.begun(task, lead, passing || motion.conditions.nowait)
+                self.begun(task, lead, passing)
             }
             Err(error) => {
                 let code = match error {

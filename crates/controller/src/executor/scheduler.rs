@@ -122,7 +122,7 @@ impl Robot {
             if !(stopping && self.end_step(&mut handler)) {
                 let step = self.carry(endpoints, &mut handler, single);
                 if matches!(step, Step::Ended) {
-                    return Step::DONE;
+                    return task.end_handler(&handler);
                 }
                 task.put_handler(handler);
                 return step;
@@ -143,7 +143,7 @@ impl Robot {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
-                if let TaskState::Moving { .. } = task.state() {
+                if task.state().is_motion() {
                     self.arm.stop(self.now);
                 }
                 task.jump(self.executor.memory_mut(), jump);
@@ -169,7 +169,11 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            TaskState::Queued { .. } => self.arm.last_begins_at().is_some_and(|begin| begin > now),
+            // While the arm is held nothing begins.
+            TaskState::Queued { .. } => {
+                let begin = self.arm.last_begins_at();
+                begin.map_or(self.arm.is_moving() && self.is_held(), |begin| begin > now)
+            }
             // Before its end it counts as over by so much; while it is held it has no end.
             TaskState::Moving { lead } => {
                 let end = self.arm.ends_at();

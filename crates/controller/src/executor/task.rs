@@ -63,7 +63,7 @@ pub enum TaskState {
     Queued {
         /// As of `Moving`.
         lead: Duration,
-        /// The motion behind it is read when it begins.
+        /// The statement is over when it begins: PASS reads the motion behind it, NOWAIT does not wait for its end.
         passing: bool,
     },
     /// The statement waits for the arm to rest before it begins.
@@ -382,6 +382,14 @@ impl Task {
     /// What a monitor has begun, or goes on with.
     pub(super) fn put_handler(&mut self, handler: Box<Task>) {
         self.handler = Some(handler);
+    }
+
+    /// What a monitor has begun is over.
+    pub(super) fn end_handler(&mut self, handler: &Task) -> Step {
+        match self.machine.end_handler(&handler.machine) {
+            Ok(()) => Step::DONE,
+            Err(fault) => Step::Trouble(alarm_of(fault.kind), format!("{fault}")),
+        }
     }
 
     /// The instant of which the monitors see the inputs, like `sees()`: between statements, when something changes, and

@@ -32,14 +32,23 @@ impl Executor {
             let reason = format!("there are {MAX_TASKS} tasks already, the most");
             return task.give_up(alarm::TOO_MANY_TASKS, reason);
         }
-        let id = self.next_task;
+        let id = self.free_task_id(task);
         let step = self.answer(task, Answer::Values([Number::Integer(i32::from(id))].into()));
         if let Step::Done { .. } = step {
             let program = Arc::clone(self.program());
-            self.next_task = id.saturating_add(1);
+            self.next_task = self.next_task.saturating_add(1);
             self.put_task(Task::new(Machine::task(program, block, id), now));
         }
         step.then(Step::Switch { to: id })
+    }
+
+    /// The ID of the task that this one starts: one after the other, and when all have been used the lowest that is free.
+    fn free_task_id(&self, starter: &Task) -> u16 {
+        let is_free = |id: &u16| *id != starter.id() && !self.tasks.contains_key(id);
+        let reused = (MAIN_TASK + 1..u16::MAX).find(is_free);
+        reused
+            .filter(|_| self.next_task == u16::MAX)
+            .unwrap_or(self.next_task)
     }
 
     /// SWITCH: the turn goes to the next task.
@@ -73,9 +82,10 @@ impl Executor {
 }
 
 impl Robot {
-    /// A task is over; with the main program the cycle is.
+    /// A task is over, and its motion with it; with the main program the cycle is, and every motion.
     pub(crate) fn end_task(&mut self, id: u16) {
-        if self.executor.arm_owner == Some(id) {
+        let owner = self.executor.arm_owner;
+        if owner == Some(id) || (id == MAIN_TASK && owner.is_some()) {
             self.arm.stop(self.now);
             self.executor.arm_owner = None;
         }

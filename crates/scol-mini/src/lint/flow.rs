@@ -54,7 +54,11 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
         if !reported {
             let message = format!("this is never reached: line {line} always leaves by {by}");
             let problem = Diagnostic::new("W0603", span(row), message);
-            sink.push(problem.help("remove it, or put a label before it that something jumps to"));
+            sink.push(problem.help(match row.head() {
+                // Without it the FOR is an error.
+                "NEXT" => "remove its FOR as well, or put a label before it that something jumps to",
+                _ => "remove it, or put a label before it that something jumps to",
+            }));
             reported = true;
         }
     }

@@ -38,7 +38,7 @@ pub(super) fn truncated(value: f32) -> Result<i32> {
     if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
         return Ok(whole as i32);
     }
-    FaultKind::Overflow.fail(format!("{value} does not fit an integer of 32 bits"))
+    FaultKind::Overflow.fail(format!("{whole} does not fit an integer of 32 bits"))
 }
 
 /// A value as another kind: numbers convert, everything else must be of that kind already.

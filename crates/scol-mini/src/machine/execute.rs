@@ -95,7 +95,10 @@ impl Execution<'_> {
                 *self.memory.conditions_mut() = conditions;
             }
             Simple::Monitors(on) => self.machine.monitors_enabled = *on,
-            Simple::Ignore => self.machine.monitors.clear(),
+            Simple::Ignore => {
+                self.machine.monitors.clear();
+                self.machine.ignored = true;
+            }
             Simple::Ask(ask) => {
                 self.machine.state = RunPhase::Requested(self.request(ask)?);
                 return Ok(());

@@ -94,6 +94,12 @@ pub struct Machine {
     /// The last word was `ENABLE`, not `DISABLE`: the conditions of the monitors are evaluated.
     #[cfg_attr(feature = "serde", serde(rename = "awake"))]
     monitors_enabled: bool,
+    /// `IGNORE` has been executed. What a monitor runs does not hold the monitors that it drops.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "core::ops::Not::not")
+    )]
+    ignored: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -164,6 +170,7 @@ impl Machine {
             task: MAIN_TASK,
             monitors: Vec::new(),
             monitors_enabled: true,
+            ignored: false,
         }
     }
 
@@ -239,7 +246,8 @@ impl Machine {
     ///
     /// # Errors
     /// `Type` when nothing is pending or the answer is not one for the request, `Range` when the count of numbers is
-    /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
+    /// wrong (the request stays pending); the fault of storing a number that does not fit its variable, which is then
+    /// 0, as are all after it.
     pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
         let RunPhase::Requested(pending) = &self.state else {
             return Err(self.fault(*FaultKind::Type.error("no request is pending")));
@@ -249,9 +257,21 @@ impl Machine {
         self.state = RunPhase::Ready;
         let program = Arc::clone(&self.program);
         let mut execution = self.enter(&program, memory, &NoInputs);
+        let mut failed = None;
         for (place, number) in pending.targets.iter().zip(numbers) {
-            let written = execution.write(*place, number.into());
-            written.map_err(|error| execution.machine.faulted(*error))?;
+            let number = if failed.is_some() {
+                Number::Integer(0)
+            } else {
+                number
+            };
+            if let Err(error) = execution.write(*place, number.into()) {
+                failed.get_or_insert(error);
+                // It is the first fault that counts.
+                let _ = execution.write(*place, Number::Integer(0).into());
+            }
+        }
+        if let Some(error) = failed {
+            return Err(self.faulted(*error));
         }
         self.at += 1;
         Ok(())

@@ -9,7 +9,7 @@ use alloc::sync::Arc;
 use super::{Machine, Result, RunPhase};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
-use crate::program::Operation;
+use crate::program::{Operation, Program};
 use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
@@ -23,6 +23,14 @@ pub(super) struct Monitor {
     /// The value of its condition when it was last evaluated.
     #[cfg_attr(feature = "serde", serde(rename = "was"))]
     last_value: bool,
+}
+
+impl Monitor {
+    /// Whether it leads to a jump.
+    fn jumps(&self, program: &Program) -> bool {
+        let on = program.steps.get(self.on).map(|step| &step.operation);
+        matches!(on, Some(Operation::On { jump: true, .. }))
+    }
 }
 
 /// What a monitor has brought about.
@@ -43,16 +51,38 @@ impl Machine {
     /// false first.
     pub(super) fn start_monitor(&mut self, last_value: bool) -> Result<()> {
         let on = self.at;
-        self.monitors.retain(|monitor| monitor.on != on);
-        if self.monitors.len() >= MAX_MONITORS {
-            return FaultKind::Range.fail(format!("a task has at most {MAX_MONITORS} monitors"));
-        }
         let depth = self.frames.len();
-        self.monitors.push(Monitor {
+        self.add_monitor(Monitor {
             on,
             depth,
             last_value,
-        });
+        })
+    }
+
+    fn add_monitor(&mut self, added: Monitor) -> Result<()> {
+        self.monitors.retain(|monitor| monitor.on != added.on);
+        if self.monitors.len() >= MAX_MONITORS {
+            return FaultKind::Range.fail(format!("a task has at most {MAX_MONITORS} monitors"));
+        }
+        self.monitors.push(added);
+        Ok(())
+    }
+
+    /// A handler has ended: `IGNORE`, `DISABLE`, `ENABLE` and `ON` in it hold for this task. A `GOTO` of its own leads
+    /// nowhere any more.
+    ///
+    /// # Errors
+    /// There are too many monitors; those that are too many are dropped.
+    pub fn end_handler(&mut self, handler: &Machine) -> Result<(), Fault> {
+        self.monitors_enabled = handler.monitors_enabled;
+        if handler.ignored {
+            self.monitors.clear();
+        }
+        let lasting = handler.monitors.iter();
+        for monitor in lasting.filter(|monitor| !monitor.jumps(&handler.program)) {
+            self.add_monitor(*monitor)
+                .map_err(|error| handler.fault(*error))?;
+        }
         Ok(())
     }
 
@@ -127,10 +157,7 @@ impl Machine {
         if self.monitors.is_empty() {
             return;
         }
-        self.monitors.retain(|monitor| {
-            let on = self.program.steps.get(monitor.on).map(|step| &step.operation);
-            let jump = matches!(on, Some(Operation::On { jump: true, .. }));
-            !jump || monitor.depth <= self.frames.len()
-        });
+        self.monitors
+            .retain(|monitor| !monitor.jumps(&self.program) || monitor.depth <= self.frames.len());
     }
 }

@@ -197,6 +197,18 @@ fn input_fills_variables_in_their_kind_and_cancelled_ones_are_0() {
     assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(0.0)));
     assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(0.0)));
     assert_eq!(machine.line(), 8);
+    run(
+        &mut machine,
+        &mut memory,
+        Answer::Values(vec![Number::Real(1.5); 3]),
+    )
+    .unwrap();
+    let too_large = vec![Number::Real(3E9), Number::Integer(3), Number::Real(4.5)];
+    let fault = run(&mut machine, &mut memory, Answer::Values(too_large)).unwrap_err();
+    assert_eq!((fault.kind, fault.line), (FaultKind::Overflow, 7));
+    assert_eq!(memory.global(&program, "N", &[]), Ok(Value::Integer(0)));
+    assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(0.0)));
+    assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(0.0)));
 }
 
 #[test]
@@ -330,6 +342,14 @@ fn locals_are_kept_over_the_end_of_a_cycle_and_belong_to_their_program() {
     assert!(
         matches!(machine.run(&mut memory, &STILL, &mut 99), Pause::Fault(f) if f.kind == FaultKind::Undefined)
     );
+}
+
+#[test]
+fn a_number_that_does_not_fit_is_told_in_full() {
+    let Err(Pause::Fault(fault)) = main_of("A=INT(2147483648.0)") else {
+        panic!("it fits");
+    };
+    assert_eq!(fault.message, "2147483648 does not fit an integer of 32 bits");
 }
 
 #[test]
