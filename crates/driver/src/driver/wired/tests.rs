@@ -27,6 +27,7 @@ fn the_clock_of_a_robot_without_a_host_keeps_up_with_the_others() {
     // Somebody waits at the first one: automatic time passes for both.
     let (done, _is_done) = oneshot::channel();
     wired.robots[0].0.edge.waits.push(PendingWait {
+        reached: None,
         wait: Wait::new(None, HOUR, false),
         since: Time::ZERO,
         limit: Time::ZERO + HOUR,
