@@ -51,7 +51,10 @@ pub struct ClockStatus {
 #[schema(as = SetClock)]
 pub struct SetModeRequest {
     /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
-    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$")]
+    #[schema(
+        example = "stepped",
+        pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+    )]
     mode: String,
 }
 

@@ -24,7 +24,10 @@ pub struct PowerStatus {
 pub struct ResetRequest {
     /// The mode of the clock, as for `/clock`; by default it stays.
     #[serde(default)]
-    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$")]
+    #[schema(
+        example = "stepped",
+        pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+    )]
     mode: Option<String>,
 }
 
