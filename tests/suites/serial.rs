@@ -473,14 +473,20 @@ fn a_host_hears_nothing_of_its_predecessors_answers_but_all_that_is_printed() {
     assert_eq!(robot.received(Port::Com1), b"FOR THE NEXT ONE\r");
 }
 
-#[test]
-fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
+/// A host has sent two commands and gone, the next one is there, and its port was purged while the first character passed.
+fn purged() -> Robot {
     let mut robot = usual();
     robot.raw(Port::Host, &[frame(b"SO\r"), frame(b"XX\r")].concat());
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     robot.advance_ms(3);
     robot.put(Input::SerialPurged { port: Port::Host });
+    robot
+}
+
+#[test]
+fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
+    let mut robot = purged();
     robot.advance_ms(100);
     assert!(!robot.outputs.contains(&Output::Event(Event::Servo(true))));
     robot.advance_ms(11_000);
@@ -490,12 +496,7 @@ fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
 
 #[test]
 fn after_a_purge_the_next_host_is_answered() {
-    let mut robot = usual();
-    robot.raw(Port::Host, &[frame(b"SO\r"), frame(b"XX\r")].concat());
-    robot.disconnect(Port::Host);
-    robot.connect(Port::Host);
-    robot.advance_ms(3);
-    robot.put(Input::SerialPurged { port: Port::Host });
+    let mut robot = purged();
     robot.send(Port::Host, b"SU\r");
     robot.advance_ms(1_000);
     assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));

@@ -1,6 +1,6 @@
 //! The macro `error_text!`: the messages of an error, and the errors that become it by `?`.
 //!
-//! In place of a derive: the crates of the controller build without a procedural macro and its parser.
+//! Instead of a derive: the crates of the controller build without a procedural macro and its parser.
 
 /// Implements `Display`, `core::error::Error` and `From` for an error:
 ///
