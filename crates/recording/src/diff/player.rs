@@ -190,6 +190,7 @@ impl Player {
             LinkRecord::Settings { .. }
             | LinkRecord::Purged { .. }
             | LinkRecord::SerialErrors { .. }
+            | LinkRecord::Injected { .. }
             | LinkRecord::SecondPeer { .. }
             | LinkRecord::NotPersisted { .. } => {}
         }

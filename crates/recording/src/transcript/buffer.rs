@@ -49,6 +49,7 @@ impl BufferedRecord {
                     RecordKind::Remark(words) => words.len(),
                     RecordKind::Action(ts3100_controller::Action::PutFile { content, .. }) => content.len(),
                     RecordKind::Link(LinkRecord::SerialErrors { bytes, .. }) => bytes.len(),
+                    RecordKind::Link(LinkRecord::Injected { bytes, .. }) => bytes.len(),
                     RecordKind::Link(LinkRecord::Restored { snapshot, .. }) => snapshot.len(),
                     RecordKind::Connected { .. }
                     | RecordKind::FromHost { .. }

@@ -6,7 +6,7 @@
 use super::LineError;
 use std::fmt;
 use std::str::FromStr;
-use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
+use ts3100_controller::{Bytes, Controller, HostEnd, HostSettings, Input, Port, Time};
 use ts3100_driver::snapshot;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::escape::{self, Escaped};
@@ -34,6 +34,13 @@ pub enum LinkRecord {
         port: Port,
         /// The characters as read.
         bytes: Vec<u8>,
+    },
+    /// Bytes as if from a peer, while nobody was connected.
+    Injected {
+        /// The port.
+        port: Port,
+        /// The bytes.
+        bytes: Bytes,
     },
     /// A second peer came to a port that has one.
     SecondPeer {
@@ -92,6 +99,7 @@ impl LinkRecord {
             LinkRecord::Settings { .. }
             | LinkRecord::Purged { .. }
             | LinkRecord::SerialErrors { .. }
+            | LinkRecord::Injected { .. }
             | LinkRecord::SecondPeer { .. }
             | LinkRecord::Backlogged { .. }
             | LinkRecord::NotPersisted { .. }
@@ -107,6 +115,10 @@ impl LinkRecord {
             LinkRecord::SerialErrors { port, ref bytes } => {
                 let bytes = bytes.clone();
                 Input::SerialErrors { port, bytes }
+            }
+            LinkRecord::Injected { port, ref bytes } => {
+                let bytes = bytes.clone();
+                Input::Received { port, bytes }
             }
             LinkRecord::SecondPeer {
                 port,
@@ -132,6 +144,7 @@ impl fmt::Display for LinkRecord {
             LinkRecord::Settings { port, host } => write!(f, "line {port} {}", host_settings_text(host)),
             LinkRecord::Purged { port } => write!(f, "purge {port}"),
             LinkRecord::SerialErrors { port, bytes } => write!(f, "garbled {port} {}", Escaped::new(bytes)),
+            LinkRecord::Injected { port, bytes } => write!(f, "inject {port} {}", Escaped::new(bytes)),
             LinkRecord::SecondPeer { port, peer, replaces } => {
                 let what = if *replaces { "replaces" } else { "refused" };
                 f.write_str(format!("second-peer {port} {what} {peer}").trim_end())
@@ -189,6 +202,10 @@ impl FromStr for LinkRecord {
             "garbled" => LinkRecord::SerialErrors {
                 port: port(first)?,
                 bytes: escape::parse(behind)?,
+            },
+            "inject" => LinkRecord::Injected {
+                port: port(first)?,
+                bytes: escape::parse(behind)?.into(),
             },
             "second-peer" => {
                 let (what, peer) = behind.split_once(' ').unwrap_or((behind, ""));
@@ -281,6 +298,10 @@ mod tests {
                 port,
                 bytes: b"\x00 <\xff".to_vec(),
             },
+            LinkRecord::Injected {
+                port: Port::Ip1,
+                bytes: b"7 <\r".to_vec().into(),
+            },
             LinkRecord::SecondPeer {
                 port: Port::Ip0,
                 peer: "::1".to_owned(),
@@ -332,6 +353,7 @@ mod tests {
             "purge",
             "purge HOST now",
             "garbled HOST <0",
+            "inject IP9 7",
             "second-peer IP0 comes",
             "unread",
             "unkept",

@@ -17,7 +17,8 @@ use ts3100_proto::calendar::CalendarTime;
 /// Turns inputs and outputs into records.
 #[derive(Debug, Clone, Default)]
 pub struct Observer {
-    /// Ports with a peer; output to other ports is not recorded, because nobody receives it.
+    /// Ports with a peer; output to other ports is not recorded, because nobody receives it, and input of other ports
+    /// is injected.
     connected: BTreeSet<Port>,
     /// Connections that a fault is resetting.
     reset: BTreeSet<Port>,
@@ -44,6 +45,9 @@ impl Observer {
                     line: PeerId::first(port),
                     peer: without_port(&peer),
                 }
+            }
+            Input::Received { port, bytes } if !self.connected.contains(&port) => {
+                RecordKind::Link(LinkRecord::Injected { port, bytes })
             }
             Input::Received { port, bytes } => RecordKind::FromHost {
                 line: PeerId::first(port),

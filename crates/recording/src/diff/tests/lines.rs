@@ -132,6 +132,30 @@ fn the_cable_of_a_serial_port_stays_in_when_the_power_is_cycled() {
 }
 
 #[test]
+fn bytes_injected_without_a_peer_are_no_connection() {
+    let settings = with("PROGRAM PICK\nINPUT IP1, N\nDOUT(5)\nDELAY 60\nEND\n");
+    let mut silent = settings.clone();
+    silent.controller.options.no_peer = ts3100_controller::options::NoPeer::Silent;
+    for (settings, peer) in [(&settings, false), (&silent, false), (&settings, true)] {
+        let mut real = Real::new(settings);
+        real.connect(Port::Ip0);
+        if peer {
+            real.connect(Port::Ip1);
+        }
+        real.texts(&["SO", "RN"]);
+        real.send(Port::Ip1, b"7\r");
+        real.texts(&["SF", "OK"]);
+        real.feed(Input::Panel(PanelAction::PowerCycle), Side::Host);
+        if !peer {
+            // The recorder of these tests ends IP1 as well, which was not there.
+            real.recording.records.pop();
+            real.recording.lines.pop();
+        }
+        none(&compared(&real.recording, settings, &Tolerance::default()));
+    }
+}
+
+#[test]
 fn recordings_of_anything_at_all_are_survived() {
     let settings = with(PICK);
     let clean = day(&settings, Duration::ZERO);
