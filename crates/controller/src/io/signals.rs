@@ -149,7 +149,12 @@ impl Signals {
     /// State of an input as the controller reads it.
     pub fn input(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Input, line);
-        forced.unwrap_or_else(|| self.inputs.contains(&line))
+        forced.unwrap_or_else(|| self.driven_input(line))
+    }
+
+    /// The state to which an input is driven from outside, forced or not.
+    pub fn driven_input(&self, line: u16) -> bool {
+        self.inputs.contains(&line)
     }
 
     /// State of an output as it is seen from outside.
