@@ -54,6 +54,15 @@ pub struct Table {
     pub required: &'static [&'static str],
 }
 
+/// Key of an expectation of either kind.
+const NAME: Key = key(
+    "name",
+    KeyValue::Text,
+    "name of the test case; default: the condition",
+);
+/// Key of an expectation of either kind.
+const WHAT: Key = key("what", KeyValue::Condition, "a condition");
+
 /// The tables of a scenario; the first is the file itself.
 pub const TABLES: [Table; 5] = [
     Table {
@@ -134,12 +143,8 @@ pub const TABLES: [Table; 5] = [
     Table {
         name: "expect",
         keys: &[
-            key(
-                "name",
-                KeyValue::Text,
-                "name of the test case; default: the condition",
-            ),
-            key("what", KeyValue::Condition, "a condition"),
+            NAME,
+            WHAT,
             key(
                 "within",
                 KeyValue::Time,
@@ -161,12 +166,8 @@ pub const TABLES: [Table; 5] = [
     Table {
         name: "never",
         keys: &[
-            key(
-                "name",
-                KeyValue::Text,
-                "name of the test case; default: the condition",
-            ),
-            key("what", KeyValue::Condition, "a condition"),
+            NAME,
+            WHAT,
             key(
                 "after",
                 KeyValue::Condition,
