@@ -149,13 +149,11 @@ impl ConditionWatch {
     /// Whether it happens by this output.
     pub fn output(&mut self, output: &Output) -> bool {
         match (&self.condition, output) {
-            (
-                Condition::Printed {
-                    port: Some(expected),
-                    text,
-                },
-                Output::Send { port, bytes },
-            ) if expected == port => continues_to(&mut self.tail, bytes, text),
+            (Condition::Printed { port: expected, text }, Output::Send { port, bytes })
+                if *expected == Some(*port) =>
+            {
+                continues_to(&mut self.tail, bytes, text)
+            }
             (Condition::Printed { port: None, text }, Output::Pendant(shown)) => {
                 continues_to(&mut self.tail, shown.as_bytes(), text)
             }

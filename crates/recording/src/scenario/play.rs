@@ -141,10 +141,7 @@ impl Play {
         for expected in &mut state.expectations {
             expected.since = expected.after.is_none().then_some(now);
         }
-        for condition in state.conditions() {
-            // What is true already does not occur.
-            condition.settled(controller);
-        }
+        state.note_states(controller);
     }
 
     /// Another controller replaces the one whose time was `before`. States that are already true in it do not
@@ -154,10 +151,7 @@ impl Play {
         let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
         let jump = i64::try_from(jump).unwrap_or_default();
         state.time_offset = state.time_offset.saturating_add(jump);
-        for condition in state.conditions() {
-            // What is true already does not occur.
-            condition.settled(controller);
-        }
+        state.note_states(controller);
     }
 
     /// The outcome if the scenario ends now.
@@ -298,6 +292,13 @@ impl PlayState {
             std::iter::once(what).chain(after).chain(until)
         });
         steps.chain(expected)
+    }
+
+    /// What is true already does not occur.
+    fn note_states(&mut self, controller: &Controller) {
+        self.conditions().for_each(|condition| {
+            condition.settled(controller);
+        });
     }
 
     /// The steps that a condition triggers.

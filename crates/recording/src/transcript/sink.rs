@@ -67,39 +67,30 @@ impl Observer {
 
     /// The record of an output that a peer sees, or that explains what a peer sees (a fault).
     pub fn output(&mut self, output: &Output) -> Option<RecordKind> {
-        match output {
-            Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
-                line: PeerId::first(*port),
-                bytes: bytes.clone(),
-            }),
-            Output::Disconnect {
-                port,
-                how: DisconnectMode::Reset,
-            } => {
-                self.reset.insert(*port);
-                None
-            }
-            Output::Event(Event::Fault {
-                id,
-                kind,
-                port,
-                message,
-                fired: true,
-            }) => {
-                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
-                Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
-            }
-            Output::Send { .. }
-            | Output::Persist { .. }
-            | Output::Stored { .. }
-            | Output::Erased { .. }
-            | Output::PowerCycled
-            | Output::Disconnect { .. }
-            | Output::Stall { .. }
-            | Output::PowerOff
-            | Output::Pendant(_)
-            | Output::Event(_) => None,
+        if let Output::Send { port, bytes } = output {
+            let (line, bytes) = (PeerId::first(*port), bytes.clone());
+            return self
+                .connected
+                .contains(port)
+                .then_some(RecordKind::FromRobot { line, bytes });
         }
+        if let Output::Disconnect { port, how } = output
+            && *how == DisconnectMode::Reset
+        {
+            self.reset.insert(*port);
+        }
+        let Output::Event(Event::Fault {
+            id,
+            kind,
+            port,
+            message,
+            fired: true,
+        }) = output
+        else {
+            return None;
+        };
+        let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+        Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
     }
 }
 
