@@ -112,11 +112,7 @@ impl fmt::Display for PanelAction {
             PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
             PanelAction::Jog { axis, positive, mode } => {
                 let ([coordinates, rate], sign) = (mode.words(), word(SIGN, *positive));
-                let step = if mode.mode == JogMode::INCHING {
-                    " inching"
-                } else {
-                    ""
-                };
+                let step = word([" inching", ""], mode.mode == JogMode::INCHING);
                 write!(f, "jog {axis} {sign} {coordinates} {rate}{step}")
             }
             PanelAction::JogStop => f.write_str("jog stop"),

@@ -100,9 +100,9 @@ impl Endpoints {
                 .lines
                 .get(&port)
                 .and_then(|line| line.departed_peer.as_ref());
-            let there = match departed {
-                Some(departed) => departed.next_peer.as_deref(),
-                None => before.peer(robot_before, port),
+            let (there, host) = match departed {
+                Some(departed) => (departed.next_peer.as_deref(), None),
+                None => (before.peer(robot_before, port), before.sessions.get(&port)),
             };
             let knew = self.peer(robot, port).is_some();
             if knew {
@@ -121,12 +121,9 @@ impl Endpoints {
                         channel.disconnect_peer();
                     }
                     self.connected(robot, port, String::from(peer));
-                    if departed.is_none()
-                        && let (Some(session), Some(known)) =
-                            (self.sessions.get_mut(&port), before.sessions.get(&port))
-                    {
-                        session.framing = known.framing;
-                        session.never_told_of_stops = known.never_told_of_stops;
+                    if let (Some(session), Some(host)) = (self.sessions.get_mut(&port), host) {
+                        session.framing = host.framing;
+                        session.never_told_of_stops = host.never_told_of_stops;
                     }
                 }
                 None if knew => self.disconnected(robot, port),

@@ -89,8 +89,13 @@ fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
     let (verb, text) = what.split_once(' ').unwrap_or((what, ""));
     match (verb, text) {
         ("inject", text) => {
-            let input = Input::received(parse_scol_port(name)?, parse_bytes(text)?);
-            Ok(PlannedAction::Input(input))
+            let found = Port::from_word(name).filter(|port| port.is_scol_channel());
+            let port = found.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", name))?;
+            let bytes = escape::parse(text)?;
+            if bytes.is_empty() {
+                return Err(ScenarioActionError::Nothing("text, with control codes as <CR>"));
+            }
+            Ok(PlannedAction::Input(Input::received(port, bytes)))
         }
         ("drop", "") => {
             let found = Port::from_word(name).filter(|port| Port::ETHERNET.contains(port));
@@ -134,17 +139,4 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
         return Err(UnexpectedWord::new("the number of an alarm, for example 2-046", number).into());
     }
     Ok(found)
-}
-
-fn parse_bytes(text: &str) -> Result<Vec<u8>, ScenarioActionError> {
-    let bytes = escape::parse(text)?;
-    if bytes.is_empty() {
-        return Err(ScenarioActionError::Nothing("text, with control codes as <CR>"));
-    }
-    Ok(bytes)
-}
-
-fn parse_scol_port(word: &str) -> Result<Port, UnexpectedWord> {
-    let port = Port::from_word(word).filter(|port| port.is_scol_channel());
-    port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))
 }

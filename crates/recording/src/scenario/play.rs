@@ -169,7 +169,8 @@ impl Play {
                 verdict,
             }
         });
-        let steps = state.waiting_steps().map(|step| Entry {
+        let waiting = state.steps.iter().filter(|step| step.condition.is_some());
+        let steps = waiting.map(|step| Entry {
             name: step.name(),
             line: step.step.line,
             time: now.since(begun),
@@ -200,10 +201,8 @@ impl Play {
         let begun = state.started.unwrap_or(now);
         let expectations = state.expectations.iter();
         let expectations = expectations.map(|expected| expected.progress(begun, now));
-        let steps = state.waiting_steps().map(|step| step.progress(begun, now));
         let until = state.runaway.unwrap_or(now);
-        let timed = state.steps.iter().filter(|step| step.condition.is_none());
-        let timed = timed.map(|step| step.progress(begun, until));
+        let steps = state.steps.iter().map(|step| step.progress(begun, until));
         let runaway = state.runaway.map(|at| EntryProgress {
             name: "do".to_owned(),
             line: 0,
@@ -211,18 +210,13 @@ impl Play {
             time: Some(at.since(begun)),
             message: Some(runaway_words(at)),
         });
-        let entries = expectations.chain(steps).chain(timed).chain(runaway);
+        let entries = expectations.chain(steps).chain(runaway);
         ScenarioProgress::new(state.file.clone(), entries.collect())
     }
 }
 
 fn runaway_words(at: Time) -> String {
     format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly")
-}
-
-fn words_of(actions: &[ScenarioAction]) -> String {
-    let words: Vec<_> = actions.iter().map(|action| action.words.as_str()).collect();
-    words.join(", ")
 }
 
 impl ActionSource for Play {
@@ -301,11 +295,6 @@ impl PlayState {
         });
     }
 
-    /// The steps that a condition triggers.
-    fn waiting_steps(&self) -> impl Iterator<Item = &StepState> {
-        self.steps.iter().filter(|step| step.condition.is_some())
-    }
-
     /// Converts a time of the controller to scenario time.
     fn scenario_time(&self, theirs: Time) -> Time {
         Time::from_micros(theirs.as_micros().saturating_add_signed(self.time_offset))
@@ -379,12 +368,14 @@ impl StepState {
     /// At `now`, or at the time at which all steps were given up.
     fn progress(&self, begun: Time, now: Time) -> EntryProgress {
         let done = self.last_due.filter(|due| *due <= now);
+        let actions = self.step.actions.iter();
+        let words: Vec<&str> = actions.map(|action| action.words.as_str()).collect();
         EntryProgress {
             name: self.name(),
             line: self.step.line,
             state: done.map_or(EntryState::Waiting, |_| EntryState::Passed),
             time: done.map(|due| due.since(begun)),
-            message: Some(words_of(&self.step.actions)),
+            message: Some(words.join(", ")),
         }
     }
 }

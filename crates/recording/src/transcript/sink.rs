@@ -171,12 +171,9 @@ impl TranscriptSink {
         self.buffer.clone().unwrap_or_default()
     }
 
-    fn is_on(&self) -> bool {
-        self.recorder.is_on() || self.buffer.is_some()
-    }
-
-    fn record(&mut self, at: Time, kind: Option<RecordKind>) {
-        if let Some(kind) = kind {
+    fn record(&mut self, at: Time, observe: impl FnOnce(&mut Observer) -> Option<RecordKind>) {
+        let is_on = self.recorder.is_on() || self.buffer.is_some();
+        if is_on && let Some(kind) = observe(&mut self.observer) {
             let record = Record { at, kind };
             self.recorder.record(&record);
             if let Some(buffer) = &self.buffer {
@@ -188,17 +185,11 @@ impl TranscriptSink {
 
 impl Subscriber for TranscriptSink {
     fn input(&mut self, at: Time, input: &Input, by: Side) {
-        if self.is_on() {
-            let what = self.observer.input(input, by);
-            self.record(at, what);
-        }
+        self.record(at, |observer| observer.input(input, by));
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        if self.is_on() {
-            let what = self.observer.output(output);
-            self.record(at, what);
-        }
+        self.record(at, |observer| observer.output(output));
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -211,7 +202,7 @@ impl Subscriber for TranscriptSink {
                 reason: reason.to_owned(),
             },
         };
-        self.record(at, Some(RecordKind::Link(link)));
+        self.record(at, |_| Some(RecordKind::Link(link)));
     }
 
     fn flush(&mut self) {

@@ -52,6 +52,9 @@ const MICROSECONDS: u8 = 6;
 /// Longest piece of a serial line in one packet.
 const MAX_SERIAL: usize = 65_535;
 
+/// When a side of a connection sends.
+type Sent = (Duration, PeerId, Side);
+
 /// Writes a capture block by block.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CaptureWriter {
@@ -142,9 +145,9 @@ impl CaptureWriter {
             "" => line.to_string(),
             peer => format!("{line}: {peer}"),
         };
-        self.frame(at, line, Side::Host, SYN, &[], &comment, out);
-        self.frame(at, line, Side::Robot, SYN | ACK, &[], "", out);
-        self.frame(at, line, Side::Host, ACK, &[], "", out);
+        self.frame((at, line, Side::Host), SYN, &[], &comment, out);
+        self.frame((at, line, Side::Robot), SYN | ACK, &[], "", out);
+        self.frame((at, line, Side::Host), ACK, &[], "", out);
     }
 
     fn send(&mut self, at: Duration, line: PeerId, by: Side, bytes: &[u8], out: &mut Vec<u8>) {
@@ -157,7 +160,7 @@ impl CaptureWriter {
                     self.connect(at, line, "", out);
                 }
                 for segment in bytes.chunks(MSS) {
-                    self.frame(at, line, by, PSH | ACK, segment, "", out);
+                    self.frame((at, line, by), PSH | ACK, segment, "", out);
                 }
                 return;
             }
@@ -173,29 +176,20 @@ impl CaptureWriter {
         }
         match how {
             EndReason::Closed => {
-                self.frame(at, line, by, FIN | ACK, &[], "", out);
-                self.frame(at, line, by.other(), ACK, &[], "", out);
+                self.frame((at, line, by), FIN | ACK, &[], "", out);
+                self.frame((at, line, by.other()), ACK, &[], "", out);
             }
             EndReason::Reset | EndReason::Refused => {
                 let is_refused = how == EndReason::Refused;
                 let comment = if is_refused { "not reached" } else { "" };
-                self.frame(at, line, by, RST | ACK, &[], comment, out);
+                self.frame((at, line, by), RST | ACK, &[], comment, out);
                 self.flows.remove(&line);
             }
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "all that a frame is made of")]
-    fn frame(
-        &mut self,
-        at: Duration,
-        line: PeerId,
-        by: Side,
-        flags: u8,
-        data: &[u8],
-        comment: &str,
-        out: &mut Vec<u8>,
-    ) {
+    fn frame(&mut self, sent: Sent, flags: u8, data: &[u8], comment: &str, out: &mut Vec<u8>) {
+        let (at, line, by) = sent;
         let Some(flow) = self.flows.get_mut(&line) else {
             return;
         };
