@@ -232,8 +232,8 @@ impl Cell {
         self.wired_inputs.insert(line);
     }
 
-    /// The input; nothing but time where it would drive the end of a wire.
-    fn beside_wires(&self, input: Input) -> Input {
+    /// The input; nothing but time where it would drive the end of a wire and is not of the wire.
+    fn beside_wires(&self, input: Input, by: Side) -> Input {
         if let Input::Panel(PanelAction::InputLine { line, .. })
         | Input::Action(
             Action::Panel(PanelAction::InputLine { line, .. })
@@ -243,6 +243,7 @@ impl Cell {
                 ..
             },
         ) = &input
+            && by == Side::Host
             && self.wired_inputs.contains(line)
         {
             return Input::Tick;
@@ -288,11 +289,7 @@ impl Cell {
     ) -> Result<Accepted, ActionError> {
         let mut fed = Ok(Accepted::Pending);
         let mut resumed = None;
-        let input = match by {
-            Side::Host => self.beside_wires(input),
-            Side::Robot => input,
-        };
-        match (input, self.waiting.take()) {
+        match (self.beside_wires(input, by), self.waiting.take()) {
             (Input::Persisted(answer), Some(mut step)) => {
                 self.answer(&mut step, answer);
                 resumed = Some(step);
@@ -359,7 +356,8 @@ impl Cell {
                 // The refusal of a planned action is an event; no caller waits for its result.
                 PlannedAction::Input(input) => {
                     let by = self.inputs.front().map_or(Side::Robot, |(_, by, _)| *by);
-                    return Some((at, self.beside_wires(input), by, Source::Due));
+                    let input = self.beside_wires(input, Side::Host);
+                    return Some((at, input, by, Source::Due));
                 }
                 PlannedAction::Drop(port) => self.drop_peer(at, port, effects),
             }
