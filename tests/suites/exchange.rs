@@ -3,7 +3,7 @@
 //!
 //! Short conversations are transcripts in `fixtures/transcripts`; the rules are in docs/reference/protocol/exchanges.md.
 
-use ts3100_controller::{Config, Dialect, Port};
+use ts3100_controller::{Config, Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};
 
 const DATA: usize = 253;
@@ -386,6 +386,61 @@ fn a_host_that_never_pauses_is_told_of_a_stop_within_200_ms() {
         robot.received(Port::Ip0),
         [frame(b"SP\r"), frame(b"OK\r"), frame(b"OK\r")].concat()
     );
+}
+
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn an_sp_that_a_download_or_a_text_has_held_back_keeps_its_distance_to_the_ok() {
+    for (begin, end) in [
+        (
+            b"\x02DL,LONG\r\x03".as_slice(),
+            b"\x02FL,PROGRAM LONG\rEND\r\x1A\x03".as_slice(),
+        ),
+        (b"\x02EC,OV", b"RD 50\r\x03"),
+    ] {
+        let mut robot = Robot::ready("PROGRAM E\nDELAY 0.1\nEND\n");
+        robot.raw(Port::Ip0, begin);
+        robot.panel(PanelAction::Start);
+        robot.advance_ms(500);
+        robot.received(Port::Ip0);
+        robot.raw(Port::Ip0, end);
+        assert_eq!(
+            robot.received(Port::Ip0),
+            frame(b"OK\r"),
+            "{}",
+            end.escape_ascii()
+        );
+        // A host that does not pause now postpones it no further.
+        robot.advance_ms(30);
+        assert_eq!(robot.ask(Port::Ip0, "EC,OVRD 60"), b"OK\r");
+        robot.advance_ms(19);
+        assert_eq!(robot.received(Port::Ip0), b"");
+        robot.advance_ms(1);
+        assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    }
+}
+
+// clause: CMD-SP-07 SER-02
+#[test]
+fn a_host_that_sends_whenever_its_line_is_free_is_told_of_a_stop() {
+    let mut robot = Robot::with(Config::new(Dialect::Field));
+    robot.connect(Port::Host);
+    robot.load("E", "PROGRAM E\nDELAY 0.1\nEND\n");
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
+    robot.raw(Port::Host, b"\x02EC,OVRD 50\r\x03");
+    for ms in 0..400 {
+        let bytes = robot.received(Port::Host);
+        if bytes.windows(2).any(|letters| letters == b"SP") {
+            assert!(ms >= 100, "{ms} ms");
+            return;
+        }
+        if bytes.ends_with(b"\x03") {
+            robot.raw(Port::Host, b"\x02EC,OVRD 50\r\x03");
+        }
+        robot.advance_ms(1);
+    }
+    panic!("no SP within 300 ms of the stop");
 }
 
 // clause: CMD-SP-07 CMD-SP-10

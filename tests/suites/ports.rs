@@ -445,3 +445,24 @@ fn ip3_keeps_silent() {
     assert_eq!(word(&robot.total(Port::Ip0), 4), 0xFFFF);
     assert!(page(&robot, 3)[3].ends_with("ESTABLISHED"));
 }
+
+#[test]
+fn a_peer_that_has_left_is_not_there_after_a_snapshot_is_restored() {
+    for port in [Port::Host, Port::Com1] {
+        let mut robot = Robot::with(Config::new(Dialect::Field));
+        robot.connect(port);
+        let snapshot = robot.cell.controller.clone();
+        robot.raw(port, b"1,2,3,4\r");
+        robot.disconnect(port);
+        let mut next = snapshot.clone();
+        next.adopt_peers(&robot.cell.controller);
+        assert_eq!(next.peer(port), None, "bytes of it were on the line");
+        robot.feed(Input::Connected {
+            port,
+            peer: "next".to_owned(),
+        });
+        let mut next = snapshot;
+        next.adopt_peers(&robot.cell.controller);
+        assert_eq!(next.peer(port), Some("next"));
+    }
+}

@@ -355,3 +355,24 @@ fn a_new_peer_is_told_of_stops_again() {
     robot.advance_ms(200);
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
 }
+
+// clause: CMD-SP-05
+#[test]
+fn a_host_that_stays_when_a_snapshot_is_restored_is_told_of_stops_as_before() {
+    for (rule, expected) in [
+        (UnsolicitedSp::Auto, b"".as_slice()),
+        (UnsolicitedSp::Always, b"SP\r\x03"),
+    ] {
+        let mut robot = with_options(|options| options.unsolicited_sp = rule);
+        robot.load("TEST", "PROGRAM T\nDELAY 0.1\nEND\n");
+        robot.command(Port::Ip0, "SO");
+        let mut next = robot.cell.controller.clone();
+        robot.raw(Port::Ip0, b"SU\r\x03OK\r\x03");
+        robot.received(Port::Ip0);
+        next.adopt_peers(&robot.cell.controller);
+        robot.cell.controller = next;
+        robot.panel(PanelAction::Start);
+        robot.advance_ms(200);
+        assert_eq!(robot.received(Port::Ip0), expected, "{rule:?}");
+    }
+}

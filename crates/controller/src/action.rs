@@ -120,14 +120,8 @@ pub enum Accepted {
 impl Action {
     /// Whether it has no effect while the power is off: what acts from outside works without.
     pub(crate) fn needs_power(&self) -> bool {
-        match self {
-            Action::PowerOff
-            | Action::PowerOn
-            | Action::Force { .. }
-            | Action::Release { .. }
-            | Action::Fault(_) => false,
-            Action::Pulse { side, .. } => *side == IoKind::Output,
-            Action::Panel(panel) => matches!(
+        if let Action::Panel(panel) = self {
+            return matches!(
                 panel,
                 PanelAction::Servo(_)
                     | PanelAction::Start
@@ -137,18 +131,19 @@ impl Action {
                     | PanelAction::Jog { .. }
                     | PanelAction::Keys(_)
                     | PanelAction::ControlRight(_)
-            ),
-            Action::FeedHold(_)
-            | Action::RaiseAlarm { .. }
-            | Action::SetOutput { .. }
-            | Action::SetVariable { .. }
-            | Action::Teach { .. }
-            | Action::PutFile { .. }
-            | Action::EraseFile { .. }
-            | Action::Select { .. }
-            | Action::Breakpoints(_)
-            | Action::Step
-            | Action::RunTo(_) => true,
+            );
         }
+        !matches!(
+            self,
+            Action::PowerOff
+                | Action::PowerOn
+                | Action::Pulse {
+                    side: IoKind::Input,
+                    ..
+                }
+                | Action::Force { .. }
+                | Action::Release { .. }
+                | Action::Fault(_)
+        )
     }
 }

@@ -112,11 +112,7 @@ impl fmt::Display for PanelAction {
             PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
             PanelAction::Jog { axis, positive, mode } => {
                 let ([coordinates, rate], sign) = (mode.words(), word(SIGN, *positive));
-                let step = if mode.mode == JogMode::INCHING {
-                    " inching"
-                } else {
-                    ""
-                };
+                let step = word([" inching", ""], mode.mode == JogMode::INCHING);
                 write!(f, "jog {axis} {sign} {coordinates} {rate}{step}")
             }
             PanelAction::JogStop => f.write_str("jog stop"),
@@ -153,7 +149,8 @@ impl fmt::Display for Action {
                 on,
                 length,
             } => {
-                let micros = length.as_micros();
+                // Up, as the end of a pulse is.
+                let micros = length.as_nanos().div_ceil(1_000);
                 write!(f, "{} {line} pulse {} {micros} us", side.word(), on.word())
             }
             Action::SetOutput { line, on } => write!(f, "output {line} {}", on.word()),
@@ -559,6 +556,22 @@ mod tests {
         }
         let pulse: Action = "input 5 pulse on 0.2s".parse().unwrap();
         assert_eq!("input 5 pulse on 200 ms".parse(), Ok(pulse));
+    }
+
+    #[test]
+    fn a_pulse_is_as_long_when_it_is_read_back() {
+        let length = Duration::from_nanos(1_001);
+        let pulse = Action::Pulse {
+            side: IoKind::Input,
+            line: 5,
+            on: true,
+            length,
+        };
+        let ends = |length| crate::Time::ZERO + length;
+        let Ok(Action::Pulse { length: read, .. }) = pulse.to_string().parse() else {
+            panic!("{pulse}");
+        };
+        assert_eq!(ends(read), ends(length));
     }
 
     #[test]

@@ -65,9 +65,13 @@ impl CommandCoverage {
             return;
         };
         if let Some(cell) = PermissionCell::new(*port, row, *mode, *verdict) {
-            let count = self.reached.entry(cell).or_default();
-            *count = count.saturating_add(1);
+            self.reach(cell, 1);
         }
+    }
+
+    fn reach(&mut self, cell: PermissionCell, times: u64) {
+        let count = self.reached.entry(cell).or_default();
+        *count = count.saturating_add(times);
     }
 
     /// How often a cell was reached.
@@ -91,8 +95,7 @@ impl CommandCoverage {
     /// Adds what another run has reached.
     pub fn add(&mut self, other: CommandCoverage) {
         for (cell, count) in other.reached {
-            let sum = self.reached.entry(cell).or_default();
-            *sum = sum.saturating_add(count);
+            self.reach(cell, count);
         }
         self.ports.extend(other.ports);
     }

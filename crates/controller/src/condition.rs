@@ -149,13 +149,11 @@ impl ConditionWatch {
     /// Whether it happens by this output.
     pub fn output(&mut self, output: &Output) -> bool {
         match (&self.condition, output) {
-            (
-                Condition::Printed {
-                    port: Some(expected),
-                    text,
-                },
-                Output::Send { port, bytes },
-            ) if expected == port => continues_to(&mut self.tail, bytes, text),
+            (Condition::Printed { port: expected, text }, Output::Send { port, bytes })
+                if *expected == Some(*port) =>
+            {
+                continues_to(&mut self.tail, bytes, text)
+            }
             (Condition::Printed { port: None, text }, Output::Pendant(shown)) => {
                 continues_to(&mut self.tail, shown.as_bytes(), text)
             }
@@ -209,6 +207,7 @@ fn continues_to(tail: &mut Vec<u8>, bytes: &[u8], text: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::action::Action;
     use crate::time::Time;
     use crate::{CONDITION_FORMS, Config, Dialect, PanelAction};
     use bytes::Bytes;
@@ -245,6 +244,22 @@ mod tests {
         assert_eq!(line(true), (false, Some(true)));
         assert_eq!(line(false), (false, Some(false)));
         assert_eq!(line(true), (true, Some(true)));
+    }
+
+    #[test]
+    fn power_off_resets_the_alarms() {
+        let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        let mut happens = |words: &str| {
+            let action: Action = words.parse().unwrap();
+            let mut watch = ConditionWatch::new(Condition::AlarmsReset);
+            let outputs = controller.feed(Time::ZERO, Input::Action(action));
+            outputs.iter().any(|output| watch.output(output))
+        };
+        assert!(!happens("power cycle"), "there was none");
+        for off in ["power cycle", "power off"] {
+            assert!(!happens("alarms raise 1-102"));
+            assert!(happens(off), "{off}");
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use core::str::FromStr;
 use ts3100_proto::error_text;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
+use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
 
 /// A form of a condition, as the page of conditions lists it.
 #[derive(Debug, Clone, Copy)]
@@ -135,10 +135,8 @@ impl FromStr for Condition {
         let forms = CONDITION_FORMS.iter().filter(|row| first(row) == name);
         let forms: Vec<String> = forms.map(|row| format!("`{}`", row.form)).collect();
         if forms.is_empty() {
-            let hint = match did_you_mean(name, CONDITION_FORMS.iter().map(first)) {
-                hint if hint.is_empty() => "; docs/reference/conditions.md lists every condition".to_string(),
-                hint => hint,
-            };
+            let page = "; docs/reference/conditions.md lists every condition";
+            let hint = did_you_mean_or(name, CONDITION_FORMS.iter().map(first), page);
             let words = words.to_string();
             return Err(ConditionParseError::Unknown { words, hint });
         }

@@ -92,10 +92,18 @@ impl Endpoints {
     }
 
     /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
-    /// own peers is gone as with a cable that was cut, and those that are there now are met as new ones.
+    /// own peers is gone as with a cable that was cut, and those that are there now are met as new ones. Only what kind
+    /// of host one is stays known.
     pub(crate) fn adopt_peers(&mut self, robot: &mut Robot, before: &Endpoints, robot_before: &Robot) {
         for port in Port::ALL {
-            let there = before.peer(robot_before, port);
+            let departed = before
+                .lines
+                .get(&port)
+                .and_then(|line| line.departed_peer.as_ref());
+            let (there, host) = match departed {
+                Some(departed) => (departed.next_peer.as_deref(), None),
+                None => (before.peer(robot_before, port), before.sessions.get(&port)),
+            };
             let knew = self.peer(robot, port).is_some();
             if knew {
                 robot.arm.stop_jog_from(port, robot.now);
@@ -113,6 +121,10 @@ impl Endpoints {
                         channel.disconnect_peer();
                     }
                     self.connected(robot, port, String::from(peer));
+                    if let (Some(session), Some(host)) = (self.sessions.get_mut(&port), host) {
+                        session.framing = host.framing;
+                        session.never_told_of_stops = host.never_told_of_stops;
+                    }
                 }
                 None if knew => self.disconnected(robot, port),
                 None => {}

@@ -320,23 +320,17 @@ impl Panel {
 
     /// The emergency stop button; true if it is pressed newly and the power is on.
     pub(crate) fn set_emergency_stop(&mut self, pressed: bool) -> bool {
-        let newly = self.state.powered && pressed && !self.state.emergency_stop;
-        self.state.emergency_stop = pressed;
-        newly
+        comes_on(&mut self.state.emergency_stop, pressed) && self.state.powered
     }
 
     /// The safety switch; true if it is open newly and the power is on.
     pub(crate) fn set_safety_open(&mut self, open: bool) -> bool {
-        let newly = self.state.powered && open && !self.state.safety_open;
-        self.state.safety_open = open;
-        newly
+        comes_on(&mut self.state.safety_open, open) && self.state.powered
     }
 
     /// The battery of the RAM drive; true if it is low newly and the power is on.
     pub(crate) fn set_battery_low(&mut self, low: bool) -> bool {
-        let newly = self.state.powered && low && !self.state.battery_low;
-        self.state.battery_low = low;
-        newly
+        comes_on(&mut self.state.battery_low, low) && self.state.powered
     }
 
     pub(crate) fn set_key(&mut self, key: KeySwitch) {
@@ -425,6 +419,11 @@ impl Panel {
             self.state.run_total += now.since(since);
         }
     }
+}
+
+/// Sets a switch; true if it was off and is on now.
+fn comes_on(switch: &mut bool, on: bool) -> bool {
+    !core::mem::replace(switch, on) && on
 }
 
 fn minutes(duration: Duration) -> u32 {

@@ -4,10 +4,11 @@
 //! The daemon, `ts3100 run`, `diff`, tests and fuzzers use the same [`Cell`]. Start with [`Cell::feed`].
 
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
+use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
-    Accepted, ActionError, Bytes, Controller, Event, Input, Output, PersistError, Port, Time,
+    Accepted, ActionError, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time,
 };
 use ts3100_proto::calendar::CalendarTime;
 
@@ -158,6 +159,8 @@ pub struct Cell {
     timed_findings: bool,
     /// Statements are of interest to all subscribers.
     statements_awaited: bool,
+    /// Digital inputs at which wires end: nothing else drives them.
+    wired_inputs: BTreeSet<u16>,
     /// What has not been handled yet, and the side that caused it.
     inputs: VecDeque<(Input, Side, Source)>,
     /// The step that waits until something is stored; every input waits for it.
@@ -193,6 +196,7 @@ impl Cell {
             audience: Audience::default(),
             timed_findings: true,
             statements_awaited: false,
+            wired_inputs: BTreeSet::new(),
             inputs: VecDeque::new(),
             waiting: None,
         }
@@ -221,6 +225,30 @@ impl Cell {
         let mut subscribers = self.audience.subscribers.iter();
         let traced = on || subscribers.any(|subscriber| subscriber.wants_statements());
         self.controller.trace(traced);
+    }
+
+    /// A wire drives this digital input from now on, by inputs of [`Side::Robot`]; what else drives it has no effect.
+    pub(crate) fn join_wire(&mut self, line: u16) {
+        self.wired_inputs.insert(line);
+    }
+
+    /// The input; nothing but time where it would drive the end of a wire and is not of the wire.
+    fn beside_wires(&self, input: Input, by: Side) -> Input {
+        if let Input::Panel(PanelAction::InputLine { line, .. })
+        | Input::Action(
+            Action::Panel(PanelAction::InputLine { line, .. })
+            | Action::Pulse {
+                side: IoKind::Input,
+                line,
+                ..
+            },
+        ) = &input
+            && by == Side::Host
+            && self.wired_inputs.contains(line)
+        {
+            return Input::Tick;
+        }
+        input
     }
 
     /// When the controller or a planned input has something due.
@@ -261,7 +289,7 @@ impl Cell {
     ) -> Result<Accepted, ActionError> {
         let mut fed = Ok(Accepted::Pending);
         let mut resumed = None;
-        match (input, self.waiting.take()) {
+        match (self.beside_wires(input, by), self.waiting.take()) {
             (Input::Persisted(answer), Some(mut step)) => {
                 self.answer(&mut step, answer);
                 resumed = Some(step);
@@ -328,6 +356,7 @@ impl Cell {
                 // The refusal of a planned action is an event; no caller waits for its result.
                 PlannedAction::Input(input) => {
                     let by = self.inputs.front().map_or(Side::Robot, |(_, by, _)| *by);
+                    let input = self.beside_wires(input, Side::Host);
                     return Some((at, input, by, Source::Due));
                 }
                 PlannedAction::Drop(port) => self.drop_peer(at, port, effects),

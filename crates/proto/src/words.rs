@@ -96,6 +96,16 @@ pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -
     }
 }
 
+/// The same; something else that helps if none is near.
+pub fn did_you_mean_or<'a>(
+    found: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    otherwise: impl Into<String>,
+) -> String {
+    let hint = did_you_mean(found, known);
+    if hint.is_empty() { otherwise.into() } else { hint }
+}
+
 /// The known words that were probably meant, the nearest first, at most three: those with one letter in three wrong at
 /// most, and those that begin with the whole word.
 pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {

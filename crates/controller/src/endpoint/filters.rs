@@ -93,16 +93,14 @@ impl Endpoints {
             block,
             ..FaultSite::new(InjectionPoint::Command, port, Bytes::new())
         };
-        match self.apply_fault(robot, &site) {
-            Effect::Lost => return false,
-            Effect::Refused(reason) if block > 0 => self.refuse_block(robot, port, data, &reason),
-            Effect::Refused(reason) => self.refuse_text(robot, port, command, &reason),
-            Effect::Unchanged
-            | Effect::ReplaceOutput(_)
-            | Effect::ReplaceInput(_)
-            | Effect::ParityError(_) => return true,
+        let effect = self.apply_fault(robot, &site);
+        if let Effect::Refused(reason) = &effect {
+            match block {
+                0 => self.refuse_text(robot, port, command, reason),
+                _ => self.refuse_block(robot, port, data, reason),
+            }
         }
-        false
+        !matches!(effect, Effect::Lost | Effect::Refused(_))
     }
 
     /// Where a file that is about to be sent is cut into texts.

@@ -40,7 +40,7 @@ impl Endpoints {
         session.sent_at = Some(sent);
         session.history.unsolicited_sp_sent = data == STOP;
         if Reply::acknowledges(data) {
-            session.replied_at = Some(sent);
+            session.replied(sent);
         }
     }
 

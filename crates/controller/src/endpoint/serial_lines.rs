@@ -6,7 +6,7 @@
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
 use crate::endpoint::serial_line::uart::{Character, CharacterError};
-use crate::endpoint::serial_line::{HostEnd, SerialLine, describe};
+use crate::endpoint::serial_line::{DepartedPeer, HostEnd, SerialLine, describe};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
@@ -92,7 +92,7 @@ impl Endpoints {
     pub(crate) fn serve_lines(&mut self, robot: &mut Robot) {
         self.receive_from_lines(robot);
         let now = robot.now;
-        for port in [Port::Host, Port::Com1] {
+        for port in Port::SERIAL {
             if let Some((own, line)) = self.line(robot, port)
                 && line.outbound.is_busy()
             {
@@ -106,23 +106,20 @@ impl Endpoints {
     /// What has passed by now from the hosts.
     pub(crate) fn receive_from_lines(&mut self, robot: &mut Robot) {
         let now = robot.now;
-        for port in [Port::Host, Port::Com1] {
+        for port in Port::SERIAL {
             let Some((own, line)) = self.line(robot, port) else {
                 continue;
             };
-            let Some(leaving) = &mut line.departed_peer else {
-                if !line.inbound.is_busy() {
-                    continue;
-                }
-                let arrivals = line.inbound.take(now, own);
-                self.received_characters(robot, port, arrivals);
-                continue;
-            };
             let before = line.inbound.queued();
-            let arrivals = line.inbound.take_first(leaving.bytes_left, now, own);
-            leaving.bytes_left -= before - line.inbound.queued();
-            // Purged bytes never pass.
-            let gone = leaving.bytes_left == 0 || line.inbound.queued() == 0;
+            let leaving = line.departed_peer.as_mut();
+            let (arrivals, gone) = if let Some(DepartedPeer { bytes_left, .. }) = leaving {
+                let arrivals = line.inbound.take_first(*bytes_left, now, own);
+                *bytes_left -= before - line.inbound.queued();
+                // Purged bytes never pass.
+                (arrivals, *bytes_left == 0 || line.inbound.queued() == 0)
+            } else {
+                (line.inbound.take(now, own), false)
+            };
             self.received_characters(robot, port, arrivals);
             // A change that its last text has asked for comes first.
             if gone && !robot.persistence.is_pending() {

@@ -61,7 +61,7 @@ pub struct Session {
     pub replied_at: Option<Time>,
     /// An unsolicited SP waits for the open exchange to end.
     pub waiting_sp: bool,
-    /// Before this time it does not come.
+    /// Before this time it does not come. Later than `sp_by` only after [`Session::replied`].
     pub sp_after: Time,
     /// From this time on no pause of the host is waited for any more.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -137,8 +137,17 @@ impl Session {
     /// never pauses gets it at `sp_by`.
     pub fn sp_due(&self) -> Option<Time> {
         let pause = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
-        let due = pause.max(self.sp_after).min(self.sp_by);
+        let due = pause.min(self.sp_by).max(self.sp_after);
         (self.waiting_sp && !self.awaits_host()).then_some(due)
+    }
+
+    /// OK or NG leaves. If it ends what has held back an SP until after `sp_by`, the SP keeps its pause all the same, but
+    /// once: a host that never pauses gets it after the next OK.
+    pub fn replied(&mut self, at: Time) {
+        self.replied_at = Some(at);
+        if self.waiting_sp && (self.sp_after..=at).contains(&self.sp_by) && !self.awaits_host() {
+            self.sp_after = at + HOST_DELAY;
+        }
     }
 
     /// Whether a waiting SP goes between two texts that the host has sent in one go: it waits for no answer, so there

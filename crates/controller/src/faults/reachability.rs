@@ -150,7 +150,8 @@ impl Fault {
         self.points().any(|point| point.can_match(&self.filter))
     }
 
-    pub(super) fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
+    /// The filters that are set, with their keys.
+    pub fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
         let filter = &self.filter;
         let pairs = [
             ("command", filter.command.clone()),

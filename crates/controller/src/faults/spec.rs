@@ -14,7 +14,7 @@ use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::COMMANDS;
 use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
-use ts3100_proto::words::{did_you_mean, split_duration};
+use ts3100_proto::words::{did_you_mean_or, split_duration};
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
@@ -173,7 +173,7 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
     let kind = kind.ok_or_else(|| {
         let list = "; `ts3100 faults list` shows the kinds".to_string();
-        let hint = hint(name, KINDS.iter().map(|kind| kind.name), list);
+        let hint = did_you_mean_or(name, KINDS.iter().map(|kind| kind.name), list);
         let found = name.to_string();
         FaultError::UnknownKind { found, hint }
     })?;
@@ -201,14 +201,6 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
     fault.check_channel()?;
     (kind.validate)(&fault.filter, &fault.values)?;
     Ok(fault)
-}
-
-/// The words that may be meant, or else something that helps: the end of a message.
-fn hint<'a>(found: &str, known: impl IntoIterator<Item = &'a str>, otherwise: String) -> String {
-    match did_you_mean(found, known) {
-        hint if hint.is_empty() => otherwise,
-        hint => hint,
-    }
 }
 
 impl FaultKind {
@@ -264,7 +256,7 @@ impl Fault {
                     return Err(FaultError::UnknownKey {
                         kind: kind.name,
                         key: key.to_string(),
-                        hint: hint(key, kind.keys(), list),
+                        hint: did_you_mean_or(key, kind.keys(), list),
                     });
                 };
                 let wrong = || kind.invalid_value(key, value_type.description(), value);

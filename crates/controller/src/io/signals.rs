@@ -65,6 +65,14 @@ fn switch<T>(lines: &mut BTreeSet<u16>, changes: &mut BTreeMap<u16, T>, line: u1
     true
 }
 
+/// Removes and returns the changes that are due.
+fn take_due<T: Copy>(changes: &mut BTreeMap<u16, T>, is_due: impl Fn(&T) -> bool) -> Vec<(u16, T)> {
+    let due = changes.iter().filter(|(_, change)| is_due(change));
+    let due: Vec<(u16, T)> = due.map(|(line, change)| (*line, *change)).collect();
+    changes.retain(|_, change| !is_due(change));
+    due
+}
+
 fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
     let mut words = [0u16; WORDS];
     let on = Signals::numbers().enumerate().filter(|(_, line)| is_on(*line));
@@ -115,15 +123,8 @@ impl Signals {
 
     /// Removes and returns the scheduled changes that are due: line and state.
     pub fn take_due_inputs(&mut self, now: Time) -> Vec<(u16, bool)> {
-        let mut due = Vec::new();
-        self.scheduled_inputs.retain(|line, (at, on)| {
-            let pending = *at > now;
-            if !pending {
-                due.push((*line, *on));
-            }
-            pending
-        });
-        due
+        let due = take_due(&mut self.scheduled_inputs, |(at, _)| *at <= now);
+        due.into_iter().map(|(line, (_, on))| (line, on)).collect()
     }
 
     /// Forces a line to a state, or releases it (`None`); false if the line does not exist.
@@ -149,7 +150,12 @@ impl Signals {
     /// State of an input as the controller reads it.
     pub fn input(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Input, line);
-        forced.unwrap_or_else(|| self.inputs.contains(&line))
+        forced.unwrap_or_else(|| self.driven_input(line))
+    }
+
+    /// The state to which an input is driven from outside, forced or not.
+    pub fn driven_input(&self, line: u16) -> bool {
+        self.inputs.contains(&line)
     }
 
     /// State of an output as it is seen from outside.
@@ -183,14 +189,9 @@ impl Signals {
 
     /// Turns off the outputs whose pulse has ended.
     pub fn end_due_pulses(&mut self, now: Time) {
-        let outputs = &mut self.outputs;
-        self.pulses.retain(|line, until| {
-            let lasts = *until > now;
-            if !lasts {
-                outputs.remove(line);
-            }
-            lasts
-        });
+        for (line, _) in take_due(&mut self.pulses, |until| *until <= now) {
+            self.outputs.remove(&line);
+        }
     }
 
     /// Every line that a snapshot holds, with the name of its field. A pulse of an output that is off is

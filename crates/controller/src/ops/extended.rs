@@ -75,16 +75,14 @@ impl Robot {
         let pose = self.arm.pose(self.now, self.executor.memory().conditions());
         let digits = pose.configuration;
         let config = Configuration { digits }.number_on(self.arm.kind());
-        let (values, config) = match query {
-            PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (pose.joints.to_vec(), None),
-            PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
-                (coordinates(&pose, &pose.world), Some(config))
+        let place = match query {
+            PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => {
+                return position(pose.joints.into_iter(), None);
             }
-            PositionQuery::CommandWork | PositionQuery::FeedbackWork => {
-                (coordinates(&pose, &pose.work), Some(config))
-            }
+            PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => &pose.world,
+            PositionQuery::CommandWork | PositionQuery::FeedbackWork => &pose.work,
         };
-        position(values.into_iter(), config)
+        position(coordinates(&pose, place).into_iter(), Some(config))
     }
 
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.

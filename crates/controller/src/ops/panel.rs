@@ -9,7 +9,7 @@ use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::io::channels::Channels;
-use crate::output::Output;
+use crate::output::{Event, Output};
 use crate::panel::KeySwitch;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -176,7 +176,9 @@ impl Robot {
         self.panel.power_off(self.now);
         self.arm.power_off(self.now);
         self.signals.clear_outputs();
-        self.alarms.reset(|_| false);
+        if self.alarms.reset(|_| false) {
+            self.outputs.event(Event::AlarmsReset);
+        }
         self.channels = Channels::default();
         self.executor.power_off(self.now);
     }

@@ -99,12 +99,8 @@ pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckRes
     check_channels(robot)?;
     let network = *robot.parameters.network();
     let asked = NetworkConfig::new(robot.parameters.ethernet());
-    check(
-        network == asked,
-        "network",
-        "the channels of `ethernet`",
-        "others",
-    )?;
+    let expected = "the channels of `ethernet`";
+    check(network == asked, "network", expected, "others")?;
     check_endpoints(endpoints, &robot.config)?;
     robot.arm.validate(robot.now)?;
     if let Some(Guide::Host(port)) = robot.arm.guide() {

@@ -21,7 +21,6 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::coop::unconstrained;
 use tokio::task::yield_now;
 use tracing::{Instrument as _, Span, debug, warn};
-use ts3100_controller::action::IoKind;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::{Controller, Time};
 
@@ -139,6 +138,13 @@ impl Wired {
     pub fn new(mut robots: Vec<(Box<Driver>, Span)>, wires: Vec<Wire>) -> (Wired, WireHandle) {
         for (driver, _) in &mut robots {
             driver.edge.shares_time = true;
+        }
+        for wire in &wires {
+            if let WireEnd::Line { robot, line } = &wire.to
+                && let Some((driver, _)) = robots.get_mut(*robot)
+            {
+                driver.cell.join_wire(*line);
+            }
         }
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
         let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
@@ -470,9 +476,8 @@ impl Wired {
         match &wire.to {
             WireEnd::Line { robot, line } => {
                 let signals = self.robots.get(*robot)?.0.cell.controller.signals();
-                // A forced input shows what it is forced to, until it is released.
-                let follows = signals.forced(IoKind::Input, *line).is_some() || signals.input(*line) == on;
-                (!follows).then_some((Some((*robot, *line)), on))
+                // A forced input shows what it is forced to, and the wire as soon as it is released.
+                (signals.driven_input(*line) != on).then_some((Some((*robot, *line)), on))
             }
             WireEnd::Outside(name) => {
                 self.outside.insert(name.clone(), on);

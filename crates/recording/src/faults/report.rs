@@ -65,14 +65,8 @@ impl FaultLog {
 /// Describes what triggers a fault.
 fn trigger_description(fault: &Fault) -> String {
     let mut words = points(fault.kind).join(", or ");
-    if let Some(command) = &fault.filter.command {
-        let _ = write!(words, "; command {command}");
-    }
-    if let Some(channel) = fault.filter.channel {
-        let _ = write!(words, "; channel {channel}");
-    }
-    if let Some(block) = fault.filter.block {
-        let _ = write!(words, "; block {block}");
+    for (key, value) in fault.active_filters() {
+        let _ = write!(words, "; {key} {value}");
     }
     words
 }
@@ -162,13 +156,8 @@ pub fn log_summary(faults: &Faults) {
         let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
         let line = report.summary();
         if fired == 0 {
-            warn!(
-                event = "fault-never-fired",
-                id,
-                kind,
-                seen = report.seen,
-                "{line}"
-            );
+            let seen = report.seen;
+            warn!(event = "fault-never-fired", id, kind, seen, "{line}");
         } else {
             info!(event = "fault-report", id, kind, fired, "{line}");
         }

@@ -132,15 +132,12 @@ impl CoverageReport {
 /// Where a cell stands in the order of the tables; cells nobody knows stand behind, by their names.
 fn table_position(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
     let known = |found: Option<usize>| found.unwrap_or(usize::MAX);
+    let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
+    let row = rows.position(|row| *row == cell.command);
     let port = Port::ALL.iter().position(|port| port.name() == cell.port);
-    let row = ROWS
-        .iter()
-        .chain(&EXTENSION_ROWS)
-        .position(|row| *row == cell.command);
     let mode = MasterMode::ALL.iter().position(|mode| mode.as_str() == cell.mode);
-    let verdict = Verdict::ALL
-        .iter()
-        .position(|verdict| verdict.as_str() == cell.outcome);
+    let mut verdicts = Verdict::ALL.iter();
+    let verdict = verdicts.position(|verdict| verdict.as_str() == cell.outcome);
     let names = [&cell.port, &cell.command, &cell.mode, &cell.outcome].map(Clone::clone);
     (known(port), known(row), known(mode), known(verdict), names)
 }

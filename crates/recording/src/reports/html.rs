@@ -71,10 +71,9 @@ fn cell(page: &mut String, outcomes: &[&CellReport]) {
         _ => "some",
     };
     let words = outcomes.iter().map(|outcome| {
-        let times = if outcome.count == 0 {
-            "-".to_owned()
-        } else {
-            outcome.count.to_string()
+        let times = match outcome.count {
+            0 => "-".to_owned(),
+            count => count.to_string(),
         };
         format!("{} {times}", escape(&outcome.outcome))
     });

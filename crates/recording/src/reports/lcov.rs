@@ -23,11 +23,8 @@ pub fn write(
     loaded: &[PathBuf],
 ) -> Result<(), PathError> {
     let mut trace = String::from("TN:ts3100\n");
-    let mut taken: BTreeSet<String> = executed
-        .versions()
-        .iter()
-        .map(|version| version.name.clone())
-        .collect();
+    let names = executed.versions().iter().map(|version| version.name.clone());
+    let mut taken: BTreeSet<String> = names.collect();
     for version in executed.versions() {
         let Some(record) = record(version, config) else {
             continue;

@@ -6,7 +6,7 @@ use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Input, PanelAction, Port};
 use ts3100_driver::cell::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
-use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean};
+use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
 
 /// Every form of an action beside those of [`ts3100_controller::ACTION_FORMS`].
 pub const CHANNEL_ACTIONS: [&str; 2] = ["channel CHANNEL inject TEXT", "channel PORT drop"];
@@ -75,10 +75,10 @@ impl ScenarioAction {
     }
 
     /// One at the panel, in its words.
-    pub(super) fn at_panel(panel: &PanelAction) -> ScenarioAction {
+    pub(super) fn at_panel(panel: PanelAction) -> ScenarioAction {
         ScenarioAction {
             words: panel.to_string(),
-            action: PlannedAction::Input(Input::Panel(panel.clone())),
+            action: PlannedAction::Input(Input::Panel(panel)),
         }
     }
 }
@@ -89,8 +89,13 @@ fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
     let (verb, text) = what.split_once(' ').unwrap_or((what, ""));
     match (verb, text) {
         ("inject", text) => {
-            let input = Input::received(parse_scol_port(name)?, parse_bytes(text)?);
-            Ok(PlannedAction::Input(input))
+            let found = Port::from_word(name).filter(|port| port.is_scol_channel());
+            let port = found.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", name))?;
+            let bytes = escape::parse(text)?;
+            if bytes.is_empty() {
+                return Err(ScenarioActionError::Nothing("text, with control codes as <CR>"));
+            }
+            Ok(PlannedAction::Input(Input::received(port, bytes)))
         }
         ("drop", "") => {
             let found = Port::from_word(name).filter(|port| Port::ETHERNET.contains(port));
@@ -105,71 +110,33 @@ fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
 fn unknown(words: &str) -> ScenarioActionError {
     let first = |words: &'static str| words.split(' ').next().unwrap_or_default();
     let forms = ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied().map(first);
-    let hint = match did_you_mean(words.split(' ').next().unwrap_or_default(), forms) {
-        hint if hint.is_empty() => "; docs/reference/scenarios.md lists every action".to_owned(),
-        hint => hint,
-    };
+    let page = "; docs/reference/scenarios.md lists every action";
+    let hint = did_you_mean_or(words.split(' ').next().unwrap_or_default(), forms, page);
     let words = words.to_owned();
     ScenarioActionError::Unknown { words, hint }
 }
 
 fn action(words: &str) -> Result<Action, ScenarioActionError> {
-    let found = words.parse::<Action>().map_err(|reason| match reason {
-        ActionParseError::Unknown(_) => unknown(words),
-        ActionParseError::Expected { .. }
-        | ActionParseError::NotUtf8(_)
-        | ActionParseError::Bytes(_)
-        | ActionParseError::Fault(_) => ScenarioActionError::Action {
-            words: words.to_owned(),
-            reason,
-        },
+    let found = words.parse::<Action>().map_err(|reason| {
+        if matches!(reason, ActionParseError::Unknown(_)) {
+            return unknown(words);
+        }
+        let words = words.to_owned();
+        ScenarioActionError::Action { words, reason }
     })?;
-    match &found {
-        Action::Panel(PanelAction::InputLine { line, .. })
-        | Action::Pulse { line, .. }
-        | Action::SetOutput { line, .. }
-        | Action::Force { line, .. }
-        | Action::Release { line, .. } => known_line(*line)?,
-        Action::RaiseAlarm { number, .. } => known_alarm(number)?,
-        Action::Panel(_)
-        | Action::FeedHold(_)
-        | Action::PowerOff
-        | Action::PowerOn
-        | Action::SetVariable { .. }
-        | Action::Teach { .. }
-        | Action::PutFile { .. }
-        | Action::EraseFile { .. }
-        | Action::Select { .. }
-        | Action::Breakpoints(_)
-        | Action::Step
-        | Action::RunTo(_)
-        | Action::Fault(_) => {}
+    if let Action::Panel(PanelAction::InputLine { line, .. })
+    | Action::Pulse { line, .. }
+    | Action::SetOutput { line, .. }
+    | Action::Force { line, .. }
+    | Action::Release { line, .. } = found
+        && !Signals::exists(line)
+    {
+        return Err(ScenarioActionError::Line(line));
+    }
+    if let Action::RaiseAlarm { number, .. } = &found
+        && AlarmCode::from_number(number).is_none()
+    {
+        return Err(UnexpectedWord::new("the number of an alarm, for example 2-046", number).into());
     }
     Ok(found)
-}
-
-fn parse_bytes(text: &str) -> Result<Vec<u8>, ScenarioActionError> {
-    let bytes = escape::parse(text)?;
-    if bytes.is_empty() {
-        return Err(ScenarioActionError::Nothing("text, with control codes as <CR>"));
-    }
-    Ok(bytes)
-}
-
-fn parse_scol_port(word: &str) -> Result<Port, UnexpectedWord> {
-    let port = Port::from_word(word).filter(|port| port.is_scol_channel());
-    port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))
-}
-
-fn known_alarm(number: &str) -> Result<(), UnexpectedWord> {
-    let known = AlarmCode::from_number(number).is_some();
-    let expected = "the number of an alarm, for example 2-046";
-    known
-        .then_some(())
-        .ok_or_else(|| UnexpectedWord::new(expected, number))
-}
-
-fn known_line(line: u16) -> Result<(), ScenarioActionError> {
-    let known = Signals::exists(line);
-    known.then_some(()).ok_or(ScenarioActionError::Line(line))
 }

@@ -39,8 +39,18 @@ pub struct Key {
     pub meaning: &'static str,
 }
 
-const fn key(name: &'static str, value: KeyValue, meaning: &'static str) -> Key {
-    Key { name, value, meaning }
+const fn key(name: &'static str, value: KeyValue) -> Key {
+    Key {
+        name,
+        value,
+        meaning: "",
+    }
+}
+
+impl Key {
+    const fn means(self, meaning: &'static str) -> Key {
+        Key { meaning, ..self }
+    }
 }
 
 /// A table of the file.
@@ -54,129 +64,74 @@ pub struct Table {
     pub required: &'static [&'static str],
 }
 
+/// Key of an expectation of either kind.
+const NAME: Key = key("name", KeyValue::Text).means("name of the test case; default: the condition");
+/// Key of an expectation of either kind.
+const WHAT: Key = key("what", KeyValue::Condition).means("a condition");
+
 /// The tables of a scenario; the first is the file itself.
 pub const TABLES: [Table; 5] = [
     Table {
         name: "",
         keys: &[
-            key(
-                "name",
-                KeyValue::Text,
-                "name of the test suite in the results; default: the name of the file",
-            ),
-            key("start", KeyValue::Table, "the state to begin with"),
-            key("do", KeyValue::Tables, "entries `[[do]]`: what happens"),
-            key(
-                "expect",
-                KeyValue::Tables,
-                "entries `[[expect]]`: what has to happen",
-            ),
-            key(
-                "never",
-                KeyValue::Tables,
-                "entries `[[never]]`: what must not happen",
-            ),
+            key("name", KeyValue::Text)
+                .means("name of the test suite in the results; default: the name of the file"),
+            key("start", KeyValue::Table).means("the state to begin with"),
+            key("do", KeyValue::Tables).means("entries `[[do]]`: what happens"),
+            key("expect", KeyValue::Tables).means("entries `[[expect]]`: what has to happen"),
+            key("never", KeyValue::Tables).means("entries `[[never]]`: what must not happen"),
         ],
         required: &[],
     },
     Table {
         name: "start",
         keys: &[
-            key(
-                "restore",
-                KeyValue::Text,
-                "a snapshot to begin with, as `--restore`",
-            ),
-            key(
-                "load",
-                KeyValue::Texts,
-                "files of your machine for the RAM drive, as `--load`",
-            ),
-            key(
-                "select",
-                KeyValue::Text,
-                "file to select, as `--select`, which wins",
-            ),
-            key("servo-on", KeyValue::Flag, "`true`: servo power on"),
-            key(
-                "key-switch",
-                KeyValue::Words(&["teaching", "internal", "ext"]),
-                "position of the key switch",
-            ),
-            key(
-                "control-right",
-                KeyValue::Words(&["sig", "rs232c", "ether"]),
-                "who commands the robot in EXT",
-            ),
-            key("inputs", KeyValue::Lines, "numbers of inputs that are on"),
+            key("restore", KeyValue::Text).means("a snapshot to begin with, as `--restore`"),
+            key("load", KeyValue::Texts).means("files of your machine for the RAM drive, as `--load`"),
+            key("select", KeyValue::Text).means("file to select, as `--select`, which wins"),
+            key("servo-on", KeyValue::Flag).means("`true`: servo power on"),
+            key("key-switch", KeyValue::Words(&["teaching", "internal", "ext"]))
+                .means("position of the key switch"),
+            key("control-right", KeyValue::Words(&["sig", "rs232c", "ether"]))
+                .means("who commands the robot in EXT"),
+            key("inputs", KeyValue::Lines).means("numbers of inputs that are on"),
         ],
         required: &[],
     },
     Table {
         name: "do",
         keys: &[
-            key("at", KeyValue::Time, "a time, or"),
-            key("when", KeyValue::Condition, "a condition"),
-            key(
-                "after",
-                KeyValue::Time,
-                "with `when`: how long after the condition; default: at once",
-            ),
-            key(
-                "times",
-                KeyValue::Whole(0),
-                "with `when`: how often at most; default 1; 0: every time",
-            ),
-            key("actions", KeyValue::Actions, "the actions, in order"),
+            key("at", KeyValue::Time).means("a time, or"),
+            key("when", KeyValue::Condition).means("a condition"),
+            key("after", KeyValue::Time).means("with `when`: how long after the condition; default: at once"),
+            key("times", KeyValue::Whole(0))
+                .means("with `when`: how often at most; default 1; 0: every time"),
+            key("actions", KeyValue::Actions).means("the actions, in order"),
         ],
         required: &["actions"],
     },
     Table {
         name: "expect",
         keys: &[
-            key(
-                "name",
-                KeyValue::Text,
-                "name of the test case; default: the condition",
-            ),
-            key("what", KeyValue::Condition, "a condition"),
-            key(
-                "within",
-                KeyValue::Time,
-                "how long it may take; default: until the end",
-            ),
-            key(
-                "after",
-                KeyValue::Condition,
+            NAME,
+            WHAT,
+            key("within", KeyValue::Time).means("how long it may take; default: until the end"),
+            key("after", KeyValue::Condition).means(
                 "a condition from which it counts, and from which the time counts; default: the start",
             ),
-            key(
-                "times",
-                KeyValue::Whole(1),
-                "how often it has to happen; default 1",
-            ),
+            key("times", KeyValue::Whole(1)).means("how often it has to happen; default 1"),
         ],
         required: &["what"],
     },
     Table {
         name: "never",
         keys: &[
-            key(
-                "name",
-                KeyValue::Text,
-                "name of the test case; default: the condition",
-            ),
-            key("what", KeyValue::Condition, "a condition"),
-            key(
-                "after",
-                KeyValue::Condition,
-                "a condition from which it must not happen; default: the start",
-            ),
-            key(
-                "until",
-                KeyValue::Condition,
-                "a condition until which it must not happen; default: the end",
-            ),
+            NAME,
+            WHAT,
+            key("after", KeyValue::Condition)
+                .means("a condition from which it must not happen; default: the start"),
+            key("until", KeyValue::Condition)
+                .means("a condition until which it must not happen; default: the end"),
         ],
         required: &["what"],
     },

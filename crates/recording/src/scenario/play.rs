@@ -141,10 +141,7 @@ impl Play {
         for expected in &mut state.expectations {
             expected.since = expected.after.is_none().then_some(now);
         }
-        for condition in state.conditions() {
-            // What is true already does not occur.
-            condition.settled(controller);
-        }
+        state.note_states(controller);
     }
 
     /// Another controller replaces the one whose time was `before`. States that are already true in it do not
@@ -154,10 +151,7 @@ impl Play {
         let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
         let jump = i64::try_from(jump).unwrap_or_default();
         state.time_offset = state.time_offset.saturating_add(jump);
-        for condition in state.conditions() {
-            // What is true already does not occur.
-            condition.settled(controller);
-        }
+        state.note_states(controller);
     }
 
     /// The outcome if the scenario ends now.
@@ -175,7 +169,8 @@ impl Play {
                 verdict,
             }
         });
-        let steps = state.waiting_steps().map(|step| Entry {
+        let waiting = state.steps.iter().filter(|step| step.condition.is_some());
+        let steps = waiting.map(|step| Entry {
             name: step.name(),
             line: step.step.line,
             time: now.since(begun),
@@ -206,10 +201,8 @@ impl Play {
         let begun = state.started.unwrap_or(now);
         let expectations = state.expectations.iter();
         let expectations = expectations.map(|expected| expected.progress(begun, now));
-        let steps = state.waiting_steps().map(|step| step.progress(begun, now));
         let until = state.runaway.unwrap_or(now);
-        let timed = state.steps.iter().filter(|step| step.condition.is_none());
-        let timed = timed.map(|step| step.progress(begun, until));
+        let steps = state.steps.iter().map(|step| step.progress(begun, until));
         let runaway = state.runaway.map(|at| EntryProgress {
             name: "do".to_owned(),
             line: 0,
@@ -217,18 +210,13 @@ impl Play {
             time: Some(at.since(begun)),
             message: Some(runaway_words(at)),
         });
-        let entries = expectations.chain(steps).chain(timed).chain(runaway);
+        let entries = expectations.chain(steps).chain(runaway);
         ScenarioProgress::new(state.file.clone(), entries.collect())
     }
 }
 
 fn runaway_words(at: Time) -> String {
     format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly")
-}
-
-fn words_of(actions: &[ScenarioAction]) -> String {
-    let words: Vec<_> = actions.iter().map(|action| action.words.as_str()).collect();
-    words.join(", ")
 }
 
 impl ActionSource for Play {
@@ -300,9 +288,11 @@ impl PlayState {
         steps.chain(expected)
     }
 
-    /// The steps that a condition triggers.
-    fn waiting_steps(&self) -> impl Iterator<Item = &StepState> {
-        self.steps.iter().filter(|step| step.condition.is_some())
+    /// What is true already does not occur.
+    fn note_states(&mut self, controller: &Controller) {
+        self.conditions().for_each(|condition| {
+            condition.settled(controller);
+        });
     }
 
     /// Converts a time of the controller to scenario time.
@@ -378,12 +368,14 @@ impl StepState {
     /// At `now`, or at the time at which all steps were given up.
     fn progress(&self, begun: Time, now: Time) -> EntryProgress {
         let done = self.last_due.filter(|due| *due <= now);
+        let actions = self.step.actions.iter();
+        let words: Vec<&str> = actions.map(|action| action.words.as_str()).collect();
         EntryProgress {
             name: self.name(),
             line: self.step.line,
             state: done.map_or(EntryState::Waiting, |_| EntryState::Passed),
             time: done.map(|due| due.since(begun)),
-            message: Some(words_of(&self.step.actions)),
+            message: Some(words.join(", ")),
         }
     }
 }

@@ -12,9 +12,9 @@ use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_controller::time::parse_duration;
-use ts3100_controller::{Condition, PanelAction};
+use ts3100_controller::{Condition, ConditionParseError, PanelAction};
 use ts3100_driver::files::{self, PathError, cannot};
-use ts3100_proto::words::{Word, did_you_mean};
+use ts3100_proto::words::{Word, did_you_mean_or};
 
 /// Words that a SCOL program begins with.
 const SCOL_WORDS: [&str; 4] = ["PROGRAM", "GLOBAL", "REMARK", "DATA"];
@@ -130,34 +130,28 @@ fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
     let mut actions = Vec::new();
     if let Some(value) = table.get("key-switch") {
-        actions.push(PanelAction::Key(word(value)?));
+        actions.push(ScenarioAction::at_panel(PanelAction::Key(word(value)?)));
     }
     if let Some(value) = table.get("control-right") {
-        actions.push(PanelAction::ControlRight(word(value)?));
+        actions.push(ScenarioAction::at_panel(PanelAction::ControlRight(word(value)?)));
     }
     if let Some(value) = table.get("inputs") {
         for value in array(value)? {
-            let line = whole(value)?;
-            let action = ScenarioAction::parse(&format!("input {line} on"));
-            action.map_err(|error| wrong_words(value, error))?;
-            actions.push(PanelAction::InputLine {
-                line: u16::try_from(line).unwrap_or(0),
-                on: true,
-            });
+            actions.push(action(value, &format!("input {} on", whole(value)?))?);
         }
     }
     if let Some(value) = table.get("servo-on") {
         let DeValue::Boolean(on) = value.get_ref() else {
             return Err(expected(value, "true or false"));
         };
-        actions.push(PanelAction::Servo(*on));
+        actions.push(ScenarioAction::at_panel(PanelAction::Servo(*on)));
     }
     let load = table.get("load").map(array).transpose()?;
     Ok(Start {
         restore: table.get("restore").map(path).transpose()?,
         load: load.into_iter().flatten().map(path).collect::<ReadResult<_>>()?,
         select: table.get("select").map(string).transpose()?,
-        actions: actions.iter().map(ScenarioAction::at_panel).collect(),
+        actions,
     })
 }
 
@@ -181,8 +175,7 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
     let Some(actions) = table.get("actions") else {
         return Err(missing(span, "`actions`", "do", "none"));
     };
-    let one =
-        |value: &Value<'_>| ScenarioAction::parse(&string(value)?).map_err(|error| wrong_words(value, error));
+    let one = |value| action(value, &string(value)?);
     Ok(Step {
         line: line_of(text, span.start),
         trigger: on,
@@ -247,10 +240,8 @@ fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
             "" => "the file".to_owned(),
             name => format!("[{name}]"),
         };
-        let hint = match did_you_mean(found, keys.iter().copied()) {
-            hint if hint.is_empty() => format!("; expected {}", keys.join(", ")),
-            hint => hint,
-        };
+        let otherwise = format!("; expected {}", keys.join(", "));
+        let hint = did_you_mean_or(found, keys.iter().copied(), otherwise);
         let reason = format!("unknown key `{found}` in {place}{hint}");
         return Err(TableError(key.span(), reason));
     }
@@ -276,6 +267,10 @@ fn expected(value: &Value<'_>, what: &str) -> TableError {
 
 fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError {
     TableError(value.span(), error.to_string())
+}
+
+fn action(value: &Value<'_>, words: &str) -> ReadResult<ScenarioAction> {
+    ScenarioAction::parse(words).map_err(|error| wrong_words(value, error))
 }
 
 fn word<T: Word>(value: &Value<'_>) -> ReadResult<T> {
@@ -306,10 +301,8 @@ fn whole(value: &Value<'_>) -> ReadResult<u32> {
 }
 
 fn condition(value: &Value<'_>) -> ReadResult<Condition> {
-    let words = string(value)?;
-    words
-        .parse::<Condition>()
-        .map_err(|error| wrong_words(value, error))
+    let condition = string(value)?.parse();
+    condition.map_err(|error: ConditionParseError| wrong_words(value, error))
 }
 
 fn duration(value: &Value<'_>) -> ReadResult<Duration> {

@@ -134,17 +134,13 @@ impl TranscriptBuffer {
 
     /// Appends a record.
     pub fn push(&self, record: Record) {
-        let (by, line, bytes) = match &record.kind {
-            RecordKind::FromHost { line, bytes } => (Side::Host, *line, bytes),
-            RecordKind::FromRobot { line, bytes } => (Side::Robot, *line, bytes),
-            RecordKind::Connected { .. }
-            | RecordKind::Ended { .. }
-            | RecordKind::Action(_)
-            | RecordKind::Link(_)
-            | RecordKind::Remark(_) => {
-                let record = BufferedRecord::Record(Box::new(record));
-                return self.state().push(record, &[]);
-            }
+        let (by, line, bytes) = if let RecordKind::FromHost { line, bytes } = &record.kind {
+            (Side::Host, *line, bytes)
+        } else if let RecordKind::FromRobot { line, bytes } = &record.kind {
+            (Side::Robot, *line, bytes)
+        } else {
+            let record = BufferedRecord::Record(Box::new(record));
+            return self.state().push(record, &[]);
         };
         let at = record.at;
         self.state().push(BufferedRecord::Sent { at, line, by }, bytes);

@@ -93,41 +93,24 @@ impl LinkRecord {
 
     /// The time from which later records continue, if this record changes time.
     pub fn new_time(&self) -> Option<Time> {
-        match self {
-            LinkRecord::Restored { at, .. } => Some(*at),
-            LinkRecord::Reset { .. } => Some(Time::ZERO),
-            LinkRecord::Settings { .. }
-            | LinkRecord::Purged { .. }
-            | LinkRecord::SerialErrors { .. }
-            | LinkRecord::Injected { .. }
-            | LinkRecord::SecondPeer { .. }
-            | LinkRecord::Backlogged { .. }
-            | LinkRecord::NotPersisted { .. }
-            | LinkRecord::Dropped { .. } => None,
+        if let LinkRecord::Restored { at, .. } = self {
+            return Some(*at);
         }
+        matches!(self, LinkRecord::Reset { .. }).then_some(Time::ZERO)
     }
 
     /// The input of the controller that this record stands for, if any.
     pub fn input(&self) -> Option<Input> {
-        Some(match *self {
+        Some(match self.clone() {
             LinkRecord::Settings { port, host } => Input::SerialOpened { port, host },
             LinkRecord::Purged { port } => Input::SerialPurged { port },
-            LinkRecord::SerialErrors { port, ref bytes } => {
-                let bytes = bytes.clone();
-                Input::SerialErrors { port, bytes }
-            }
-            LinkRecord::Injected { port, ref bytes } => {
-                let bytes = bytes.clone();
-                Input::Received { port, bytes }
-            }
-            LinkRecord::SecondPeer {
+            LinkRecord::SerialErrors { port, bytes } => Input::SerialErrors { port, bytes },
+            LinkRecord::Injected { port, bytes } => Input::Received { port, bytes },
+            LinkRecord::SecondPeer { port, peer, replaces } => Input::SecondPeer {
                 port,
-                ref peer,
-                replaces: kept,
-            } => {
-                let peer = peer.clone();
-                Input::SecondPeer { port, peer, kept }
-            }
+                peer,
+                kept: replaces,
+            },
             LinkRecord::Backlogged { port } => Input::Backlogged { port },
             // That a file was not persisted is the answer to a question that the controller has to put first.
             LinkRecord::NotPersisted { .. }

@@ -71,39 +71,30 @@ impl Observer {
 
     /// The record of an output that a peer sees, or that explains what a peer sees (a fault).
     pub fn output(&mut self, output: &Output) -> Option<RecordKind> {
-        match output {
-            Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
-                line: PeerId::first(*port),
-                bytes: bytes.clone(),
-            }),
-            Output::Disconnect {
-                port,
-                how: DisconnectMode::Reset,
-            } => {
-                self.reset.insert(*port);
-                None
-            }
-            Output::Event(Event::Fault {
-                id,
-                kind,
-                port,
-                message,
-                fired: true,
-            }) => {
-                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
-                Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
-            }
-            Output::Send { .. }
-            | Output::Persist { .. }
-            | Output::Stored { .. }
-            | Output::Erased { .. }
-            | Output::PowerCycled
-            | Output::Disconnect { .. }
-            | Output::Stall { .. }
-            | Output::PowerOff
-            | Output::Pendant(_)
-            | Output::Event(_) => None,
+        if let Output::Send { port, bytes } = output {
+            let (line, bytes) = (PeerId::first(*port), bytes.clone());
+            return self
+                .connected
+                .contains(port)
+                .then_some(RecordKind::FromRobot { line, bytes });
         }
+        if let Output::Disconnect { port, how } = output
+            && *how == DisconnectMode::Reset
+        {
+            self.reset.insert(*port);
+        }
+        let Output::Event(Event::Fault {
+            id,
+            kind,
+            port,
+            message,
+            fired: true,
+        }) = output
+        else {
+            return None;
+        };
+        let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+        Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
     }
 }
 
@@ -184,12 +175,9 @@ impl TranscriptSink {
         self.buffer.clone().unwrap_or_default()
     }
 
-    fn is_on(&self) -> bool {
-        self.recorder.is_on() || self.buffer.is_some()
-    }
-
-    fn record(&mut self, at: Time, kind: Option<RecordKind>) {
-        if let Some(kind) = kind {
+    fn record(&mut self, at: Time, observe: impl FnOnce(&mut Observer) -> Option<RecordKind>) {
+        let is_on = self.recorder.is_on() || self.buffer.is_some();
+        if is_on && let Some(kind) = observe(&mut self.observer) {
             let record = Record { at, kind };
             self.recorder.record(&record);
             if let Some(buffer) = &self.buffer {
@@ -201,17 +189,11 @@ impl TranscriptSink {
 
 impl Subscriber for TranscriptSink {
     fn input(&mut self, at: Time, input: &Input, by: Side) {
-        if self.is_on() {
-            let what = self.observer.input(input, by);
-            self.record(at, what);
-        }
+        self.record(at, |observer| observer.input(input, by));
     }
 
     fn output(&mut self, at: Time, output: &Output) {
-        if self.is_on() {
-            let what = self.observer.output(output);
-            self.record(at, what);
-        }
+        self.record(at, |observer| observer.output(output));
     }
 
     fn notice(&mut self, at: Time, notice: Notice<'_>) {
@@ -224,7 +206,7 @@ impl Subscriber for TranscriptSink {
                 reason: reason.to_owned(),
             },
         };
-        self.record(at, Some(RecordKind::Link(link)));
+        self.record(at, |_| Some(RecordKind::Link(link)));
     }
 
     fn flush(&mut self) {

@@ -91,11 +91,7 @@ impl Direction {
 
     /// When everything queued will have been transmitted.
     fn ends_at(&self) -> Time {
-        let mut clock = self.clock;
-        for burst in &self.bursts {
-            clock.pass(burst.sender, burst.bytes.len());
-        }
-        clock.now()
+        self.drained_to_at(0)
     }
 
     /// When at most `most` bytes will be left.
@@ -167,10 +163,8 @@ impl Direction {
             receiver.set(sender, own);
             receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
             receiver.receive(byte, &mut read);
-            arrivals.extend(
-                read.drain(..)
-                    .map(|character| Arrival::new(character, begin, end)),
-            );
+            let arrived = read.drain(..);
+            arrivals.extend(arrived.map(|character| Arrival::new(character, begin, end)));
         }
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
@@ -178,10 +172,8 @@ impl Direction {
         {
             receiver.flush(&mut read);
             let (begin, end) = (ended, ended + frame_time(receiver.own()));
-            arrivals.extend(
-                read.into_iter()
-                    .map(|character| Arrival::new(character, begin, end)),
-            );
+            let arrived = read.into_iter();
+            arrivals.extend(arrived.map(|character| Arrival::new(character, begin, end)));
         }
         arrivals
     }

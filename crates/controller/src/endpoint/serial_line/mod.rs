@@ -64,11 +64,11 @@ impl HostSettings {
             return None;
         }
         let names = ["speed", "character length", "parity", "stop bits"];
-        let pairs = names.iter().zip(phrases(robot).into_iter().zip(phrases(host)));
-        let differences: Vec<String> = pairs
-            .filter(|(_, (robot, host))| robot != host)
-            .map(|(what, (robot, host))| {
-                format!("{what}: [U06] says {robot}, the host opened the port with {host}")
+        let phrases = names.iter().zip(phrases(robot)).zip(phrases(host));
+        let others = phrases.filter(|((_, robot), host)| robot != host);
+        let differences: Vec<String> = others
+            .map(|((what, own), far)| {
+                format!("{what}: [U06] says {own}, the host opened the port with {far}")
             })
             .collect();
         let stop_alone = SerialSettings {

@@ -10,6 +10,7 @@ use crate::store::Store;
 use crate::store::backing::{Backing, WhenFull};
 use crate::testing::TempDir;
 use ts3100_controller::action::Action;
+use ts3100_proto::status::ExecutionStatus;
 
 const HOUR: Duration = Duration::from_secs(3_600);
 
@@ -180,4 +181,64 @@ fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_change
         assert!(handle.levels()[0] && signals.input(7));
         disk.join().unwrap();
     });
+}
+
+/// An action that is due at the beginning.
+struct Once(Option<Action>);
+
+impl ActionSource for Once {
+    fn deadline(&self) -> Option<Time> {
+        self.0.as_ref().map(|_| Time::ZERO)
+    }
+
+    fn take_due(&mut self, _now: Time) -> Option<(Time, PlannedAction)> {
+        let action = self.0.take()?;
+        Some((Time::ZERO, PlannedAction::Input(Input::Action(action))))
+    }
+}
+
+#[test]
+fn a_program_sees_nothing_of_what_else_drives_the_input_of_a_wire() {
+    for (words, is_planned) in [
+        ("input 7 on", false),
+        ("input 7 on", true),
+        ("input 7 pulse on 1 s", false),
+        ("input 7 release", false),
+    ] {
+        runtime().block_on(async {
+            let (mut driver, _requests) = open_with(|setup| {
+                setup.time = TimeMode::Stepped;
+                setup.servo_on = true;
+                let controller = &mut setup.controller;
+                controller
+                    .put_file("P", b"PROGRAM P\nWAIT DIN(7)\nDOUT(1)\nEND\n")
+                    .unwrap();
+                controller.select(Time::ZERO, "P").unwrap();
+            });
+            let action: Action = words.parse().unwrap();
+            // What it has been set to before the wire is there.
+            let before = ["input 7 on", "input 7 force off", "program start"];
+            let before = before.iter().skip(if words.ends_with("release") { 0 } else { 2 });
+            for words in before {
+                driver.feed(Input::Action(words.parse().unwrap()));
+            }
+            if is_planned {
+                driver.cell().plan(Box::new(Once(Some(action.clone()))));
+            }
+            let wire = Wire {
+                from: WireEnd::Outside("lid".to_owned()),
+                to: WireEnd::Line { robot: 0, line: 7 },
+            };
+            let (mut wired, _handle) = Wired::new(vec![(driver, Span::none())], vec![wire]);
+            wired.carry(Duration::ZERO);
+            let work = match is_planned {
+                true => Work::Tick,
+                false => Work::Request(Request::Action(action, Box::new(|result, _| result.unwrap()))),
+            };
+            wired.catch_up_and_perform(Step::Of(0, work)).await;
+            let controller = &wired.robots[0].0.cell.controller;
+            assert!(!controller.signals().input(7), "{words}");
+            assert_eq!(controller.status(), ExecutionStatus::Running, "{words}");
+        });
+    }
 }

@@ -52,6 +52,9 @@ const MICROSECONDS: u8 = 6;
 /// Longest piece of a serial line in one packet.
 const MAX_SERIAL: usize = 65_535;
 
+/// When a side of a connection sends.
+type Sent = (Duration, PeerId, Side);
+
 /// Writes a capture block by block.
 #[derive(Debug, Clone, Default)]
 pub(super) struct CaptureWriter {
@@ -109,32 +112,23 @@ impl Writer for CaptureWriter {
     /// The packets of a record.
     fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let at = self.base + Duration::from_micros(record.at.as_micros());
-        match &record.kind {
-            RecordKind::Connected { line, peer } => self.connect(at, *line, peer, out),
-            RecordKind::FromHost { line, bytes } => self.send(at, *line, Side::Host, bytes, out),
-            RecordKind::FromRobot { line, bytes } => self.send(at, *line, Side::Robot, bytes, out),
-            RecordKind::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
-            RecordKind::Action(action) => {
-                let words = action.to_string();
-                packet(out, PANEL, at, words.as_bytes(), Side::Host, "");
+        let (words, by) = match &record.kind {
+            RecordKind::Connected { line, peer } => return self.connect(at, *line, peer, out),
+            RecordKind::FromHost { line, bytes } => return self.send(at, *line, Side::Host, bytes, out),
+            RecordKind::FromRobot { line, bytes } => return self.send(at, *line, Side::Robot, bytes, out),
+            RecordKind::Ended { line, by, how } => return self.end(at, *line, *by, *how, out),
+            RecordKind::Action(action) => (action.to_string(), Side::Host),
+            // A capture is for reading; the state itself is in the other forms.
+            RecordKind::Link(LinkRecord::Restored { at: moment, .. }) => {
+                (format!("restore {}us", moment.as_micros()), Side::Host)
             }
-            RecordKind::Link(link) => {
-                // A capture is for reading; the state itself is in the other forms.
-                let words = if let LinkRecord::Restored { at: moment, .. } = link {
-                    format!("restore {}us", moment.as_micros())
-                } else {
-                    link.to_string()
-                };
-                packet(out, PANEL, at, words.as_bytes(), Side::Host, "");
-                if let Some(begins) = link.new_time() {
-                    // Packets stay in the order of their times.
-                    self.base = at.saturating_sub(Duration::from_micros(begins.as_micros()));
-                }
-            }
-            RecordKind::Remark(words) => {
-                let words = format!("# {words}");
-                packet(out, PANEL, at, words.as_bytes(), Side::Robot, "");
-            }
+            RecordKind::Link(link) => (link.to_string(), Side::Host),
+            RecordKind::Remark(words) => (format!("# {words}"), Side::Robot),
+        };
+        packet(out, PANEL, at, words.as_bytes(), by, "");
+        if let Some(begins) = record.kind.new_time() {
+            // Packets stay in the order of their times.
+            self.base = at.saturating_sub(Duration::from_micros(begins.as_micros()));
         }
     }
 }
@@ -147,14 +141,13 @@ impl CaptureWriter {
         }
         self.flows.insert(line, Flow::new(line.port, self.connections));
         self.connections = self.connections.wrapping_add(1);
-        let comment = if peer.is_empty() {
-            line.to_string()
-        } else {
-            format!("{line}: {peer}")
+        let comment = match peer {
+            "" => line.to_string(),
+            peer => format!("{line}: {peer}"),
         };
-        self.frame(at, line, Side::Host, SYN, &[], &comment, out);
-        self.frame(at, line, Side::Robot, SYN | ACK, &[], "", out);
-        self.frame(at, line, Side::Host, ACK, &[], "", out);
+        self.frame((at, line, Side::Host), SYN, &[], &comment, out);
+        self.frame((at, line, Side::Robot), SYN | ACK, &[], "", out);
+        self.frame((at, line, Side::Host), ACK, &[], "", out);
     }
 
     fn send(&mut self, at: Duration, line: PeerId, by: Side, bytes: &[u8], out: &mut Vec<u8>) {
@@ -167,7 +160,7 @@ impl CaptureWriter {
                     self.connect(at, line, "", out);
                 }
                 for segment in bytes.chunks(MSS) {
-                    self.frame(at, line, by, PSH | ACK, segment, "", out);
+                    self.frame((at, line, by), PSH | ACK, segment, "", out);
                 }
                 return;
             }
@@ -183,32 +176,20 @@ impl CaptureWriter {
         }
         match how {
             EndReason::Closed => {
-                self.frame(at, line, by, FIN | ACK, &[], "", out);
-                self.frame(at, line, by.other(), ACK, &[], "", out);
+                self.frame((at, line, by), FIN | ACK, &[], "", out);
+                self.frame((at, line, by.other()), ACK, &[], "", out);
             }
             EndReason::Reset | EndReason::Refused => {
-                let comment = if how == EndReason::Refused {
-                    "not reached"
-                } else {
-                    ""
-                };
-                self.frame(at, line, by, RST | ACK, &[], comment, out);
+                let is_refused = how == EndReason::Refused;
+                let comment = if is_refused { "not reached" } else { "" };
+                self.frame((at, line, by), RST | ACK, &[], comment, out);
                 self.flows.remove(&line);
             }
         }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "all that a frame is made of")]
-    fn frame(
-        &mut self,
-        at: Duration,
-        line: PeerId,
-        by: Side,
-        flags: u8,
-        data: &[u8],
-        comment: &str,
-        out: &mut Vec<u8>,
-    ) {
+    fn frame(&mut self, sent: Sent, flags: u8, data: &[u8], comment: &str, out: &mut Vec<u8>) {
+        let (at, line, by) = sent;
         let Some(flow) = self.flows.get_mut(&line) else {
             return;
         };
@@ -220,13 +201,11 @@ impl CaptureWriter {
 
 fn packet(out: &mut Vec<u8>, interface: u32, at: Duration, data: &[u8], by: Side, comment: &str) {
     let micros = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
-    let time = micros.to_le_bytes();
-    // The upper half of the time stands first.
-    let [a, b, c, d, e, f, g, h] = time;
     let length = u32::try_from(data.len()).unwrap_or(u32::MAX);
     let mut body = Vec::with_capacity(data.len() + 48);
     body.extend(interface.to_le_bytes());
-    body.extend([e, f, g, h, a, b, c, d]);
+    // The upper half of the time stands first.
+    body.extend(micros.rotate_left(32).to_le_bytes());
     body.extend(length.to_le_bytes());
     body.extend(length.to_le_bytes());
     body.extend_from_slice(data);
