@@ -3,7 +3,7 @@
 //!
 //! The grammar of both commands is tested in `ts3100-proto`.
 
-use ts3100_controller::{Dialect, Port};
+use ts3100_controller::{Controller, Dialect, Port};
 use ts3100_tests::Robot;
 
 const PROGRAM: &str = "GLOBAL
@@ -238,6 +238,34 @@ fn a_line_that_mw_adds_to_the_file_moves_the_lines_of_the_program_that_runs() {
         status.ends_with("stop(reset)"),
         "it has gone on to its end: {status}"
     );
+}
+
+// clause: CMD-MW-02 SF-24
+#[test]
+fn a_motion_that_nobody_waits_for_is_on_its_line_of_the_rewritten_file() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nEND\nPROGRAM TEST\nENABLE NOWAIT\nMOVE A WITH SPEED=5\nWAIT DIN(1)\nEND\n\
+        DATA\nPOINT A=400,-200,200/\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    let executed = |robot: &mut Robot| robot.total(Port::Ip0)[25];
+    assert_eq!(executed(&mut robot), 6);
+    robot.command(Port::Ip0, "MW,1 T(2) 5 9");
+    assert_eq!(executed(&mut robot), 7);
+}
+
+// clause: CMD-MW-02
+#[test]
+fn a_program_goes_on_in_the_file_that_says_of_what_kind_a_variable_is() {
+    let source = "GLOBAL\nB\nEND\nPROGRAM TEST\nDELAY 1\nC = B\nPRINT IP1, 0.5 + 0.25, C.X\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot.command(Port::Ip0, "MW,1 B 4 400 0 200 0 0 0 0 0 0");
+    let controller = &robot.cell.controller;
+    assert_eq!(&Controller::restore(controller.snapshot()).unwrap(), controller);
+    robot.advance_ms(1_000);
+    assert_eq!(robot.received(Port::Ip1), b"       0.750     400.000");
 }
 
 // clause: DATA-04 DATA-11 DATA-12 DATA-13 CMD-SL-02

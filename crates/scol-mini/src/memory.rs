@@ -208,6 +208,9 @@ impl Memory {
     /// From now on the memory is that of `program`, which has the same variables.
     pub fn relocate(&mut self, program: &Program) {
         self.source = program.fingerprint();
+        // A kind that the file did not tell before makes other instructions.
+        self.cells.all.truncate(self.cells.variables);
+        self.cells.all.extend(program.code.working_cells());
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.

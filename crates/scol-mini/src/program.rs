@@ -325,6 +325,13 @@ impl Program {
         lines
     }
 
+    /// Where the statement of this line is in `other`, which has the same steps.
+    pub fn line_in(&self, other: &Program, line: u32) -> u32 {
+        let mut steps = self.steps.iter().zip(&other.steps);
+        let found = steps.find(|(step, _)| step.line == line);
+        found.map_or(line, |(_, step)| step.line)
+    }
+
     /// The PROGRAM blocks in file order: name in upper case, and the file line of its first statement.
     pub fn program_lines(&self) -> Vec<(&str, u32)> {
         let line = |entry: &Entry| self.steps.get(entry.step).map_or(1, |step| step.line);

@@ -97,6 +97,38 @@ fn breakpoints_are_of_the_selected_file() {
 }
 
 #[test]
+fn breakpoints_stay_at_their_statements_when_a_line_is_inserted_into_the_file() {
+    // Statements are in the lines 7, 8, 10 and 11, and one line further down after the insertion.
+    let robot = running(&LOOP.replace("N = 0\n", "N = 0\nDIM T(3) AS INTEGER\n"));
+    robot.put("/breakpoints", r#"{"lines":[8, 10]}"#);
+    robot.post("/program/start", "");
+    assert_eq!(line(&robot), 8);
+    robot.put("/variables/T(2)", r#"{"value":[9],"restore":true}"#);
+    assert_eq!(robot.get("/breakpoints"), json!({"lines": [9, 11]}));
+    assert_eq!(line(&robot), 9);
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(11), 1.0));
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 2.0));
+}
+
+#[test]
+fn a_program_that_restores_its_data_stops_at_its_breakpoints_and_where_it_runs_to() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nN = 0\nEND\nPROGRAM TEST\nGOTO BEGIN\nAGAIN:\nN = N + 1\nBEGIN:\nT(2) = 9\n\
+        RESTORE T\nGOTO AGAIN\nEND\n";
+    let robot = running(source);
+    robot.put("/breakpoints", r#"{"lines":[8, 11]}"#);
+    robot.post("/program/start", "");
+    assert_eq!(line(&robot), 11, "before RESTORE, which inserts a line");
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 0.0));
+    assert_eq!(robot.get("/breakpoints"), json!({"lines": [9, 12]}));
+    let robot = running(source);
+    robot.post("/program/run-to", r#"{"line":8}"#);
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 0.0));
+}
+
+#[test]
 fn breakpoints_and_steps_survive_a_snapshot() {
     let robot = running(LOOP);
     robot.put("/breakpoints", r#"{"lines":[7]}"#);

@@ -55,6 +55,15 @@ impl Breakpoints {
         self.target == Some(Target::NextStep)
     }
 
+    /// The file has been written anew: each of its lines is another one.
+    pub(super) fn relocate(&mut self, moved: impl Fn(u32) -> u32) {
+        self.lines = self.lines.iter().map(|line| moved(*line)).collect();
+        self.left.iter_mut().for_each(|(_, line)| *line = moved(*line));
+        if let Some(Target::Line(line)) = &mut self.target {
+            *line = moved(*line);
+        }
+    }
+
     /// Whether a snapshot can do without them.
     #[cfg(feature = "serde")]
     pub(super) fn is_default(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Breakpoints, Executor, TaskState};
+use crate::executor::{Breakpoints, Executor};
 use crate::output::Event;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -98,19 +98,16 @@ impl Executor {
     /// its lines are those of the file (SF-24).
     pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
-        for task in tasks {
-            task.relocate(&program);
-            let acting = task.acting();
-            if self.arm_owner == Some(task.id()) && matches!(acting.state(), TaskState::Moving { .. }) {
-                self.motion_line = acting.line();
-            }
-        }
+        tasks.for_each(|task| task.relocate(&program));
         if let Some(direct) = &mut self.direct
             && let Ok(program) = compile_direct(&direct.statement, &program)
         {
             direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
+            let moved = |line| selected.program.line_in(&program, line);
+            self.motion_line = moved(self.motion_line);
+            self.breakpoints.relocate(moved);
             selected.source = source;
             selected.memory.relocate(&program);
             selected.program = program;

@@ -329,11 +329,9 @@ impl Machine {
     }
 
     /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
-    /// [`rewrite_value`](crate::rewrite_value) makes. Nothing is done when the steps are not the same.
+    /// [`rewrite_value`](crate::rewrite_value) makes.
     pub fn relocate(&mut self, program: &Arc<Program>) {
-        if self.program.blocks == program.blocks && self.program.code == program.code {
-            self.program = Arc::clone(program);
-        }
+        self.program = Arc::clone(program);
     }
 
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.
