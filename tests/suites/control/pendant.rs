@@ -129,6 +129,25 @@ fn a_program_that_restores_its_data_stops_at_its_breakpoints_and_where_it_runs_t
 }
 
 #[test]
+fn breakpoints_of_a_file_that_was_downloaded_again_are_set_in_its_new_lines() {
+    let robot = running(LOOP);
+    robot.post("/program/start", "");
+    let put = |text: &str| robot.put("/files/TEST", &json!({"text": text}).to_string());
+    put(&format!("REMARK one more line\n{LOOP}"));
+    let set = robot.put("/breakpoints", r#"{"lines":[6, 9]}"#);
+    assert_eq!(set, json!({"lines": [7, 10]}));
+    assert_eq!(variable(&robot, "N"), 3.0, "the file is taken by the next start");
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(10), 1.0));
+    put("PROGRAM TEST\nNOPE\nEND\n");
+    let words = robot.refused(409, "PUT", "/breakpoints", r#"{"lines":[2]}"#);
+    assert!(
+        words.starts_with("cannot set the breakpoints: file TEST has errors"),
+        "{words}"
+    );
+}
+
+#[test]
 fn breakpoints_and_steps_survive_a_snapshot() {
     let robot = running(LOOP);
     robot.put("/breakpoints", r#"{"lines":[7]}"#);

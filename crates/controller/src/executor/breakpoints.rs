@@ -78,12 +78,11 @@ impl Breakpoints {
 }
 
 impl Executor {
-    /// Sets the breakpoints, each at the first line from there on that has a statement, and ends all others. `Err` gives
-    /// the line for which there is none.
-    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), u32> {
-        let statements = self.program().statement_lines();
+    /// Sets the breakpoints, each at the first of these lines with a statement from there on, and ends all others. `Err`
+    /// gives the line for which there is none.
+    pub(crate) fn set_breakpoints(&mut self, lines: &[u32], statements: &[u32]) -> Result<(), u32> {
         let lines = lines.iter().take(MAX_BREAKPOINTS);
-        let found = lines.map(|line| next_statement(&statements, *line).ok_or(*line));
+        let found = lines.map(|line| next_statement(statements, *line).ok_or(*line));
         self.breakpoints.lines = found.collect::<Result<_, _>>()?;
         Ok(())
     }

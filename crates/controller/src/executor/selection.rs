@@ -160,10 +160,30 @@ impl Robot {
     /// # Errors
     /// See [`SelectError`].
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
-        let label = || name.as_str().to_string();
         if self.executor.is_running() {
             return Err(SelectError::Running);
         }
+        let (source, program) = self.compile_file(name)?;
+        let memory = Memory::new(&program);
+        if self.executor.file() != name.as_str() {
+            self.executor.breakpoints = Breakpoints::default();
+        }
+        let name = name.as_str().to_string();
+        self.outputs.event(Event::Selected(Some(name.clone())));
+        self.executor.selected = Some(Selected {
+            name,
+            source,
+            program,
+            memory,
+            stale: false,
+        });
+        self.executor.rewind(self.now);
+        Ok(())
+    }
+
+    /// The text and the program of a file of the drive.
+    fn compile_file(&self, name: &FileName) -> Result<(String, Arc<Program>), SelectError> {
+        let label = || name.as_str().to_string();
         if name.is_parameter() {
             return Err(SelectError::Parameter(label()));
         }
@@ -171,28 +191,26 @@ impl Robot {
         let content = content.ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
         let compilation = self.config.compile(&source);
-        let Some(program) = compilation.program else {
-            let found = compilation.diagnostics.iter();
-            let errors = found.filter(|found| found.severity == Severity::Error);
-            return Err(SelectError::Errors {
-                name: label(),
-                rendered: render(errors, &source, name.as_str()),
-            });
-        };
-        let memory = Memory::new(&program);
-        if self.executor.file() != name.as_str() {
-            self.executor.breakpoints = Breakpoints::default();
+        if let Some(program) = compilation.program {
+            return Ok((source, program));
         }
-        self.executor.selected = Some(Selected {
-            name: label(),
-            source,
-            program,
-            memory,
-            stale: false,
-        });
-        self.executor.rewind(self.now);
-        self.outputs.event(Event::Selected(Some(label())));
-        Ok(())
+        let found = compilation.diagnostics.iter();
+        let errors = found.filter(|found| found.severity == Severity::Error);
+        let (name, rendered) = (label(), render(errors, &source, name.as_str()));
+        Err(SelectError::Errors { name, rendered })
+    }
+
+    /// The program that the next start runs: that of the file as it is on the drive (CMD-DL-07).
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub(crate) fn next_program(&self) -> Result<Arc<Program>, SelectError> {
+        let stale = self.executor.selected().filter(|selected| selected.is_stale());
+        let Some(stale) = stale else {
+            return Ok(Arc::clone(self.executor.program()));
+        };
+        let (_, program) = self.compile_file(&FileName::parse(stale.name())?)?;
+        Ok(program)
     }
 
     /// A file that was downloaded anew since it was selected is taken now.
