@@ -207,7 +207,7 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value>
         expected,
         found: found.join(" "),
     };
-    if kind == ValueKind::Real && !in_range(&reals) {
+    if !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }
     let (expected, value) = match (kind, numbers) {
