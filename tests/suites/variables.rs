@@ -154,6 +154,23 @@ fn mw_of_every_type() {
     );
 }
 
+// clause: CMD-MW-06
+#[test]
+fn what_mw_cannot_store_is_not_written_into_the_file_either() {
+    let source = "GLOBAL\nB\nEND\nPROGRAM TEST\nB = 2\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot.received(Port::Ip0);
+    assert_eq!(
+        robot.ask(Port::Ip0, "MW,1 B 1 2.5"),
+        b"NG\r",
+        "B is an integer by now"
+    );
+    assert_eq!(robot.file(Port::Ip0, "UL,TEST"), source.as_bytes());
+    robot.command(Port::Ip0, "MW,1 B 0 3");
+}
+
 // clause: CMD-MW-02 CMD-MW-05 CMD-RS-03 CMD-RS-04
 #[test]
 fn the_flag_of_mw_decides_about_the_file() {

@@ -81,6 +81,9 @@ impl Selected {
     /// See [`AccessError`].
     pub(crate) fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
         let VariableName { name, subscripts } = variable;
+        // What a variable of no declared kind takes depends on what it holds.
+        let mut memory = self.memory.clone();
+        memory.set_global(&self.program, name, subscripts, value.clone())?;
         rewrite_value(&self.source, &self.program, name, subscripts, value)
     }
 
