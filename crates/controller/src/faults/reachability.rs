@@ -3,7 +3,7 @@
 //! Without this check a misspelled fault would pass unnoticed in a test run. `spec` parses faults; the bounds used here
 //! are those of the protocol and of `crate::limits`.
 
-use super::kind::{InjectionPoint, ParameterType, ParameterValue};
+use super::kind::{InjectionPoint, ParameterType};
 use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
@@ -184,8 +184,7 @@ impl Fault {
             };
             for word in words {
                 let mut other = self.clone();
-                let value = ParameterValue::Word((*word).to_string());
-                other.values.0.insert(parameter.name, value);
+                other.values.0.insert(parameter.name, (*word).to_string());
                 if other.can_fire() {
                     ways.push(format!("give {}={word}", parameter.name));
                 }

@@ -13,8 +13,8 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
-        let message = format!("{site} leaves twice");
         let twice = [Segment::bytes(site.bytes.clone()), again];
+        let message = format!("{site} leaves twice");
         (Effect::ReplaceOutput(twice.into()), message)
     },
     ..FaultKind::DEFAULT

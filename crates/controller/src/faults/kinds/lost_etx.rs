@@ -12,9 +12,8 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It drops a text that does not end in time, and sends the command again.",
     points: &[InjectionPoint::Reply],
     apply: |_, _, site| {
-        let end = site.bytes.iter().rposition(|byte| *byte == ETX);
         let mut bytes = site.bytes.to_vec();
-        if let Some(end) = end {
+        if let Some(end) = bytes.iter().rposition(|byte| *byte == ETX) {
             bytes.remove(end);
         }
         let message = format!("{site} leaves without ETX");

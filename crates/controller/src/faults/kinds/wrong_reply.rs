@@ -25,9 +25,9 @@ pub const KIND: FaultKind = FaultKind {
             [b'O' | b'N', ..] => EMPTY_FILE,
             _ => OK,
         };
-        let data = values.text("text").unwrap_or(usual);
+        let data = values.text("text").unwrap_or_else(|| usual.to_vec());
         let message = format!("in place of {site} leaves \"{}\"", data.escape_ascii());
-        let instead = Segment::bytes(reframed(&site.bytes, &site.data, data));
+        let instead = Segment::bytes(reframed(&site.bytes, &site.data, &data));
         (Effect::ReplaceOutput([instead].into()), message)
     },
     ..FaultKind::DEFAULT
