@@ -62,12 +62,10 @@ impl fmt::Display for AccessError {
                 name,
                 expected,
                 found,
-            } => write!(
-                f,
-                "{name} holds {}, found {}",
-                expected.description(),
-                found.description()
-            ),
+            } => {
+                let (expected, found) = (expected.description(), found.description());
+                write!(f, "{name} holds {expected}, found {found}")
+            }
             AccessError::Subscript(name) => write!(f, "{name} has no such element"),
             AccessError::NotArray(name) => write!(f, "{name} is not an array"),
             AccessError::IsArray(name) => write!(f, "{name} is an array: a subscript is missing"),

@@ -56,12 +56,13 @@ pub struct PointsError {
 
 impl fmt::Display for PointsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let PointsError { line, column, .. } = self;
-        write!(
-            f,
-            "{line}:{column}: expected {}, found {}",
-            self.expected, self.found
-        )
+        let Self {
+            line,
+            column,
+            expected,
+            found,
+        } = self;
+        write!(f, "{line}:{column}: expected {expected}, found {found}")
     }
 }
 
