@@ -48,11 +48,8 @@ pub fn restore_values(
 ) -> Result<String, AccessError> {
     let rewriter = Rewriter::new(source, program);
     let mut edits = Vec::new();
-    for (name, at) in &program.symbols.shared {
-        let Some(slot) = program.symbols.slots.get(*at) else {
-            continue;
-        };
-        let named = names.contains(name);
+    for (name, slot) in program.symbols.by_name() {
+        let named = names.iter().any(|known| known == name);
         if !named && !names.is_empty() {
             continue;
         }

@@ -208,12 +208,10 @@ impl Robot {
     /// # Errors
     /// See [`SelectError`].
     pub(crate) fn next_program(&self) -> Result<Arc<Program>, SelectError> {
-        let stale = self.executor.selected().filter(|selected| selected.is_stale());
-        let Some(stale) = stale else {
-            return Ok(Arc::clone(self.executor.program()));
-        };
-        let (_, program) = self.compile_file(&FileName::parse(stale.name())?)?;
-        Ok(program)
+        match self.stale_file()? {
+            Some(name) => Ok(self.compile_file(&name)?.1),
+            None => Ok(Arc::clone(self.executor.program())),
+        }
     }
 
     /// A file that was downloaded anew since it was selected is taken now.
@@ -221,11 +219,14 @@ impl Robot {
     /// # Errors
     /// See [`SelectError`].
     pub(crate) fn renew_stale(&mut self) -> Result<(), SelectError> {
-        if let Some(stale) = self.executor.selected().filter(|selected| selected.is_stale()) {
-            let name = FileName::parse(stale.name())?;
-            return self.select_file(&name);
-        }
-        Ok(())
+        let stale = self.stale_file()?;
+        stale.map_or(Ok(()), |name| self.select_file(&name))
+    }
+
+    /// The selected file, if it was downloaded anew since.
+    fn stale_file(&self) -> Result<Option<FileName>, NameError> {
+        let stale = self.executor.selected().filter(|selected| selected.is_stale());
+        stale.map(|stale| FileName::parse(stale.name())).transpose()
     }
 
     /// No file is selected any more (RS,SEL).
