@@ -2,7 +2,7 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -14,8 +14,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
         let twice = [Segment::bytes(site.bytes.clone()), again];
-        let message = format!("{site} leaves twice");
-        (Effect::ReplaceOutput(twice.into()), message)
+        sends(twice, format!("{site} leaves twice"))
     },
     ..FaultKind::DEFAULT
 };
