@@ -107,13 +107,12 @@ pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lex
     let mut at = line.start;
     while at < line.end {
         let rest = Span::new(at, line.end).text(source);
-        match rest.as_bytes().first() {
-            None | Some(b' ') => {
-                at += 1;
-                continue;
-            }
-            Some(b'\'') => break,
-            Some(_) => {}
+        if rest.starts_with(' ') {
+            at += 1;
+            continue;
+        }
+        if rest.starts_with('\'') {
+            break;
         }
         let (token, length) = token(rest, at)?;
         if token == Token::Word("REMARK".into()) {

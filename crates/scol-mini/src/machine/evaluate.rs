@@ -156,9 +156,8 @@ fn fitting(value: Value) -> Result<Value> {
         Value::Coordinate(trans) => &trans.coords,
         Value::Integer(_) | Value::Real(_) | Value::Load(_) => &[],
     };
-    for coordinate in coords {
-        real(*coordinate as f32)?;
-    }
+    let mut coords = coords.iter();
+    coords.try_for_each(|coordinate| real(*coordinate as f32).map(drop))?;
     Ok(value)
 }
 
