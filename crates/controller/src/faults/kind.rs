@@ -4,7 +4,6 @@
 //! [`FaultSite`]; `spec` parses and writes faults.
 
 use super::rng::Rng;
-use super::spec::parse_escaped;
 use crate::alarm::AlarmCode;
 use crate::endpoint::send_queue::Segment;
 use crate::faults::error::FaultError;
@@ -15,6 +14,7 @@ use alloc::collections::BTreeMap;
 use bytes::Bytes;
 use core::fmt;
 use core::time::Duration;
+use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
 
 ts3100_proto::codes! {
     /// Where a fault can be injected.
@@ -107,6 +107,15 @@ impl ParameterValues {
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.0.iter().map(|(name, value)| (*name, value.as_str()))
     }
+}
+
+/// Parses bytes in the readable notation. A person writes them: names in any case, bytes with or without a leading zero.
+pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
+    let byte = |unit| match unit {
+        Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
+        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
+    };
+    units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
 /// What a fault changes at its site.

@@ -3,7 +3,7 @@
 //! Values with a comma are in double quotes. A fault that is written and parsed again is the same fault. Whether it can
 //! ever fire is checked in `reachability`.
 
-use super::kind::{FaultKind, Parameter, ParameterType, ParameterValues};
+use super::kind::{FaultKind, Parameter, ParameterType, ParameterValues, parse_escaped};
 use super::rng::MILLION;
 use super::{Fault, FaultError, FaultFilter, KINDS};
 use crate::alarm::AlarmCode;
@@ -13,7 +13,7 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::COMMANDS;
-use ts3100_proto::escape::{Escaped, Unit, control_code, hex_byte, units};
+use ts3100_proto::escape::Escaped;
 use ts3100_proto::words::{did_you_mean, split_duration};
 
 /// Longest specification in bytes.
@@ -80,15 +80,6 @@ fn parse_millis(text: &str) -> Option<u64> {
     let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
     // Whole, not negative, and below 1e15.
     fits.then_some(whole as u64)
-}
-
-/// Parses bytes in the readable notation. A person writes them: names in any case, bytes with or without a leading zero.
-pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
-    let byte = |unit| match unit {
-        Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
-        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
-    };
-    units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
 impl FromStr for Fault {
