@@ -192,12 +192,9 @@ impl Memory {
             if slot.owner != Owner::Global || slot.bounds.is_none() || !slot.initial.is_empty() {
                 continue;
             }
-            if let (Some(kind), Some(was)) = (self.kinds.get_mut(at), old.kinds.get(at)) {
-                *kind = *was;
-            }
             for cell in slot.base..slot.base + slot.length() {
                 if let Some(value) = old.value(cell) {
-                    self.put(cell, value);
+                    self.store(program, at, cell, value);
                 }
             }
         }
