@@ -108,9 +108,9 @@ impl Executor {
             direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
-            let moved = |line| selected.program.line_in(&program, line);
-            self.motion_line = moved(self.motion_line);
-            self.breakpoints.relocate(moved);
+            let old = &selected.program;
+            self.motion_line = old.line_in(&program, self.motion_line);
+            self.breakpoints.relocate(|line| old.line_in(&program, line));
             selected.source = source;
             selected.memory.relocate(&program);
             selected.program = program;
