@@ -139,6 +139,9 @@ fn breakpoints_of_a_file_that_was_downloaded_again_are_set_in_its_new_lines() {
     assert_eq!(variable(&robot, "N"), 3.0, "the file is taken by the next start");
     robot.post("/program/start", "");
     assert_eq!((line(&robot), variable(&robot, "N")), (json!(10), 1.0));
+    put("PROGRAM TEST\nN = 1\nEND\n");
+    let set = robot.put("/breakpoints", r#"{"lines":[2, 10]}"#);
+    assert_eq!(set, json!({"lines": [2]}), "line 10 is behind the end by now");
     put("PROGRAM TEST\nNOPE\nEND\n");
     let words = robot.refused(409, "PUT", "/breakpoints", r#"{"lines":[2]}"#);
     assert!(

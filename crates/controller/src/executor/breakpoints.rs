@@ -79,10 +79,13 @@ impl Breakpoints {
 
 impl Executor {
     /// Sets the breakpoints, each at the first of these lines with a statement from there on, and ends all others. `Err`
-    /// gives the line for which there is none.
+    /// gives the line for which there is none. One that was set before a download, and is behind the end of the file by
+    /// now, ends.
     pub(crate) fn set_breakpoints(&mut self, lines: &[u32], statements: &[u32]) -> Result<(), u32> {
         let lines = lines.iter().take(MAX_BREAKPOINTS);
-        let found = lines.map(|line| next_statement(statements, *line).ok_or(*line));
+        let found = lines.map(|line| (line, next_statement(statements, *line)));
+        let found = found.filter(|(line, found)| found.is_some() || !self.breakpoints.lines.contains(line));
+        let found = found.map(|(line, found)| found.ok_or(*line));
         self.breakpoints.lines = found.collect::<Result<_, _>>()?;
         Ok(())
     }
