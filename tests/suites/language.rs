@@ -330,6 +330,18 @@ fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
     }
 }
 
+#[test]
+fn no_coordinate_is_read_that_a_real_cannot_hold() {
+    let far = "GLOBAL\nX = 1.0\nEND\nPROGRAM P\nBASE = TRANS(3.4E38, 3.4E38, 0, 0, 0, 45)\nX = HERE.X\nEND\n";
+    let mut robot = Robot::ready(far);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    let alarms = robot.alarms();
+    assert!(alarms.len() == 1 && alarms[0].starts_with("2-107"), "{alarms:?}");
+    let controller = &robot.cell.controller;
+    assert_eq!(&Controller::restore(controller.snapshot()).unwrap(), controller);
+}
+
 const DATA: &str = "GLOBAL\nN = 1\nM = 2\nDIM LOG(2) AS INTEGER\nDIM FIRST(1) AS INTEGER\nFIRST(0) = 3\nEND\n\
     PROGRAM P\nN = N + 10\nM = 20\nH.Z = 150\nLOG(1) = LOG(1) + 1\nFIRST(0) = 9\n@\nPRINT IP1, N, LOG(1), CR\nEND\n\
     DATA\nPOINT H=400,0,200/\nEND\n";

@@ -3,7 +3,7 @@
 //!
 //! The grammar of both commands is tested in `ts3100-proto`.
 
-use ts3100_controller::{Dialect, Port};
+use ts3100_controller::{Controller, Dialect, Port};
 use ts3100_tests::Robot;
 
 const PROGRAM: &str = "GLOBAL
@@ -130,6 +130,9 @@ fn mw_of_every_type() {
         "0 LOCAL1 0 1",
         "0 P1 4 1 2 3 4 5 6 7 8",
         "0 P1 4 1 2 3 4 5 6 7 8 33333",
+        "0 P1 4 1 2 3 4 5 6 7 3.5e38 11211",
+        "0 W1 3 1 2 3 4 5 -1e200",
+        "0 H1 2 3.5e38 2 3 4 5 6 7",
         "0 W1 3 1 2 3 4 5",
         "0 H1 2 1 2 3 4 5 6",
         "0 A 4 1 2 3 4 5 6 7 8 9",
@@ -149,6 +152,23 @@ fn mw_of_every_type() {
         read(&mut robot, "P1 4"),
         "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000"
     );
+}
+
+// clause: CMD-MW-06
+#[test]
+fn what_mw_cannot_store_is_not_written_into_the_file_either() {
+    let source = "GLOBAL\nB\nEND\nPROGRAM TEST\nB = 2\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot.received(Port::Ip0);
+    assert_eq!(
+        robot.ask(Port::Ip0, "MW,1 B 1 2.5"),
+        b"NG\r",
+        "B is an integer by now"
+    );
+    assert_eq!(robot.file(Port::Ip0, "UL,TEST"), source.as_bytes());
+    robot.command(Port::Ip0, "MW,1 B 0 3");
 }
 
 // clause: CMD-MW-02 CMD-MW-05 CMD-RS-03 CMD-RS-04
@@ -238,6 +258,34 @@ fn a_line_that_mw_adds_to_the_file_moves_the_lines_of_the_program_that_runs() {
         status.ends_with("stop(reset)"),
         "it has gone on to its end: {status}"
     );
+}
+
+// clause: CMD-MW-02 SF-24
+#[test]
+fn a_motion_that_nobody_waits_for_is_on_its_line_of_the_rewritten_file() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nEND\nPROGRAM TEST\nENABLE NOWAIT\nMOVE A WITH SPEED=5\nWAIT DIN(1)\nEND\n\
+        DATA\nPOINT A=400,-200,200/\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    let executed = |robot: &mut Robot| robot.total(Port::Ip0)[25];
+    assert_eq!(executed(&mut robot), 6);
+    robot.command(Port::Ip0, "MW,1 T(2) 5 9");
+    assert_eq!(executed(&mut robot), 7);
+}
+
+// clause: CMD-MW-02
+#[test]
+fn a_program_goes_on_in_the_file_that_says_of_what_kind_a_variable_is() {
+    let source = "GLOBAL\nB\nEND\nPROGRAM TEST\nDELAY 1\nC = B\nPRINT IP1, 0.5 + 0.25, C.X\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot.command(Port::Ip0, "MW,1 B 4 400 0 200 0 0 0 0 0 0");
+    let controller = &robot.cell.controller;
+    assert_eq!(&Controller::restore(controller.snapshot()).unwrap(), controller);
+    robot.advance_ms(1_000);
+    assert_eq!(robot.received(Port::Ip1), b"       0.750     400.000");
 }
 
 // clause: DATA-04 DATA-11 DATA-12 DATA-13 CMD-SL-02

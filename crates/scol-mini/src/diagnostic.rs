@@ -5,8 +5,11 @@
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 
+use crate::lines::lines;
 use crate::prelude::*;
 use core::ops::Range;
+
+pub use crate::lines::Span;
 
 /// Most diagnostics of one compilation; the last says that more were left out.
 pub const MAX_DIAGNOSTICS: usize = 100;
@@ -27,37 +30,6 @@ impl Severity {
             Severity::Error => "error",
             Severity::Warning => "warning",
         }
-    }
-}
-
-/// A range of bytes of the source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Span {
-    /// Index of the first byte in the source.
-    pub start: usize,
-    /// One past the last.
-    pub end: usize,
-}
-
-impl Span {
-    pub(crate) fn new(start: usize, end: usize) -> Span {
-        Span { start, end }
-    }
-
-    /// The place before this byte.
-    pub(crate) fn at(byte: usize) -> Span {
-        Span::new(byte, byte)
-    }
-
-    /// What `source` has there; nothing where it is not within it.
-    pub(crate) fn text(self, source: &str) -> &str {
-        source.get(self.start..self.end).unwrap_or_default()
-    }
-
-    /// From the beginning of one to the end of the other.
-    #[must_use]
-    pub fn to(self, other: Span) -> Span {
-        Span::new(self.start, other.end)
     }
 }
 
@@ -179,14 +151,7 @@ pub(crate) struct Sink {
 
 impl Sink {
     pub fn new(source: &str) -> Self {
-        let bytes = source.as_bytes();
-        let mut starts = Vec::from([0]);
-        for (at, byte) in bytes.iter().enumerate() {
-            let pair = *byte == b'\r' && bytes.get(at + 1) == Some(&b'\n');
-            if matches!(byte, b'\r' | b'\n') && !pair {
-                starts.push(at + 1);
-            }
-        }
+        let starts = lines(source).iter().map(|line| line.span.start).collect();
         let list = Vec::new();
         Self { starts, list }
     }
@@ -213,7 +178,10 @@ impl Sink {
             remark.code = "E0009";
             remark.message = "too many errors, the rest is left out".to_string();
         }
-        let line = self.starts.partition_point(|start| *start <= remark.span.start);
+        let line = self
+            .starts
+            .partition_point(|start| *start <= remark.span.start)
+            .max(1);
         let begin = line.checked_sub(1).and_then(|line| self.starts.get(line));
         let column = remark.span.start - begin.copied().unwrap_or(0) + 1;
         remark.line = u32::try_from(line).unwrap_or(u32::MAX);

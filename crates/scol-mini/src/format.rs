@@ -7,7 +7,8 @@
 use crate::prelude::*;
 
 use crate::diagnostic::Span;
-use crate::lexer::{self, Lexeme, Sign, Token, lines};
+use crate::lexer::{self, Lexeme, Sign, Token};
+use crate::lines::{line_end, lines};
 use crate::outline::{sign, word};
 use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 
@@ -26,7 +27,7 @@ pub fn format(source: &str) -> String {
     if source.len() > MAX_SOURCE {
         return source.into();
     }
-    let end = line_end(source);
+    let (_, end) = line_end(source, 0);
     let mut layout = Layout::default();
     let mut text = String::new();
     let mut blank = true;
@@ -50,15 +51,6 @@ pub fn format(source: &str) -> String {
         return source.into();
     }
     text
-}
-
-/// The line end of the first line that has one.
-fn line_end(source: &str) -> &'static str {
-    match source.find(['\r', '\n']) {
-        Some(at) if source.get(at..at + 2) == Some("\r\n") => "\r\n",
-        Some(at) if source.get(at..=at) == Some("\r") => "\r",
-        _ => "\n",
-    }
 }
 
 /// The state of the layout.
@@ -131,9 +123,7 @@ impl Layout {
     fn spaced(&self, source: &str, tokens: &[Lexeme]) -> String {
         let mut text = String::new();
         for (at, lexeme) in tokens.iter().enumerate() {
-            let before = at.checked_sub(1).and_then(|at| tokens.get(at));
-            let earlier = at.checked_sub(2).and_then(|at| tokens.get(at));
-            if before.is_some() && self.parted(earlier, before, lexeme, tokens.get(at + 1)) {
+            if self.parted(tokens, at) {
                 text.push(' ');
             }
             let spelling = lexeme.span.text(source);
@@ -146,23 +136,20 @@ impl Layout {
         text
     }
 
-    /// `true` when a blank belongs between `before` and `next`.
-    fn parted(
-        &self,
-        earlier: Option<&Lexeme>,
-        before: Option<&Lexeme>,
-        next: &Lexeme,
-        after: Option<&Lexeme>,
-    ) -> bool {
-        let (left, right) = (sign(before), sign(Some(next)));
+    /// `true` when a blank belongs before the token `at`.
+    fn parted(&self, tokens: &[Lexeme], at: usize) -> bool {
+        let before = at.checked_sub(1).and_then(|at| tokens.get(at));
+        let earlier = at.checked_sub(2).and_then(|at| tokens.get(at));
+        let (left, right) = (sign(before), sign(tokens.get(at)));
         match (left, right) {
+            _ if at == 0 => false,
             (_, Some(Sign::Comma | Sign::Close | Sign::CloseBrace | Sign::Colon | Sign::Dot)) => false,
             (Some(Sign::Open | Sign::OpenBrace | Sign::Dot), _) => false,
             // Data is written closely, as the controller does it.
             _ if self.data && (left.is_some() || right.is_some()) => false,
             (Some(Sign::Comma | Sign::Colon), _) => true,
             (Some(Sign::Minus | Sign::Plus), _) if is_value(earlier).is_none() => false,
-            (_, Some(Sign::Slash)) if after.is_none() => false,
+            (_, Some(Sign::Slash)) if at + 1 == tokens.len() => false,
             (None, Some(Sign::Open)) => {
                 // MOD between two values is an operator, elsewhere a function.
                 let operator = word(before) == "MOD" && is_value(earlier).is_some();

@@ -1,13 +1,14 @@
-//! Cuts a file into lines, and a line into tokens.
+//! Cuts a line into tokens.
 //!
-//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. It ends with
-//! CR, LF or CR LF (RAM-05).
+//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem.
 
 use crate::prelude::*;
 
 use crate::builtin::spelling;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::tree::Relation;
+
+pub(crate) use crate::lines::{Line, lines};
 
 /// A word, a number, a text or a sign.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,29 +100,6 @@ impl Lexeme {
     }
 }
 
-/// A line of the file without its line end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Line {
-    /// Counted from 1.
-    pub number: u32,
-    pub span: Span,
-}
-
-/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
-pub(crate) fn lines(source: &str) -> Vec<Line> {
-    let text = source.split('\u{1A}').next().unwrap_or_default();
-    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
-    while let Some(rest) = text.get(start..).filter(|rest| !rest.is_empty()) {
-        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-        let span = Span::new(start, start + length);
-        lines.push(Line { number, span });
-        let pair = rest.get(length..).is_some_and(|tail| tail.starts_with("\r\n"));
-        start = span.end + if pair { 2 } else { 1 };
-        number += 1;
-    }
-    lines
-}
-
 /// Cuts one line into tokens; a comment is left out.
 pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lexeme>, Diagnostic> {
     check_characters(source, line, longest)?;
@@ -129,13 +107,12 @@ pub(crate) fn tokens(source: &str, line: Span, longest: usize) -> Result<Vec<Lex
     let mut at = line.start;
     while at < line.end {
         let rest = Span::new(at, line.end).text(source);
-        match rest.as_bytes().first() {
-            None | Some(b' ') => {
-                at += 1;
-                continue;
-            }
-            Some(b'\'') => break,
-            Some(_) => {}
+        if rest.starts_with(' ') {
+            at += 1;
+            continue;
+        }
+        if rest.starts_with('\'') {
+            break;
         }
         let (token, length) = token(rest, at)?;
         if token == Token::Word("REMARK".into()) {

@@ -46,6 +46,7 @@ mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;
+mod lines;
 mod lint;
 mod machine;
 mod memory;

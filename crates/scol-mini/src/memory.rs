@@ -62,12 +62,10 @@ impl fmt::Display for AccessError {
                 name,
                 expected,
                 found,
-            } => write!(
-                f,
-                "{name} holds {}, found {}",
-                expected.description(),
-                found.description()
-            ),
+            } => {
+                let (expected, found) = (expected.description(), found.description());
+                write!(f, "{name} holds {expected}, found {found}")
+            }
             AccessError::Subscript(name) => write!(f, "{name} has no such element"),
             AccessError::NotArray(name) => write!(f, "{name} is not an array"),
             AccessError::IsArray(name) => write!(f, "{name} is an array: a subscript is missing"),
@@ -194,12 +192,9 @@ impl Memory {
             if slot.owner != Owner::Global || slot.bounds.is_none() || !slot.initial.is_empty() {
                 continue;
             }
-            if let (Some(kind), Some(was)) = (self.kinds.get_mut(at), old.kinds.get(at)) {
-                *kind = *was;
-            }
             for cell in slot.base..slot.base + slot.length() {
                 if let Some(value) = old.value(cell) {
-                    self.put(cell, value);
+                    self.store(program, at, cell, value);
                 }
             }
         }
@@ -208,6 +203,9 @@ impl Memory {
     /// From now on the memory is that of `program`, which has the same variables.
     pub fn relocate(&mut self, program: &Program) {
         self.source = program.fingerprint();
+        // A kind that the file did not tell before makes other instructions.
+        self.cells.all.truncate(self.cells.variables);
+        self.cells.all.extend(program.code.working_cells());
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.

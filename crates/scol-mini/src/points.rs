@@ -56,12 +56,13 @@ pub struct PointsError {
 
 impl fmt::Display for PointsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let PointsError { line, column, .. } = self;
-        write!(
-            f,
-            "{line}:{column}: expected {}, found {}",
-            self.expected, self.found
-        )
+        let Self {
+            line,
+            column,
+            expected,
+            found,
+        } = self;
+        write!(f, "{line}:{column}: expected {expected}, found {found}")
     }
 }
 
@@ -78,16 +79,13 @@ pub fn parse_points(table: &str, arm: Arm) -> Result<Vec<TaughtPoint>, PointsErr
     let table = table.strip_prefix('\u{FEFF}').unwrap_or(table);
     let mut points = Vec::new();
     let mut names = BTreeSet::new();
-    let mut first = true;
-    for (at, text) in table.lines().enumerate() {
-        let row = Row::new(text, at + 1);
-        if text.trim().is_empty() {
-            continue;
-        }
-        if core::mem::take(&mut first) && row.field(0).eq_ignore_ascii_case("NAME") {
-            row.heading(arm)?;
-            continue;
-        }
+    let lines = table.lines().enumerate();
+    let lines = lines.filter(|(_, text)| !text.trim().is_empty());
+    let mut rows = lines.map(|(at, text)| Row::new(text, at + 1)).peekable();
+    if let Some(heading) = rows.next_if(|row| row.field(0).eq_ignore_ascii_case("NAME")) {
+        heading.heading(arm)?;
+    }
+    for row in rows {
         if points.len() >= MAX_POINTS {
             return Err(row.wrong(0, format!("at most {MAX_POINTS} points")));
         }
@@ -196,11 +194,10 @@ impl<'a> Row<'a> {
     }
 }
 
-/// A finite number in the range of a real.
+/// A number in the range of a real.
 fn number(text: &str) -> Option<f64> {
-    let number = text.parse::<f64>().ok()?;
-    let digits = text.bytes().any(|b| b.is_ascii_digit());
-    (digits && libm::fabs(number) <= f64::from(f32::MAX)).then_some(number)
+    let number = text.parse::<f64>().ok();
+    number.filter(|number| libm::fabs(*number) <= f64::from(f32::MAX))
 }
 
 fn configuration(text: &str, arm: Arm) -> Option<Configuration> {

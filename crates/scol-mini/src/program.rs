@@ -115,6 +115,12 @@ impl Symbols {
         self.slots.get(*self.shared.get(name)?)
     }
 
+    /// All of them by their names.
+    pub fn by_name(&self) -> impl Iterator<Item = (&str, &Slot)> {
+        let shared = self.shared.iter();
+        shared.filter_map(|(name, at)| Some((name.as_str(), self.slots.get(*at)?)))
+    }
+
     /// The same, to change.
     pub fn find_mut(&mut self, name: &str) -> Option<&mut Slot> {
         self.slots.get_mut(*self.shared.get(name)?)
@@ -309,11 +315,8 @@ impl Program {
     /// The variables of GLOBAL and the names of DATA in alphabetical order, each with the upper bounds of its
     /// subscripts; a plain variable has none.
     pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {
-        self.symbols.shared.iter().filter_map(|(name, at)| {
-            let slot = self.symbols.slots.get(*at)?;
-            let bounds = slot.bounds.as_deref().unwrap_or_default();
-            Some((name.as_str(), slot.info(), bounds))
-        })
+        let slots = self.symbols.by_name();
+        slots.map(|(name, slot)| (name, slot.info(), slot.bounds.as_deref().unwrap_or_default()))
     }
 
     /// File lines on which a statement begins, in ascending order.
@@ -323,6 +326,13 @@ impl Program {
         lines.sort_unstable();
         lines.dedup();
         lines
+    }
+
+    /// Where the statement of this line is in `other`, which has the same steps.
+    pub fn line_in(&self, other: &Program, line: u32) -> u32 {
+        let mut steps = self.steps.iter().zip(&other.steps);
+        let found = steps.find(|(step, _)| step.line == line);
+        found.map_or(line, |(_, step)| step.line)
     }
 
     /// The PROGRAM blocks in file order: name in upper case, and the file line of its first statement.

@@ -6,6 +6,7 @@
 use crate::prelude::*;
 
 use crate::diagnostic::{Sink, Span};
+use crate::lines::line_end;
 use crate::memory::{AccessError, Memory, check_kind, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
@@ -47,11 +48,8 @@ pub fn restore_values(
 ) -> Result<String, AccessError> {
     let rewriter = Rewriter::new(source, program);
     let mut edits = Vec::new();
-    for (name, at) in &program.symbols.shared {
-        let Some(slot) = program.symbols.slots.get(*at) else {
-            continue;
-        };
-        let named = names.contains(name);
+    for (name, slot) in program.symbols.by_name() {
+        let named = names.iter().any(|known| known == name);
         if !named && !names.is_empty() {
             continue;
         }
@@ -174,28 +172,21 @@ impl<'a> Rewriter<'a> {
             let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
             return alone.then(|| Edit::At(last.line, format!("{name} = {text}")));
         }
-        let (at, line_end) = self.line_end(last.line.end);
+        let (at, end) = line_end(self.source, last.line.end);
         let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-        let line = format!("{line_end}{name}({}) = {text}", list.join(","));
+        let line = format!("{end}{name}({}) = {text}", list.join(","));
         Some(Edit::At(Span::at(at), line))
-    }
-
-    /// Where the line that holds `from` ends, and by what.
-    fn line_end(&self, from: usize) -> (usize, &'static str) {
-        let rest = self.source.get(from..).unwrap_or_default();
-        let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-        let tail = rest.get(length..).unwrap_or_default();
-        let mut ends = ["\r\n", "\n"].into_iter();
-        let line_end = ends.find(|end| tail.starts_with(end)).unwrap_or("\r");
-        (from + length, line_end)
     }
 
     /// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
     /// DATA, a block at the end of the file.
     fn taught_site(&self, lines: &[String]) -> (Span, String) {
         let source = self.source;
-        let at_heading = self.file.data_heading.map(|heading| self.line_end(heading.end));
-        let (_, end) = at_heading.unwrap_or_else(|| self.line_end(0));
+        let at_heading = self
+            .file
+            .data_heading
+            .map(|heading| line_end(source, heading.end));
+        let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
         let lines = lines.join(end);
         if let Some((at, end)) = at_heading {
             return (Span::at(at), format!("{end}{lines}"));

@@ -362,13 +362,10 @@ impl Ask {
                 with.iter_mut()
                     .for_each(|(condition, value)| visit(value, condition.takes()));
             }
-            Ask::Print { items, .. } => {
-                for item in items {
-                    if let Item::Value(value) = item {
-                        visit(value, Takes::Number);
-                    }
-                }
-            }
+            Ask::Print { items, .. } => items.iter_mut().for_each(|item| match item {
+                Item::Text(_) => {}
+                Item::Value(value) => visit(value, Takes::Number),
+            }),
             Ask::Input(..) | Ask::Task { .. } | Ask::Restore(_) | Ask::Fixed(_) => {}
         }
     }
@@ -388,20 +385,14 @@ impl Expression {
             Node::Literal(_) | Node::System(_) => {}
             Node::Variable(variable) => {
                 visit(variable);
-                for subscript in &mut variable.subscripts {
-                    subscript.variables(visit);
-                }
+                variable.subscripts.iter_mut().for_each(|e| e.variables(visit));
             }
             Node::Component(of, _) | Node::Unary(_, of) => of.variables(visit),
             Node::Binary(_, left, right) => {
                 left.variables(visit);
                 right.variables(visit);
             }
-            Node::Function(_, arguments) => {
-                for argument in arguments {
-                    argument.variables(visit);
-                }
-            }
+            Node::Function(_, arguments) => arguments.iter_mut().for_each(|e| e.variables(visit)),
         }
     }
 

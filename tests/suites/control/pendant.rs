@@ -97,6 +97,60 @@ fn breakpoints_are_of_the_selected_file() {
 }
 
 #[test]
+fn breakpoints_stay_at_their_statements_when_a_line_is_inserted_into_the_file() {
+    // Statements are in the lines 7, 8, 10 and 11, and one line further down after the insertion.
+    let robot = running(&LOOP.replace("N = 0\n", "N = 0\nDIM T(3) AS INTEGER\n"));
+    robot.put("/breakpoints", r#"{"lines":[8, 10]}"#);
+    robot.post("/program/start", "");
+    assert_eq!(line(&robot), 8);
+    robot.put("/variables/T(2)", r#"{"value":[9],"restore":true}"#);
+    assert_eq!(robot.get("/breakpoints"), json!({"lines": [9, 11]}));
+    assert_eq!(line(&robot), 9);
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(11), 1.0));
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 2.0));
+}
+
+#[test]
+fn a_program_that_restores_its_data_stops_at_its_breakpoints_and_where_it_runs_to() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nN = 0\nEND\nPROGRAM TEST\nGOTO BEGIN\nAGAIN:\nN = N + 1\nBEGIN:\nT(2) = 9\n\
+        RESTORE T\nGOTO AGAIN\nEND\n";
+    let robot = running(source);
+    robot.put("/breakpoints", r#"{"lines":[8, 11]}"#);
+    robot.post("/program/start", "");
+    assert_eq!(line(&robot), 11, "before RESTORE, which inserts a line");
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 0.0));
+    assert_eq!(robot.get("/breakpoints"), json!({"lines": [9, 12]}));
+    let robot = running(source);
+    robot.post("/program/run-to", r#"{"line":8}"#);
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(9), 0.0));
+}
+
+#[test]
+fn breakpoints_of_a_file_that_was_downloaded_again_are_set_in_its_new_lines() {
+    let robot = running(LOOP);
+    robot.post("/program/start", "");
+    let put = |text: &str| robot.put("/files/TEST", &json!({"text": text}).to_string());
+    put(&format!("REMARK one more line\n{LOOP}"));
+    let set = robot.put("/breakpoints", r#"{"lines":[6, 9]}"#);
+    assert_eq!(set, json!({"lines": [7, 10]}));
+    assert_eq!(variable(&robot, "N"), 3.0, "the file is taken by the next start");
+    robot.post("/program/start", "");
+    assert_eq!((line(&robot), variable(&robot, "N")), (json!(10), 1.0));
+    put("PROGRAM TEST\nN = 1\nEND\n");
+    let set = robot.put("/breakpoints", r#"{"lines":[2, 10]}"#);
+    assert_eq!(set, json!({"lines": [2]}), "line 10 is behind the end by now");
+    put("PROGRAM TEST\nNOPE\nEND\n");
+    let words = robot.refused(409, "PUT", "/breakpoints", r#"{"lines":[2]}"#);
+    assert!(
+        words.starts_with("cannot set the breakpoints: file TEST has errors"),
+        "{words}"
+    );
+}
+
+#[test]
 fn breakpoints_and_steps_survive_a_snapshot() {
     let robot = running(LOOP);
     robot.put("/breakpoints", r#"{"lines":[7]}"#);

@@ -55,6 +55,15 @@ impl Breakpoints {
         self.target == Some(Target::NextStep)
     }
 
+    /// The file has been written anew: each of its lines is another one.
+    pub(super) fn relocate(&mut self, moved: impl Fn(u32) -> u32) {
+        self.lines = self.lines.iter().map(|line| moved(*line)).collect();
+        self.left.iter_mut().for_each(|(_, line)| *line = moved(*line));
+        if let Some(Target::Line(line)) = &mut self.target {
+            *line = moved(*line);
+        }
+    }
+
     /// Whether a snapshot can do without them.
     #[cfg(feature = "serde")]
     pub(super) fn is_default(&self) -> bool {
@@ -69,12 +78,14 @@ impl Breakpoints {
 }
 
 impl Executor {
-    /// Sets the breakpoints, each at the first line from there on that has a statement, and ends all others. `Err` gives
-    /// the line for which there is none.
-    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> Result<(), u32> {
-        let statements = self.program().statement_lines();
+    /// Sets the breakpoints, each at the first of these lines with a statement from there on, and ends all others. `Err`
+    /// gives the line for which there is none. One that was set before a download, and is behind the end of the file by
+    /// now, ends.
+    pub(crate) fn set_breakpoints(&mut self, lines: &[u32], statements: &[u32]) -> Result<(), u32> {
         let lines = lines.iter().take(MAX_BREAKPOINTS);
-        let found = lines.map(|line| next_statement(&statements, *line).ok_or(*line));
+        let found = lines.map(|line| (line, next_statement(statements, *line)));
+        let found = found.filter(|(line, found)| found.is_some() || !self.breakpoints.lines.contains(line));
+        let found = found.map(|(line, found)| found.ok_or(*line));
         self.breakpoints.lines = found.collect::<Result<_, _>>()?;
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{Breakpoints, Executor, TaskState};
+use crate::executor::{Breakpoints, Executor};
 use crate::output::Event;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -81,6 +81,9 @@ impl Selected {
     /// See [`AccessError`].
     pub(crate) fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
         let VariableName { name, subscripts } = variable;
+        // What a variable of no declared kind takes depends on what it holds.
+        let mut memory = self.memory.clone();
+        memory.set_global(&self.program, name, subscripts, value.clone())?;
         rewrite_value(&self.source, &self.program, name, subscripts, value)
     }
 
@@ -98,19 +101,16 @@ impl Executor {
     /// its lines are those of the file (SF-24).
     pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
-        for task in tasks {
-            task.relocate(&program);
-            let acting = task.acting();
-            if self.arm_owner == Some(task.id()) && matches!(acting.state(), TaskState::Moving { .. }) {
-                self.motion_line = acting.line();
-            }
-        }
+        tasks.for_each(|task| task.relocate(&program));
         if let Some(direct) = &mut self.direct
             && let Ok(program) = compile_direct(&direct.statement, &program)
         {
             direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
+            let old = &selected.program;
+            self.motion_line = old.line_in(&program, self.motion_line);
+            self.breakpoints.relocate(|line| old.line_in(&program, line));
             selected.source = source;
             selected.memory.relocate(&program);
             selected.program = program;
@@ -163,10 +163,30 @@ impl Robot {
     /// # Errors
     /// See [`SelectError`].
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
-        let label = || name.as_str().to_string();
         if self.executor.is_running() {
             return Err(SelectError::Running);
         }
+        let (source, program) = self.compile_file(name)?;
+        let memory = Memory::new(&program);
+        if self.executor.file() != name.as_str() {
+            self.executor.breakpoints = Breakpoints::default();
+        }
+        let name = name.as_str().to_string();
+        self.outputs.event(Event::Selected(Some(name.clone())));
+        self.executor.selected = Some(Selected {
+            name,
+            source,
+            program,
+            memory,
+            stale: false,
+        });
+        self.executor.rewind(self.now);
+        Ok(())
+    }
+
+    /// The text and the program of a file of the drive.
+    fn compile_file(&self, name: &FileName) -> Result<(String, Arc<Program>), SelectError> {
+        let label = || name.as_str().to_string();
         if name.is_parameter() {
             return Err(SelectError::Parameter(label()));
         }
@@ -174,28 +194,24 @@ impl Robot {
         let content = content.ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
         let compilation = self.config.compile(&source);
-        let Some(program) = compilation.program else {
-            let found = compilation.diagnostics.iter();
-            let errors = found.filter(|found| found.severity == Severity::Error);
-            return Err(SelectError::Errors {
-                name: label(),
-                rendered: render(errors, &source, name.as_str()),
-            });
-        };
-        let memory = Memory::new(&program);
-        if self.executor.file() != name.as_str() {
-            self.executor.breakpoints = Breakpoints::default();
+        if let Some(program) = compilation.program {
+            return Ok((source, program));
         }
-        self.executor.selected = Some(Selected {
-            name: label(),
-            source,
-            program,
-            memory,
-            stale: false,
-        });
-        self.executor.rewind(self.now);
-        self.outputs.event(Event::Selected(Some(label())));
-        Ok(())
+        let found = compilation.diagnostics.iter();
+        let errors = found.filter(|found| found.severity == Severity::Error);
+        let (name, rendered) = (label(), render(errors, &source, name.as_str()));
+        Err(SelectError::Errors { name, rendered })
+    }
+
+    /// The program that the next start runs: that of the file as it is on the drive (CMD-DL-07).
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub(crate) fn next_program(&self) -> Result<Arc<Program>, SelectError> {
+        match self.stale_file()? {
+            Some(name) => Ok(self.compile_file(&name)?.1),
+            None => Ok(Arc::clone(self.executor.program())),
+        }
     }
 
     /// A file that was downloaded anew since it was selected is taken now.
@@ -203,11 +219,14 @@ impl Robot {
     /// # Errors
     /// See [`SelectError`].
     pub(crate) fn renew_stale(&mut self) -> Result<(), SelectError> {
-        if let Some(stale) = self.executor.selected().filter(|selected| selected.is_stale()) {
-            let name = FileName::parse(stale.name())?;
-            return self.select_file(&name);
-        }
-        Ok(())
+        let stale = self.stale_file()?;
+        stale.map_or(Ok(()), |name| self.select_file(&name))
+    }
+
+    /// The selected file, if it was downloaded anew since.
+    fn stale_file(&self) -> Result<Option<FileName>, NameError> {
+        let stale = self.executor.selected().filter(|selected| selected.is_stale());
+        stale.map(|stale| FileName::parse(stale.name())).transpose()
     }
 
     /// No file is selected any more (RS,SEL).

@@ -14,7 +14,7 @@ use alloc::collections::BTreeMap;
 use bytes::Bytes;
 use core::fmt;
 use core::time::Duration;
-use ts3100_proto::escape::Escaped;
+use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
 
 ts3100_proto::codes! {
     /// Where a fault can be injected.
@@ -73,28 +73,14 @@ pub struct Parameter {
     pub description: &'static str,
 }
 
-/// Value of a parameter.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum ParameterValue {
-    /// A value of [`ParameterType::Number`].
-    Number(u64),
-    /// A value of [`ParameterType::Word`] or [`ParameterType::Alarm`].
-    Word(String),
-    /// A value of [`ParameterType::Text`], without escapes.
-    Text(Vec<u8>),
-}
-
-/// The parameters of a fault: the given ones, and the defaults of the others.
+/// The parameters of a fault: the given ones, and the defaults of the others, each as [`ParameterType`] writes it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct ParameterValues(pub(super) BTreeMap<&'static str, ParameterValue>);
+pub struct ParameterValues(pub(super) BTreeMap<&'static str, String>);
 
 impl ParameterValues {
     /// A number, if it is set.
     pub fn number(&self, name: &str) -> Option<u64> {
-        match self.0.get(name) {
-            Some(ParameterValue::Number(number)) => Some(*number),
-            _ => None,
-        }
+        self.0.get(name)?.parse().ok()
     }
 
     /// A number of milliseconds as a duration; zero if it is not set.
@@ -109,34 +95,27 @@ impl ParameterValues {
 
     /// A word; empty if it is not set.
     pub fn word(&self, name: &str) -> &str {
-        match self.0.get(name) {
-            Some(ParameterValue::Word(word)) => word,
-            _ => "",
-        }
+        self.0.get(name).map_or("", String::as_str)
     }
 
     /// A data section, if it is set.
-    pub fn text(&self, name: &str) -> Option<&[u8]> {
-        match self.0.get(name) {
-            Some(ParameterValue::Text(text)) => Some(text),
-            _ => None,
-        }
+    pub fn text(&self, name: &str) -> Option<Vec<u8>> {
+        parse_escaped(self.0.get(name)?)
     }
 
     /// Every parameter that is set, by key.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &ParameterValue)> {
-        self.0.iter().map(|(name, value)| (*name, value))
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {
+        self.0.iter().map(|(name, value)| (*name, value.as_str()))
     }
 }
 
-impl fmt::Display for ParameterValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ParameterValue::Number(number) => write!(f, "{number}"),
-            ParameterValue::Word(word) => f.write_str(word),
-            ParameterValue::Text(text) => write!(f, "{}", Escaped::within_quotes(text)),
-        }
-    }
+/// Parses bytes in the readable notation. A person writes them: names in any case, bytes with or without a leading zero.
+pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
+    let byte = |unit| match unit {
+        Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
+        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
+    };
+    units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
 /// What a fault changes at its site.
@@ -233,6 +212,20 @@ pub(crate) struct FaultContext<'a> {
 impl FaultContext<'_> {
     pub(super) fn schedule(&mut self, delay: Duration, action: ScheduledAction) {
         self.scheduled.push((delay, action));
+    }
+
+    /// An operation at the panel that is undone after `lasts`; zero: it stays.
+    pub(super) fn operate(
+        &mut self,
+        delay: Duration,
+        action: PanelAction,
+        lasts: Duration,
+        undo: PanelAction,
+    ) {
+        self.schedule(delay, ScheduledAction::Panel(action));
+        if !lasts.is_zero() {
+            self.schedule(delay + lasts, ScheduledAction::Panel(undo));
+        }
     }
 }
 

@@ -23,7 +23,7 @@ mod saved;
 mod spec;
 
 pub use error::FaultError;
-pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
+pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues};
 pub use kinds::KINDS;
 pub use spec::MAX_COUNT;
 

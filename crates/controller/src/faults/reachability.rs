@@ -3,7 +3,7 @@
 //! Without this check a misspelled fault would pass unnoticed in a test run. `spec` parses faults; the bounds used here
 //! are those of the protocol and of `crate::limits`.
 
-use super::kind::{InjectionPoint, ParameterType, ParameterValue};
+use super::kind::{InjectionPoint, ParameterType};
 use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
@@ -20,8 +20,6 @@ use ts3100_proto::status::mr::encode_values;
 use ts3100_proto::status::sf::SfLayout;
 use ts3100_proto::text::MAX_DATA;
 
-/// Values of a position of a six-axis arm: the most that MR answers.
-const MR_VALUES: usize = 9;
 /// Bytes of an FL file besides its content: `FL,` and EOF.
 const FL_EXTRA: usize = 4;
 
@@ -90,7 +88,7 @@ fn max_texts(command: &str) -> u32 {
         "AC" => texts(alarms(MAX_ALARMS)),
         "AH" => texts(alarms(MAX_HISTORY)),
         "SF" => texts(SfLayout::Eight.len()),
-        "MR" => texts(encode_values(&[Number::Real(f64::MIN); MR_VALUES]).len()),
+        "MR" => texts(encode_values(&longest_position()).len()),
         "MN" => {
             let (axes, information) = ([[MAX_COUNTER; _]; _], [MAX_COUNTER; _]);
             texts(Maintenance { axes, information }.encode().len())
@@ -102,6 +100,12 @@ fn max_texts(command: &str) -> u32 {
             u32::from(answers.any(|answer| answer != Answer::Acknowledge))
         }
     }
+}
+
+/// A position of a six-axis arm, the most that MR answers: eight coordinates of the longest real, and a configuration.
+fn longest_position() -> [Number; 9] {
+    let [long, config] = [f64::from(f32::MIN), 22_222.0].map(Number::Real);
+    [long, long, long, long, long, long, long, long, config]
 }
 
 /// Most texts for a content of this size. Variation may cut texts shorter than necessary, down to
@@ -181,8 +185,7 @@ impl Fault {
             };
             for word in words {
                 let mut other = self.clone();
-                let value = ParameterValue::Word((*word).to_string());
-                other.values.0.insert(parameter.name, value);
+                other.values.0.insert(parameter.name, (*word).to_string());
                 if other.can_fire() {
                     ways.push(format!("give {}={word}", parameter.name));
                 }

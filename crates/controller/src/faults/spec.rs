@@ -3,17 +3,17 @@
 //! Values with a comma are in double quotes. A fault that is written and parsed again is the same fault. Whether it can
 //! ever fire is checked in `reachability`.
 
-use super::kind::{FaultKind, Parameter, ParameterType, ParameterValue, ParameterValues};
+use super::kind::{FaultKind, Parameter, ParameterType, ParameterValues, parse_escaped};
 use super::rng::MILLION;
 use super::{Fault, FaultError, FaultFilter, KINDS};
 use crate::alarm::AlarmCode;
 use crate::port::Port;
 use crate::prelude::*;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::COMMANDS;
-use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
+use ts3100_proto::escape::Escaped;
 use ts3100_proto::words::{did_you_mean_or, split_duration};
 
 /// Longest specification in bytes.
@@ -46,28 +46,26 @@ impl ParameterType {
         }
     }
 
-    fn parse(&self, text: &str) -> Option<ParameterValue> {
+    /// The value as it is kept and written.
+    fn parse(&self, text: &str) -> Option<String> {
         match self {
             ParameterType::Number { unit, min, max } => {
                 let number = match *unit {
                     "ms" => parse_millis(text)?,
                     _ => text.parse().ok()?,
                 };
-                let fits = (*min..=*max).contains(&number);
-                fits.then_some(ParameterValue::Number(number))
+                (*min..=*max).contains(&number).then(|| number.to_string())
             }
             ParameterType::Word(words) => {
-                let word = words.iter().find(|word| word.eq_ignore_ascii_case(text))?;
-                Some(ParameterValue::Word((*word).to_string()))
+                let mut words = words.iter().copied();
+                let word = words.find(|word| word.eq_ignore_ascii_case(text));
+                word.map(ToString::to_string)
             }
             ParameterType::Text { most } => {
-                let bytes = parse_escaped(text)?;
-                (bytes.len() <= *most).then_some(ParameterValue::Text(bytes))
+                let bytes = parse_escaped(text).filter(|bytes| bytes.len() <= *most)?;
+                Some(Escaped::within_quotes(&bytes).to_string())
             }
-            ParameterType::Alarm => {
-                let row = AlarmCode::from_number(text)?;
-                Some(ParameterValue::Word(row.number()))
-            }
+            ParameterType::Alarm => AlarmCode::from_number(text).as_ref().map(AlarmCode::number),
         }
     }
 }
@@ -82,15 +80,6 @@ fn parse_millis(text: &str) -> Option<u64> {
     let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
     // Whole, not negative, and below 1e15.
     fits.then_some(whole as u64)
-}
-
-/// Parses bytes in the readable notation. A person writes them: names in any case, bytes with or without a leading zero.
-fn parse_escaped(text: &str) -> Option<Vec<u8>> {
-    let byte = |unit| match unit {
-        Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
-        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
-    };
-    units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
 impl FromStr for Fault {
@@ -155,9 +144,12 @@ impl fmt::Display for Fault {
             ),
         ];
         let counts = counts.into_iter().filter_map(|(key, value)| Some((key, value?)));
-        let own = self.values.iter().map(|(key, value)| match value {
-            ParameterValue::Text(_) => (key, format!("\"{value}\"")),
-            ParameterValue::Number(_) | ParameterValue::Word(_) => (key, value.to_string()),
+        let texts = self.kind.parameters.iter();
+        let texts = texts.filter(|own| matches!(own.value_type, ParameterType::Text { .. }));
+        let texts: Vec<&str> = texts.map(|own| own.name).collect();
+        let own = self.values.iter().map(|(key, value)| match texts.contains(&key) {
+            true => (key, format!("\"{value}\"")),
+            false => (key, value.to_string()),
         });
         let mut between = ":";
         for (key, value) in self.active_filters().chain(counts).chain(own) {
@@ -186,15 +178,12 @@ pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault
         probability: MILLION,
         values: ParameterValues::default(),
     };
-    let mut seen: Vec<&str> = Vec::new();
+    let mut seen = BTreeSet::new();
     for (key, value) in pairs {
-        if seen.contains(&key.as_str()) {
-            return Err(FaultError::DuplicateKey {
-                kind: kind.name,
-                key: key.clone(),
-            });
+        if !seen.insert(key) {
+            let (kind, key) = (kind.name, key.clone());
+            return Err(FaultError::DuplicateKey { kind, key });
         }
-        seen.push(key);
         fault.set(key, value)?;
     }
     fault.apply_defaults();
@@ -302,8 +291,7 @@ impl Fault {
 
     /// The parameters of the kind in text form, for reports.
     pub fn parameters(&self) -> BTreeMap<&'static str, String> {
-        let pairs = self.values.iter();
-        pairs.map(|(key, value)| (key, value.to_string())).collect()
+        self.values.0.clone()
     }
 }
 

@@ -34,17 +34,23 @@ impl Robot {
 
     /// Sets the breakpoints of the selected file.
     pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> ActionResult {
-        let refused = |reason: String| ActionError::cannot("breakpoints", "set the breakpoints", reason);
-        if self.executor.selected().is_none() && !lines.is_empty() {
-            return Err(refused("no file is selected".into()));
+        let refused =
+            |reason: &dyn Display| ActionError::cannot("breakpoints", "set the breakpoints", reason);
+        let mut statements = Vec::new();
+        if !lines.is_empty() {
+            self.executor
+                .selected()
+                .ok_or_else(|| refused(&"no file is selected"))?;
+            let program = self.next_program().map_err(|reason| refused(&reason))?;
+            statements = program.statement_lines();
         }
         let count = lines.len();
         if count > MAX_BREAKPOINTS {
             let reason = format!("there can be {MAX_BREAKPOINTS}, and these are {count}");
-            return Err(refused(reason));
+            return Err(refused(&reason));
         }
-        let set = self.executor.set_breakpoints(lines);
-        set.map_err(|line| refused(no_statement(line)))
+        let set = self.executor.set_breakpoints(lines, &statements);
+        set.map_err(|line| refused(&no_statement(line)))
     }
 
     /// Runs one step of the program.

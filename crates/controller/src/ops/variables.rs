@@ -7,12 +7,11 @@ use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::prelude::*;
 use crate::robot::Robot;
-use alloc::sync::Arc;
 use bytes::Bytes;
-use scol_mini::{AccessError, Arm, Payload, Position, Program, Trans, Value, ValueKind};
+use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::error_text;
-use ts3100_proto::name::VariableName;
+use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::mr::encode_values;
 
 /// Why a variable was not read or written.
@@ -88,18 +87,11 @@ impl Robot {
         check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
         // The file is on the drive before the value counts (CMD-MW-02).
-        let changed = match self.executor.selected().filter(|_| write.restore) {
-            Some(selected) => {
-                let source = selected.rewritten(&write.variable, &value)?;
-                let program = self.stored(&source, room)?;
-                Some((source, program))
-            }
-            None => None,
-        };
-        self.executor.set_global(&write.variable, value)?;
-        if let Some((source, program)) = changed {
-            self.take_rewritten(source, program);
+        if let Some(selected) = self.executor.selected().filter(|_| write.restore) {
+            let source = selected.rewritten(&write.variable, &value)?;
+            self.rewrite(source, room)?;
         }
+        self.executor.set_global(&write.variable, value)?;
         Ok(())
     }
 
@@ -120,40 +112,29 @@ impl Robot {
     fn restored(&mut self, names: &[String]) -> VariableResult<()> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         let source = selected.restored(names)?;
-        let program = self.stored(&source, None)?;
-        self.take_rewritten(source, program);
-        Ok(())
+        self.rewrite(source, None)
     }
 
-    /// Stores the selected file with new initial values on the drive; its program.
-    fn stored(&mut self, source: &str, room: Option<usize>) -> VariableResult<Arc<Program>> {
+    /// Stores the selected file with new initial values on the drive; what runs of it goes on in there.
+    fn rewrite(&mut self, source: String, room: Option<usize>) -> VariableResult<()> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         if selected.is_stale() {
             return Err(VariableError::Stale);
         }
-        let file = ts3100_proto::name::FileName::parse(selected.name()).map_err(DriveError::from)?;
-        let compilation = self.config.compile(source);
-        let program = compilation.program.ok_or(VariableError::Compile)?;
-        if let Some(free) = room.filter(|free| source.len() > *free) {
-            let size = source.len();
-            let name = selected.name().to_string();
+        let file = FileName::parse(selected.name()).map_err(DriveError::from)?;
+        let program = self.config.compile(&source).program;
+        let program = program.ok_or(VariableError::Compile)?;
+        let (name, size) = (file.as_str().to_string(), source.len());
+        if let Some(free) = room.filter(|free| size > *free) {
             return Err(DriveError::Full { name, size, free }.into());
         }
-        self.drive.check(&file, source.as_bytes())?;
-        let source = Bytes::copy_from_slice(source.as_bytes());
-        self.persist(file.as_str(), Some(&source))?;
-        self.drive.store_checked(&file, source);
-        Ok(program)
-    }
-
-    /// What runs goes on in the rewritten file, and the edge keeps it.
-    fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
-        let name = self.executor.file().to_string();
-        self.executor.take_rewritten(source.clone(), program);
-        self.outputs.push(Output::Stored {
-            name,
-            content: source.into_bytes().into(),
-        });
+        let content = Bytes::copy_from_slice(source.as_bytes());
+        self.drive.check(&file, &content)?;
+        self.persist(&name, Some(&content))?;
+        self.drive.store_checked(&file, content.clone());
+        self.executor.take_rewritten(source, program);
+        self.outputs.push(Output::Stored { name, content });
+        Ok(())
     }
 }
 
@@ -207,7 +188,7 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value>
         expected,
         found: found.join(" "),
     };
-    if kind == ValueKind::Real && !in_range(&reals) {
+    if !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }
     let (expected, value) = match (kind, numbers) {

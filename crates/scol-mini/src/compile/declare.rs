@@ -89,17 +89,17 @@ pub(super) fn dim_slot(
     symbols: &mut Symbols,
 ) -> Result<Slot, Diagnostic> {
     let name = &declaration.name;
-    let plain = Slot {
+    let mut slot = Slot {
         kind: declaration.kind,
+        zeroed: declaration.kind.is_some(),
         ..Slot::plain(&name.text, owner)
     };
-    let zeroed = declaration.kind.is_some();
     if declaration.subscripts.is_empty() {
-        if !zeroed {
-            let problem = Diagnostic::new("E0101", name.span, "expected bounds or a kind after the name");
-            return Err(problem.help("DIM TABLE(10) AS INTEGER"));
+        if slot.zeroed {
+            return Ok(slot);
         }
-        return Ok(Slot { zeroed, ..plain });
+        let problem = Diagnostic::new("E0101", name.span, "expected bounds or a kind after the name");
+        return Err(problem.help("DIM TABLE(10) AS INTEGER"));
     }
     let length = flat_length(&declaration.subscripts);
     if length > MAX_ARRAY.saturating_sub(symbols.elements) {
@@ -107,11 +107,8 @@ pub(super) fn dim_slot(
         return Diagnostic::fail("E0214", name.span, message);
     }
     symbols.elements += length;
-    Ok(Slot {
-        bounds: Some(declaration.subscripts.clone()),
-        zeroed,
-        ..plain
-    })
+    slot.bounds = Some(declaration.subscripts.clone());
+    Ok(slot)
 }
 
 /// Makes the names of DATA, and the taught points that the file does not define. Coordinate data comes first, because

@@ -45,7 +45,12 @@ pub(super) fn resolve_block(
     }
     for located in &mut block.statements {
         located.statement.targets(&mut |variable| scope.define(variable));
-        passed(&mut located.statement, &mut |variable| scope.define(variable));
+        // A subprogram may give the variables that it gets a value.
+        located.statement.expressions(&mut |expression, takes| {
+            if let (Takes::Any, Node::Variable(variable)) = (takes, &mut expression.node) {
+                scope.define(variable);
+            }
+        });
     }
     for located in &mut block.statements {
         scope.statement(&mut located.statement);
@@ -83,20 +88,6 @@ fn positions(statement: &mut Statement) -> BTreeSet<String> {
         expression.positions(&mut take);
     });
     names
-}
-
-/// Plain variables handed to a subprogram, which may give them a value.
-fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
-    statement.each(&mut |statement| {
-        let Statement::Call(_, arguments) = statement else {
-            return;
-        };
-        for argument in arguments {
-            if let Node::Variable(variable) = &mut argument.node {
-                visit(variable);
-            }
-        }
-    });
 }
 
 struct Scope<'a> {

@@ -44,9 +44,8 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     if !clean {
         return;
     }
-    for row in outline.data.iter().filter(|row| row.head() == "WORK") {
-        known.insert(word(row.body.get(1)));
-    }
+    let works = outline.data.iter().filter(|row| row.head() == "WORK");
+    known.extend(works.map(|row| word(row.body.get(1))));
     shared.retain(|name, _| !known.contains(name));
     for row in &outline.data {
         if let Some((name, span)) = row.datum()
@@ -76,13 +75,10 @@ fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a
     let mut names: BTreeSet<&str> = data.map(|(name, _)| name).collect();
     let globals = outline.globals.iter();
     let initialized = globals.filter(|row| row.head() == "DIM" || row.body.len() > 1);
-    for row in initialized {
-        names.extend(row.body.iter().map(Lexeme::word));
-    }
+    names.extend(initialized.flat_map(|row| row.body.iter().map(Lexeme::word)));
     let shared = outline.shared();
-    for (_, uses) in parts {
-        names.extend(uses.assigned.keys().filter(|name| shared.contains_key(*name)));
-    }
+    let assigned = parts.iter().flat_map(|(_, uses)| uses.assigned.keys());
+    names.extend(assigned.filter(|name| shared.contains_key(*name)));
     names
 }
 

@@ -5,7 +5,7 @@
 
 use crate::prelude::*;
 
-use super::arithmetic::{binary, double, truncated, truth, unary, unexpected};
+use super::arithmetic::{binary, double, real, truncated, truth, unary, unexpected};
 use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
 use crate::builtin::{Condition, System};
@@ -34,14 +34,14 @@ impl Execution<'_> {
             Node::Component(of, letter) => {
                 let mut value = self.evaluate(of)?;
                 match component(self.program.options.arm, &mut value, *letter) {
-                    Some(coordinate) => Ok(Value::Real(*coordinate as f32)),
+                    Some(coordinate) => Ok(real(*coordinate as f32)?.into()),
                     None => Err(no_component(&value, *letter)),
                 }
             }
             Node::Unary(Unary::Value, of) => self.evaluate(of),
             Node::Unary(operator, of) => Ok(unary(*operator, self.number(of)?)?.into()),
             Node::Binary(operator @ (Binary::Add | Binary::Subtract | Binary::Multiply), left, right) => {
-                self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)
+                fitting(self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)?)
             }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
@@ -147,6 +147,18 @@ impl Execution<'_> {
     pub fn truth(&self, expression: &Expression) -> Result<bool> {
         self.number(expression).map(truth)
     }
+}
+
+/// A value whose coordinates fit reals, as all numbers of the language do.
+fn fitting(value: Value) -> Result<Value> {
+    let coords: &[f64] = match &value {
+        Value::Position(position) => &position.coords,
+        Value::Coordinate(trans) => &trans.coords,
+        Value::Integer(_) | Value::Real(_) | Value::Load(_) => &[],
+    };
+    let mut coords = coords.iter();
+    coords.try_for_each(|coordinate| real(*coordinate as f32).map(drop))?;
+    Ok(value)
 }
 
 fn add(to: &mut [f64], sign: f64, from: &[f64]) {

@@ -113,12 +113,10 @@ impl Execution<'_> {
         let mut value = self.evaluate(&assignment.value)?;
         let place = self.place(target)?;
         if let Some(letter) = assignment.component {
-            let number = value.number().ok_or_else(|| {
-                FaultKind::Type.error(format!(
-                    "a coordinate is a number, found {}",
-                    value.kind().description()
-                ))
-            })?;
+            let Some(number) = value.number() else {
+                let found = value.kind().description();
+                return FaultKind::Type.fail(format!("a coordinate is a number, found {found}"));
+            };
             value = self.fetch(target)?;
             match component(self.program.options.arm, &mut value, letter) {
                 Some(coordinate) => *coordinate = double(number),

@@ -93,9 +93,8 @@ impl Execution<'_> {
                 figure = figure * 2 + i32::from(self.input(line + bit)?);
             }
             if figure > 9 {
-                return FaultKind::Range.fail(format!(
-                    "the inputs from {line} show {figure}, which is no decimal digit"
-                ));
+                let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
+                return FaultKind::Range.fail(message);
             }
             value = value * 10 + figure;
         }

@@ -257,22 +257,15 @@ impl Machine {
         self.state = RunPhase::Ready;
         let program = Arc::clone(&self.program);
         let mut execution = self.enter(&program, memory, &NoInputs);
-        let mut failed = None;
+        let mut stored = Ok(());
         for (place, number) in pending.targets.iter().zip(numbers) {
-            let number = if failed.is_some() {
-                Number::Integer(0)
-            } else {
-                number
-            };
-            if let Err(error) = execution.write(*place, number.into()) {
-                failed.get_or_insert(error);
+            stored = stored.and_then(|()| execution.write(*place, number.into()));
+            if stored.is_err() {
                 // It is the first fault that counts.
                 let _ = execution.write(*place, Number::Integer(0).into());
             }
         }
-        if let Some(error) = failed {
-            return Err(self.faulted(*error));
-        }
+        stored.map_err(|error| self.faulted(*error))?;
         self.at += 1;
         Ok(())
     }
@@ -329,11 +322,9 @@ impl Machine {
     }
 
     /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
-    /// [`rewrite_value`](crate::rewrite_value) makes. Nothing is done when the steps are not the same.
+    /// [`rewrite_value`](crate::rewrite_value) makes.
     pub fn relocate(&mut self, program: &Arc<Program>) {
-        if self.program.blocks == program.blocks && self.program.code == program.code {
-            self.program = Arc::clone(program);
-        }
+        self.program = Arc::clone(program);
     }
 
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.

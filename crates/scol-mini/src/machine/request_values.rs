@@ -153,15 +153,12 @@ impl Execution<'_> {
     }
 
     fn pulse(&self, line: &Expression, seconds: &Expression) -> Result<Request> {
-        match self.signal(line)? {
-            (line, true) => Ok(Request::Pulse {
-                line,
-                seconds: self.seconds("PULOUT", seconds)?,
-            }),
-            (line, false) => {
-                FaultKind::Range.fail(format!("PULOUT takes an output from 1 up, found -{line}"))
-            }
+        let (line, on) = self.signal(line)?;
+        if !on {
+            return FaultKind::Range.fail(format!("PULOUT takes an output from 1 up, found -{line}"));
         }
+        let seconds = self.seconds("PULOUT", seconds)?;
+        Ok(Request::Pulse { line, seconds })
     }
 
     fn frame(&self, value: &Expression) -> Result<Frame> {

@@ -27,12 +27,10 @@ impl Machine {
         let steps = program.steps.len();
         expect(self.at <= steps, "a step of the program")?;
         self.check_frames(steps)?;
-        for argument in &self.arguments {
-            check_argument(argument, &program, self.arguments.len())?;
-        }
-        for open in &self.loops {
-            check_loop(open, &program)?;
-        }
+        let mut arguments = self.arguments.iter();
+        arguments.try_for_each(|argument| check_argument(argument, &program, self.arguments.len()))?;
+        let mut loops = self.loops.iter();
+        loops.try_for_each(|open| check_loop(open, &program))?;
         let few = self.monitors.len() <= MAX_MONITORS;
         expect(few, "no more monitors than a task has")?;
         for monitor in &self.monitors {
@@ -99,9 +97,8 @@ fn check_loop(open: &Loop, program: &Program) -> Result<(), RestoreError> {
 
 fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) -> Result<(), RestoreError> {
     let PendingRequest { request, targets } = pending;
-    for place in targets {
-        check_place(*place, program, arguments)?;
-    }
+    let mut places = targets.iter();
+    places.try_for_each(|place| check_place(*place, program, arguments))?;
     let seconds = |seconds: f64| expect(seconds.is_finite() && seconds >= 0.0, "seconds from 0 up");
     match request {
         Request::Move(motion) => {

@@ -375,6 +375,8 @@ fn faults_name_kind_and_line() {
         ("M", FaultKind::Nesting),
         ("A=2147483647\nA=A+1", FaultKind::Overflow),
         ("A=3.0E38\nB=A*10", FaultKind::Overflow),
+        ("A=POINT(-3.0E38)\nB=A+A", FaultKind::Overflow),
+        ("A=TRANS(3.0E38)\nB=POINT(3.0E38)*A", FaultKind::Overflow),
         ("A=1\nA=3.0E10", FaultKind::Overflow),
         ("GOTO L\nFOR I=1 TO 2\nL:\nNEXT", FaultKind::NextWithoutFor),
         ("A=SQRT(-1)", FaultKind::Domain),

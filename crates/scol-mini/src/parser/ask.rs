@@ -16,7 +16,6 @@ use crate::tree::{Ask, Change, Expression, Item, MotionKind, Name, PerAxis, Simp
 impl Cursor<'_> {
     /// The statement that begins with this word and asks for something; `None` when there is none.
     pub(super) fn ask(&mut self, word: &str, assigned: bool) -> Result<Option<Ask>, Diagnostic> {
-        let hand = |hand, open, at_once| Ask::Fixed(Request::Hand { hand, open, at_once });
         Ok(Some(match word {
             "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => self.motion(word)?,
             "PRINT" => self.print()?,
@@ -24,14 +23,13 @@ impl Cursor<'_> {
             "DOUT" => self.outputs()?,
             "BCDOUT" => Ask::Bcd(self.operands(word)?),
             "PULOUT" => Ask::Pulse(self.operands(word)?),
-            "OPEN1" => hand(1, true, false),
-            "OPEN2" => hand(2, true, false),
-            "OPENI1" => hand(1, true, true),
-            "OPENI2" => hand(2, true, true),
-            "CLOSE1" => hand(1, false, false),
-            "CLOSE2" => hand(2, false, false),
-            "CLOSEI1" => hand(1, false, true),
-            "CLOSEI2" => hand(2, false, true),
+            "OPEN1" | "OPEN2" | "OPENI1" | "OPENI2" | "CLOSE1" | "CLOSE2" | "CLOSEI1" | "CLOSEI2" => {
+                Ask::Fixed(Request::Hand {
+                    hand: if word.ends_with('1') { 1 } else { 2 },
+                    open: word.starts_with("OPEN"),
+                    at_once: word.contains('I'),
+                })
+            }
             "DELAY" => Ask::Delay(self.expression()?),
             "TIMER" if assigned => Ask::Timer(self.setting(None)?),
             "TASK" => self.task(None)?,

@@ -1,5 +1,5 @@
 //! Parses what declares variables: lines of GLOBAL, `DIM` in GLOBAL and in programs, and lines of DATA, which are positions,
-//! coordinates, loads, and the coordinate system of the next position.
+//! coordinates and loads.
 //!
 //! Bounds and initial values are checked by `compile::declare`, which makes the variables; the table of taught points has its
 //! own reader (`points`).
@@ -11,16 +11,8 @@ use crate::builtin;
 use crate::diagnostic::Diagnostic;
 use crate::lexer::{Sign, Token};
 use crate::options::Arm;
-use crate::tree::Name;
 use crate::value::{Configuration, ValueKind};
 use crate::{MAX_DATA_NAME, MAX_SUBSCRIPTS};
-
-/// What a line of DATA says.
-pub(super) enum DataLine {
-    Datum(Datum),
-    /// The coordinate system of the next position (DATA-09).
-    Work(Name),
-}
 
 impl Cursor<'_> {
     /// A line of GLOBAL: `DIM`, `name = value` or a bare name.
@@ -72,19 +64,16 @@ impl Cursor<'_> {
 
     fn bounds(&mut self) -> Result<Vec<u32>, Diagnostic> {
         let start = self.span();
-        let mut list = Vec::new();
-        loop {
-            let bound = match self.peek() {
+        let list = self.separated(|cursor| {
+            let bound = match cursor.peek() {
                 Some(Token::Integer(value)) => u32::try_from(*value).ok(),
                 _ => None,
             };
-            list.push(bound.ok_or_else(|| self.expected("a subscript"))?);
-            self.advance();
-            if self.sign(Sign::Close) {
-                break;
-            }
-            self.expect_sign(Sign::Comma)?;
-        }
+            let bound = bound.ok_or_else(|| cursor.expected("a subscript"))?;
+            cursor.advance();
+            Ok(bound)
+        })?;
+        self.close(Sign::Close)?;
         if list.len() > MAX_SUBSCRIPTS {
             let found = list.len();
             let message = format!("an array has at most {MAX_SUBSCRIPTS} subscripts, found {found}");
@@ -106,8 +95,8 @@ impl Cursor<'_> {
         Ok(kind)
     }
 
-    /// A line of DATA.
-    pub(super) fn data_line(&mut self) -> Result<DataLine, Diagnostic> {
+    /// A line of DATA that is no WORK.
+    pub(super) fn datum(&mut self) -> Result<Datum, Diagnostic> {
         // Tools of the maker leave the word POINT out (scol.md 13.15).
         let bare = self.peek_at(1) == Some(&Token::Sign(Sign::Assign));
         let word = self.peek_word();
@@ -116,12 +105,6 @@ impl Cursor<'_> {
             "POINT" => ValueKind::Position,
             "TRANS" => ValueKind::Coordinate,
             "PAYLOAD" => ValueKind::Load,
-            "WORK" => {
-                self.advance();
-                let name = self.name("the name of coordinate data")?;
-                self.end_of_line()?;
-                return Ok(DataLine::Work(name));
-            }
             _ if bare && !reserved && !word.is_empty() => ValueKind::Position,
             _ => return Err(self.expected("POINT, TRANS, PAYLOAD, WORK or END")),
         };
@@ -144,14 +127,14 @@ impl Cursor<'_> {
         let posture = (kind == ValueKind::Position).then(|| self.posture());
         let config = posture.transpose()?.unwrap_or_default();
         self.end_of_line()?;
-        Ok(DataLine::Datum(Datum {
+        Ok(Datum {
             name,
             kind,
             numbers,
             config,
             work: None,
             value: start.to(self.before()),
-        }))
+        })
     }
 
     /// Numbers separated by commas, each of which may be left out and then is 0 (DATA-03).

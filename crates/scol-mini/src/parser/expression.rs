@@ -294,18 +294,18 @@ impl Cursor<'_> {
         close: Sign,
         mut item: impl FnMut(&mut Self, usize) -> Result<T, Diagnostic>,
     ) -> Result<Vec<T>, Diagnostic> {
-        let mut list = Vec::new();
         if self.sign(close) {
-            return Ok(list);
+            return Ok(Vec::new());
         }
-        loop {
-            list.push(item(self, list.len())?);
-            if self.sign(close) {
-                return Ok(list);
-            }
-            if !self.sign(Sign::Comma) {
-                return Err(self.expected(&format!("\",\" or \"{}\"", close.spelling())));
-            }
-        }
+        let mut before = 0..;
+        let list = self.separated(|cursor| item(cursor, before.next().unwrap_or_default()))?;
+        self.close(close)?;
+        Ok(list)
+    }
+
+    /// Takes the sign that closes a list.
+    pub(super) fn close(&mut self, close: Sign) -> Result<(), Diagnostic> {
+        let closed = self.sign(close).then_some(());
+        closed.ok_or_else(|| self.expected(&format!("\",\" or \"{}\"", close.spelling())))
     }
 }

@@ -4,7 +4,6 @@
 
 use crate::prelude::*;
 
-use super::declaration::DataLine;
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
@@ -24,7 +23,6 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         file: File::default(),
         place: Place::Outside,
         opened: None,
-        after_data: false,
         astray: false,
         work: None,
     };
@@ -60,7 +58,6 @@ struct Parser<'a> {
     place: Place,
     /// The line that opened the present block.
     opened: Option<Span>,
-    after_data: bool,
     /// A line outside all blocks has been reported; those that belong to it are not, up to an END.
     astray: bool,
     /// The WORK line that waits for its position.
@@ -117,7 +114,7 @@ impl Parser<'_> {
 
     /// A line outside all blocks: a misspelt heading opens its block all the same.
     fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Diagnostic> {
-        let message = match self.after_data {
+        let message = match self.after_data() {
             true => "nothing follows the DATA block",
             false => "expected GLOBAL, PROGRAM or DATA",
         };
@@ -168,19 +165,22 @@ impl Parser<'_> {
         }
     }
 
+    fn after_data(&self) -> bool {
+        self.file.data_heading.is_some()
+    }
+
     fn open(&mut self, word: &str, span: Span) -> Result<(), Diagnostic> {
         self.opened = Some(span);
         if word == "GLOBAL" {
             self.place = Place::Global;
-            if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data {
+            if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data() {
                 return Diagnostic::fail("E0301", span, "GLOBAL must come first, and once only");
             }
         } else {
             self.place = Place::Data;
-            if self.after_data {
+            if self.after_data() {
                 return Diagnostic::fail("E0301", span, "a file has one DATA block");
             }
-            self.after_data = true;
             self.file.data_heading = Some(span);
         }
         Ok(())
@@ -231,30 +231,31 @@ impl Parser<'_> {
         let heading = heading(cursor, &mut block);
         self.file.blocks.push(block);
         heading?;
-        if self.after_data {
+        if self.after_data() {
             return Diagnostic::fail("E0301", span, "programs stand before the DATA block");
         }
         Ok(())
     }
 
     fn data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Diagnostic> {
-        match cursor.data_line()? {
-            DataLine::Work(name) => {
-                self.lonely_work();
-                self.work = Some(name);
-            }
-            DataLine::Datum(mut datum) => {
-                if datum.kind == ValueKind::Position {
-                    datum.work = match self.options.sticky_work {
-                        true => self.work.clone(),
-                        false => self.work.take(),
-                    };
-                } else {
-                    self.lonely_work();
-                }
-                self.file.data.push(datum);
-            }
+        // The coordinate system of the next position (DATA-09).
+        if cursor.word("WORK") {
+            let name = cursor.name("the name of coordinate data")?;
+            cursor.end_of_line()?;
+            self.lonely_work();
+            self.work = Some(name);
+            return Ok(());
         }
+        let mut datum = cursor.datum()?;
+        if datum.kind == ValueKind::Position {
+            datum.work = match self.options.sticky_work {
+                true => self.work.clone(),
+                false => self.work.take(),
+            };
+        } else {
+            self.lonely_work();
+        }
+        self.file.data.push(datum);
         Ok(())
     }
 

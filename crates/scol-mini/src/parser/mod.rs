@@ -92,8 +92,6 @@ pub(crate) struct Cursor<'a> {
     pub arm: Arm,
     tokens: &'a [Lexeme],
     at: usize,
-    /// End of the line, for messages about what is missing.
-    end: usize,
     depth: usize,
     /// What braces make here: load data unless the statement takes another vector.
     vector: Builtin,
@@ -102,13 +100,11 @@ pub(crate) struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     /// At the first of the `tokens` of one line of `source`.
     pub fn new(source: &'a str, arm: Arm, tokens: &'a [Lexeme]) -> Self {
-        let end = tokens.last().map_or(0, |lexeme| lexeme.span.end);
         Self {
             source,
             arm,
             tokens,
             at: 0,
-            end,
             depth: 0,
             vector: Builtin::Payload,
         }
@@ -136,8 +132,9 @@ impl<'a> Cursor<'a> {
 
     /// The place of the next token, or of the end of the line.
     pub fn span(&self) -> Span {
+        let end = || Span::at(self.tokens.last().map_or(0, |lexeme| lexeme.span.end));
         let next = self.tokens.get(self.at);
-        next.map_or(Span::at(self.end), |lexeme| lexeme.span)
+        next.map_or_else(end, |lexeme| lexeme.span)
     }
 
     /// The place of the token before.

@@ -23,8 +23,7 @@ pub const KIND: FaultKind = FaultKind {
         if let Some(code) = AlarmCode::from_number(number) {
             context.schedule(values.millis("delay"), ScheduledAction::Alarm(code));
         }
-        let message = format!("alarm {number} follows {site}");
-        (Effect::Unchanged, message)
+        (Effect::Unchanged, format!("alarm {number} follows {site}"))
     },
     ..FaultKind::DEFAULT
 };

@@ -34,11 +34,12 @@ pub const KIND: FaultKind = FaultKind {
 };
 
 fn check_stores_file(filter: &FaultFilter, _: &super::super::ParameterValues) -> Result<(), FaultError> {
-    match filter.command.as_deref() {
-        Some(command) if STORING.contains(&command) => match filter.block {
-            None | Some(0) => Ok(()),
-            Some(block) => Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}"))),
-        },
-        other => Err(KIND.invalid_value("command", "DL or MW", other.unwrap_or(""))),
+    let command = filter.command.as_deref().unwrap_or_default();
+    if !STORING.contains(&command) {
+        return Err(KIND.invalid_value("command", "DL or MW", command));
+    }
+    match filter.block {
+        None | Some(0) => Ok(()),
+        Some(block) => Err(KIND.invalid_value("block", "0, the command itself", &format!("{block}"))),
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -13,9 +13,8 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
-        let message = format!("{site} leaves twice");
         let twice = [Segment::bytes(site.bytes.clone()), again];
-        (Effect::ReplaceOutput(twice.into()), message)
+        sends(twice, format!("{site} leaves twice"))
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
-use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction, millis};
+use super::{DELAY, Effect, FaultKind, MACHINE, millis};
 use crate::input::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
@@ -17,16 +17,10 @@ pub const KIND: FaultKind = FaultKind {
     ],
     points: MACHINE,
     apply: |context, values, site| {
-        let (delay, release) = (values.millis("delay"), values.millis("release"));
-        context.schedule(delay, ScheduledAction::Panel(PanelAction::EmergencyStop(true)));
-        if !release.is_zero() {
-            context.schedule(
-                delay + release,
-                ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
-            );
-        }
-        let message = format!("the emergency stop follows {site}");
-        (Effect::Unchanged, message)
+        let (delay, lasts) = (values.millis("delay"), values.millis("release"));
+        let [press, release] = [true, false].map(PanelAction::EmergencyStop);
+        context.operate(delay, press, lasts, release);
+        (Effect::Unchanged, format!("the emergency stop follows {site}"))
     },
     ..FaultKind::DEFAULT
 };

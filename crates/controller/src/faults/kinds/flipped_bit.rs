@@ -33,16 +33,14 @@ pub const KIND: FaultKind = FaultKind {
         let mut bytes = site.bytes.to_vec();
         let (byte, bit) = position(context, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
-            let message = format!("{site} has no byte {byte}");
-            return (Effect::Unchanged, message);
+            return (Effect::Unchanged, format!("{site} has no byte {byte}"));
         };
         let before = *found;
         *found ^= 1 << bit;
         let message = format!("byte {byte} of {site} is {:02X}, not {before:02X}", *found);
-        let effect = if site.point == InjectionPoint::Bytes {
-            Effect::ReplaceInput(bytes.into())
-        } else {
-            Effect::ReplaceOutput([Segment::bytes(bytes)].into())
+        let effect = match site.point == InjectionPoint::Bytes {
+            true => Effect::ReplaceInput(bytes.into()),
+            false => Effect::ReplaceOutput([Segment::bytes(bytes)].into()),
         };
         (effect, message)
     },

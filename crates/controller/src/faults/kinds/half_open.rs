@@ -2,7 +2,7 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
 use crate::output::DisconnectMode;
 use core::time::Duration;
 
@@ -23,7 +23,7 @@ pub const KIND: FaultKind = FaultKind {
         );
         let stall = Segment::after(Duration::ZERO, Departure::Stall);
         let disconnect = Segment::after(lasts, Departure::Disconnect(DisconnectMode::Reset));
-        (Effect::ReplaceOutput([stall, disconnect].into()), message)
+        sends([stall, disconnect], message)
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::{Effect, FaultKind, MACHINE, ScheduledAction, millis, word};
+use super::{Effect, FaultKind, MACHINE, millis, word};
 use crate::input::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;
 
@@ -23,13 +23,8 @@ pub const KIND: FaultKind = FaultKind {
         let to = values.word("to");
         let (delay, back) = (values.millis("delay"), values.millis("back"));
         let position = KeySwitch::from_word(to).unwrap_or(KeySwitch::Teaching);
-        context.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
-        if !back.is_zero() {
-            context.schedule(
-                delay + back,
-                ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
-            );
-        }
+        let [turn, turn_back] = [position, KeySwitch::Ext].map(PanelAction::Key);
+        context.operate(delay, turn, back, turn_back);
         let message = format!("the key is turned to {to} {} ms behind {site}", delay.as_millis());
         (Effect::Unchanged, message)
     },

@@ -2,7 +2,7 @@
 //!
 //! The default delay is longer than the time-out of most hosts.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -15,8 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |_, values, site| {
         let delay = values.millis("delay");
         let segment = Segment::after(delay, Departure::Bytes(site.bytes.clone()));
-        let message = format!("{site} leaves {} ms late", delay.as_millis());
-        (Effect::ReplaceOutput([segment].into()), message)
+        sends([segment], format!("{site} leaves {} ms late", delay.as_millis()))
     },
     ..FaultKind::DEFAULT
 };

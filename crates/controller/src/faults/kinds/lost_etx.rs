@@ -2,7 +2,7 @@
 //!
 //! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::{Effect, FaultKind, InjectionPoint, Segment};
+use super::{FaultKind, InjectionPoint, Segment, sends};
 use ts3100_proto::text::ETX;
 
 /// The row of this kind in [`super::KINDS`].
@@ -12,13 +12,11 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It drops a text that does not end in time, and sends the command again.",
     points: &[InjectionPoint::Reply],
     apply: |_, _, site| {
-        let end = site.bytes.iter().rposition(|byte| *byte == ETX);
         let mut bytes = site.bytes.to_vec();
-        if let Some(end) = end {
+        if let Some(end) = bytes.iter().rposition(|byte| *byte == ETX) {
             bytes.remove(end);
         }
-        let message = format!("{site} leaves without ETX");
-        (Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
+        sends([Segment::bytes(bytes)], format!("{site} leaves without ETX"))
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -14,8 +14,7 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
-        let message = format!("{site} waits for what is sent next");
-        (Effect::ReplaceOutput([held].into()), message)
+        sends([held], format!("{site} waits for what is sent next"))
     },
     ..FaultKind::DEFAULT
 };

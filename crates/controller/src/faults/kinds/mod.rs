@@ -28,6 +28,7 @@ use super::kind::{
     ScheduledAction,
 };
 use crate::endpoint::send_queue::{Departure, Segment};
+use crate::prelude::*;
 
 /// Every kind, in the order in which lists show them.
 pub const KINDS: &[&FaultKind] = &[
@@ -59,6 +60,11 @@ const OUTGOING: &[InjectionPoint] = &[InjectionPoint::Reply, InjectionPoint::Pri
 const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Record];
 /// Longest duration of a parameter: ten minutes, in ms.
 const LONGEST: u64 = 600_000;
+
+/// This is sent instead; the message says so.
+fn sends(segments: impl IntoIterator<Item = Segment>, message: String) -> (Effect, String) {
+    (Effect::ReplaceOutput(segments.into_iter().collect()), message)
+}
 
 /// A parameter without a default.
 const fn parameter(name: &'static str, value_type: ParameterType) -> Parameter {

@@ -11,8 +11,8 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It sends the command again after NG. After NG inside a download it begins with DL again.",
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
-        let message = format!("{site} is refused");
-        (Effect::Refused("a fault on purpose (ng)".into()), message)
+        let reason = "a fault on purpose (ng)".into();
+        (Effect::Refused(reason), format!("{site} is refused"))
     },
     ..FaultKind::DEFAULT
 };

@@ -18,14 +18,12 @@ pub const KIND: FaultKind = FaultKind {
     block: Some(1),
     apply: |context, values, site| {
         let delay = values.millis("delay");
-        let message = format!("the power goes at {site}");
         context.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
-        let effect = if delay.is_zero() {
-            Effect::Lost
-        } else {
-            Effect::Unchanged
+        let effect = match delay.is_zero() {
+            true => Effect::Lost,
+            false => Effect::Unchanged,
         };
-        (effect, message)
+        (effect, format!("the power goes at {site}"))
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number, word};
+use super::{Departure, FaultKind, OUTGOING, Segment, number, sends, word};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
 use core::time::Duration;
@@ -36,8 +36,7 @@ pub const KIND: FaultKind = FaultKind {
         };
         let message = format!("{what} behind {count} bytes of {site}");
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
-        let segments = [Segment::bytes(part), disconnect];
-        (Effect::ReplaceOutput(segments.into()), message)
+        sends([Segment::bytes(part), disconnect], message)
     },
     ..FaultKind::DEFAULT
 };

@@ -15,8 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        let message = format!("the servo drops out behind {site}");
-        (Effect::Unchanged, message)
+        (Effect::Unchanged, format!("the servo drops out behind {site}"))
     },
     ..FaultKind::DEFAULT
 };

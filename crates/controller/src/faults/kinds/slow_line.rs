@@ -2,7 +2,7 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, number};
+use super::{Departure, FaultKind, OUTGOING, Segment, number, sends};
 use bytes::Bytes;
 use core::time::Duration;
 
@@ -25,8 +25,7 @@ pub const KIND: FaultKind = FaultKind {
         let bytes = site.bytes.iter();
         let segments =
             bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
-        let message = format!("{site} leaves at {speed} bit/s");
-        (Effect::ReplaceOutput(segments.collect()), message)
+        sends(segments, format!("{site} leaves at {speed} bit/s"))
     },
     ..FaultKind::DEFAULT
 };

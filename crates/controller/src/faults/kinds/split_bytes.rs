@@ -2,7 +2,7 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::{Departure, Effect, FaultKind, OUTGOING, Segment, millis, number};
+use super::{Departure, FaultKind, OUTGOING, Segment, millis, number, sends};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
 
@@ -25,8 +25,7 @@ pub const KIND: FaultKind = FaultKind {
             let after = if index == 0 { Duration::ZERO } else { pause };
             Segment::after(after, Departure::Bytes(site.bytes.slice_ref(portion)))
         });
-        let message = format!("{site} leaves in portions of {size} bytes");
-        (Effect::ReplaceOutput(segments.collect()), message)
+        sends(segments, format!("{site} leaves in portions of {size} bytes"))
     },
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::{Effect, FaultKind, InjectionPoint, ParameterType, Segment, parameter};
+use super::{FaultKind, InjectionPoint, ParameterType, Segment, parameter, sends};
 use crate::prelude::*;
 use ts3100_proto::text::MAX_DATA;
 
@@ -25,10 +25,12 @@ pub const KIND: FaultKind = FaultKind {
             [b'O' | b'N', ..] => EMPTY_FILE,
             _ => OK,
         };
-        let data = values.text("text").unwrap_or(usual);
+        let data = values.text("text").unwrap_or_else(|| usual.to_vec());
         let message = format!("in place of {site} leaves \"{}\"", data.escape_ascii());
-        let instead = Segment::bytes(reframed(&site.bytes, &site.data, data));
-        (Effect::ReplaceOutput([instead].into()), message)
+        sends(
+            [Segment::bytes(reframed(&site.bytes, &site.data, &data))],
+            message,
+        )
     },
     ..FaultKind::DEFAULT
 };

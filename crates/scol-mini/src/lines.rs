@@ -1,0 +1,68 @@
+//! Places in a source, and its lines.
+//!
+//! What a line says is left to `lexer`.
+
+use crate::prelude::*;
+
+/// A range of bytes of the source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Span {
+    /// Index of the first byte in the source.
+    pub start: usize,
+    /// One past the last.
+    pub end: usize,
+}
+
+impl Span {
+    pub(crate) fn new(start: usize, end: usize) -> Span {
+        Span { start, end }
+    }
+
+    /// The place before this byte.
+    pub(crate) fn at(byte: usize) -> Span {
+        Span::new(byte, byte)
+    }
+
+    /// What `source` has there; nothing where it is not within it.
+    pub(crate) fn text(self, source: &str) -> &str {
+        source.get(self.start..self.end).unwrap_or_default()
+    }
+
+    /// From the beginning of one to the end of the other.
+    #[must_use]
+    pub fn to(self, other: Span) -> Span {
+        Span::new(self.start, other.end)
+    }
+}
+
+/// A line of the file without its line end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Line {
+    /// Counted from 1.
+    pub number: u32,
+    pub span: Span,
+}
+
+/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
+pub(crate) fn lines(source: &str) -> Vec<Line> {
+    let text = source.split('\u{1A}').next().unwrap_or_default();
+    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
+    while start < text.len() {
+        let (at, end) = line_end(text, start);
+        let span = Span::new(start, at);
+        lines.push(Line { number, span });
+        start = at + end.len();
+        number += 1;
+    }
+    lines
+}
+
+/// Where the line that holds `from` ends, and by what; LF where there is none.
+pub(crate) fn line_end(source: &str, from: usize) -> (usize, &'static str) {
+    let rest = source.get(from..).unwrap_or_default();
+    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+    let tail = rest.get(length..).unwrap_or_default();
+    let mut ends = ["\r\n", "\r"].into_iter();
+    let end = ends.find(|end| tail.starts_with(end)).unwrap_or("\n");
+    (from + length, end)
+}
