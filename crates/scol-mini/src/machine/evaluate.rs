@@ -5,7 +5,7 @@
 
 use crate::prelude::*;
 
-use super::arithmetic::{binary, double, truncated, truth, unary, unexpected};
+use super::arithmetic::{binary, double, real, truncated, truth, unary, unexpected};
 use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
 use crate::builtin::{Condition, System};
@@ -96,11 +96,10 @@ impl Execution<'_> {
         if let (Some(left), Some(right)) = (left.number(), right.number()) {
             return Ok(binary(operator, left, right, &self.program.options)?.into());
         }
-        let arm = self.program.options.arm;
         let sign = if operator == Binary::Subtract { -1.0 } else { 1.0 };
-        Ok(match (operator, left, right) {
+        fitting(match (operator, left, right) {
             (Binary::Multiply, Value::Position(left), Value::Coordinate(right)) => {
-                compose::position(arm, &left, &right).into()
+                compose::position(self.program.options.arm, &left, &right).into()
             }
             (Binary::Multiply, Value::Coordinate(left), Value::Coordinate(right)) => {
                 compose::trans(&left, &right).into()
@@ -151,6 +150,19 @@ impl Execution<'_> {
 
 fn add(to: &mut [f64], sign: f64, from: &[f64]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * from);
+}
+
+/// A position or a coordinate whose numbers are all reals.
+fn fitting(value: Value) -> Result<Value> {
+    let coords: &[f64] = match &value {
+        Value::Position(position) => &position.coords,
+        Value::Coordinate(trans) => &trans.coords,
+        Value::Integer(_) | Value::Real(_) | Value::Load(_) => &[],
+    };
+    coords
+        .iter()
+        .try_for_each(|coord| real(*coord as f32).map(drop))?;
+    Ok(value)
 }
 
 /// The coordinate of this letter.
