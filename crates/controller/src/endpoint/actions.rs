@@ -114,7 +114,7 @@ impl Endpoints {
     fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), OperateError> {
         match panel {
             PanelAction::Key(key) => return robot.turn_key(key),
-            PanelAction::ControlRight(right) => robot.panel.set_control_right(right),
+            PanelAction::ControlRight(right) => robot.set_control_right(right),
             PanelAction::EmergencyStop(pressed) => {
                 if robot.panel.set_emergency_stop(pressed) {
                     robot.raise(alarm::EMERGENCY_STOP, String::new());

@@ -10,7 +10,8 @@ use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::io::channels::Channels;
 use crate::output::Output;
-use crate::panel::KeySwitch;
+use crate::panel::{ControlRight, KeySwitch};
+use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
 use ts3100_proto::command::RunMode;
@@ -73,6 +74,16 @@ impl Robot {
             self.arm.set_speed_limits(self.now, self.pace());
         }
         Ok(())
+    }
+
+    /// The EXTERNAL mode control right. A host that loses it lets go of the arm that it jogs.
+    pub(crate) fn set_control_right(&mut self, right: ControlRight) {
+        if right != self.panel.state().control_right {
+            for port in [Port::Host, Port::Ip0] {
+                self.arm.stop_jog_from(port, self.now);
+            }
+            self.panel.set_control_right(right);
+        }
     }
 
     /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
