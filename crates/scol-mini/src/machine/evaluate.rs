@@ -17,6 +17,9 @@ use crate::request::{Fault, FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
 use crate::value::{Number, Value};
 
+/// How much less than 100 `MOTION` is at least while the arm moves, in percent: a real of 100 has steps of 0.000008.
+const STILL_MOVING: f64 = 0.001;
+
 /// A machine at work: its program, the values of the variables, and what is outside.
 pub(super) struct Execution<'a> {
     pub machine: &'a mut Machine,
@@ -54,17 +57,28 @@ impl Execution<'_> {
 
     fn system(&self, system: System) -> Value {
         match system {
-            System::Motion => Value::Real(self.inputs.motion_percent() as f32),
+            System::Motion => Value::Real(self.motion_percent() as f32),
             System::Here => self.inputs.here().into(),
             System::Mode => Value::Integer(self.inputs.mode()),
             System::Timer => Value::Real(self.inputs.timer() as f32),
             System::MotionTime => Value::Real(self.inputs.motion_seconds() as f32),
-            System::Remain => Value::Real((100.0 - self.inputs.motion_percent()) as f32),
+            System::Remain => Value::Real((100.0 - self.motion_percent()) as f32),
             System::RemainTime => Value::Real(self.inputs.remaining_seconds() as f32),
             System::Dest => self.inputs.destination().into(),
             System::TaskId => Value::Integer(i32::from(self.machine.task)),
             System::MaxTask => Value::Integer(i32::try_from(MAX_TASKS).unwrap_or(i32::MAX)),
             System::Condition(condition) => self.condition(condition),
+        }
+    }
+
+    /// Until the motion is over less than what equals 100.
+    fn motion_percent(&self) -> f64 {
+        let percent = self.inputs.motion_percent();
+        let most = 100.0 - f64::from(self.program.options.equal_within) - STILL_MOVING;
+        if percent < 100.0 {
+            percent.min(most.max(0.0))
+        } else {
+            percent
         }
     }
 
