@@ -140,6 +140,7 @@ impl Arm {
             settings,
             locked,
             frames: None,
+            next: None,
         };
         self.set_off(jogged, from);
         self.guide = Some(jog.by);

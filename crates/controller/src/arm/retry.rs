@@ -10,6 +10,7 @@ impl Arm {
     /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
     /// One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
+        self.take_next(now);
         self.interrupted = self.active.clone().filter(|active| {
             let over = active.start + active.motion.duration() <= now && !active.motion.is_held();
             !active.locked && !active.motion.is_stopped() && !over
