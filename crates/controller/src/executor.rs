@@ -238,6 +238,10 @@ impl Executor {
         self.main.iter().chain(self.tasks.values())
     }
 
+    pub(super) fn program_tasks_mut(&mut self) -> impl Iterator<Item = &mut Task> {
+        self.main.iter_mut().chain(self.tasks.values_mut())
+    }
+
     /// Those, and that of the statement of DO.
     fn all_tasks(&self) -> impl Iterator<Item = &Task> {
         let direct = self.direct.as_ref().map(|direct| &direct.task);
@@ -319,10 +323,14 @@ impl Executor {
         place
     }
 
-    /// What waits for a motion that is no more is to begin anew.
+    /// What waits for a motion that is no more is to begin anew, and what was under way before it.
     pub(crate) fn redo_motions(&mut self) {
-        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
-        tasks.for_each(Task::redo_motion);
+        self.program_tasks_mut().for_each(Task::redo_motion);
+    }
+
+    /// The program stands, and no motion of it is cut short.
+    pub(crate) fn end_motions(&mut self) {
+        self.program_tasks_mut().for_each(Task::end_motion);
     }
 
     /// A task other than the main program has ended.

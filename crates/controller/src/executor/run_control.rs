@@ -39,6 +39,9 @@ impl Robot {
         self.executor.operation.stand(place);
         self.executor.drop_target();
         self.executor.paused = false;
+        if !self.arm.is_interrupted() {
+            self.executor.end_motions();
+        }
         self.panel.run_ends(self.now);
         self.report_status();
         if by == StopCause::Other {

@@ -351,13 +351,23 @@ impl Task {
         reading
     }
 
-    /// What waits for a motion that is no more is to begin anew.
+    /// The motion that was cut short is to begin anew. It is that of the statement under way, or, while that one has not
+    /// begun to move, of the statement before it.
     pub(super) fn redo_motion(&mut self) {
-        if self.doing.is_motion() {
-            self.enter(TaskState::Ready);
+        if !matches!(self.doing, TaskState::Moving { .. }) {
+            self.machine.redo_motion_before();
         }
+        self.enter(TaskState::Ready);
         if let Some(handler) = &mut self.handler {
             handler.redo_motion();
+        }
+    }
+
+    /// No motion is to begin anew: all have come to their ends.
+    pub(super) fn end_motion(&mut self) {
+        self.machine.end_motion_before();
+        if let Some(handler) = &mut self.handler {
+            handler.end_motion();
         }
     }
 
