@@ -1,9 +1,9 @@
-//! Motions that overlap (PASS), and what becomes of them at a stop.
+//! Motions that overlap (PASS) or are held by a statement (PAUSE), and what becomes of them at a stop.
 //!
 //! How two motions overlap has unit tests in `ts3100-controller`; stops of a single motion are in `motion.rs`.
 
-use crate::motion::{FAR, TRIP, distance, motion_status, position, until};
-use ts3100_controller::Port;
+use crate::motion::{FAR, HOME, TRIP, distance, motion_status, position, until};
+use ts3100_controller::{Action, Input, KeySwitch, PanelAction, Port};
 use ts3100_tests::Robot;
 
 #[test]
@@ -99,4 +99,83 @@ fn with_pass_rn_begins_the_motion_anew_that_was_cut_short() {
     let mut other = robot.clone();
     assert!(nearest(&mut robot, TOP) < 10.0);
     assert!(nearest(&mut other, FAR) > 50.0);
+}
+
+/// PAUSE holds the way to FAR, and this follows it.
+fn paused(next: &str) -> Robot {
+    let program = TRIP.replace("MOVES FAR", "ENABLE NOWAIT\nMOVES FAR");
+    let held = format!("WAIT MOTION >= 20\nPAUSE\n{next}\nWAIT MOTION >= 100\nPRINT IP1, \"2\"");
+    let mut robot = Robot::ready(&program.replace("PRINT IP1, \"2\"", &held));
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(3_000);
+    assert_eq!(robot.received(Port::Ip1), b"1", "{next}");
+    robot
+}
+
+// clause: CMD-SP-03 CMD-RN-02
+#[test]
+fn while_pause_holds_a_motion_a_stop_stops_and_a_start_goes_on_with_it() {
+    type Act = fn(&mut Robot);
+    let stop: Act = |robot| robot.panel(PanelAction::Stop);
+    let alarm: Act = |robot| {
+        let (number, detail) = ("2-046".to_string(), String::new());
+        robot.feed(Input::Action(Action::RaiseAlarm { number, detail }));
+    };
+    let signal: Act = |robot| robot.panel(PanelAction::InputLine { line: 257, on: true });
+    let key: Act = |robot| {
+        robot.panel(PanelAction::Key(KeySwitch::Teaching));
+        robot.panel(PanelAction::Key(KeySwitch::Ext));
+    };
+    let sp: Act = |robot| robot.command(Port::Ip0, "SP");
+    let nothing: Act = |_| {};
+    for (what, next, act) in [
+        ("STOP at the panel", "MOVE HOME", stop),
+        ("STOP at the panel", "WAIT DIN(1)", stop),
+        ("STOP at the panel", "OPEN1", stop),
+        ("an alarm", "WAIT MOTION >= 100", alarm),
+        ("the signal STOP", "OPEN1", signal),
+        ("the key", "MOVE HOME", key),
+        ("SP", "MOVE HOME", sp),
+        ("SP", "WAIT DIN(1)", sp),
+        ("the statement STOP", "STOP", nothing),
+        ("a fault", "A = 1 / 0", nothing),
+    ] {
+        let mut robot = paused(next);
+        act(&mut robot);
+        robot.advance_ms(500);
+        let rest = position(&mut robot);
+        assert!(
+            distance(rest, FAR) > 1.0 && distance(rest, HOME) > 1.0,
+            "{what}: {rest:?}"
+        );
+        assert_eq!(motion_status(&mut robot), 2, "{what} during {next}");
+        robot.advance_ms(5_000);
+        assert_eq!(position(&mut robot), rest, "{what} during {next}");
+        robot.panel(PanelAction::InputLine { line: 1, on: true });
+        robot.panel(PanelAction::Start);
+        assert!(nearest(&mut robot, FAR) < 1.0, "{what} during {next}");
+        assert_eq!(robot.received(Port::Ip1), b"23", "{what} during {next}");
+    }
+}
+
+#[test]
+fn delay_counts_while_pause_holds_the_motion() {
+    let mut robot = paused("DELAY 4.0\nRESUME");
+    let held = position(&mut robot);
+    assert_eq!(motion_status(&mut robot), 1);
+    robot.advance_ms(1_000);
+    assert_eq!(position(&mut robot), held);
+    assert!(nearest(&mut robot, FAR) < 1.0);
+    assert_eq!(robot.received(Port::Ip1), b"23");
+    // One that waited for the motion goes on waiting.
+    let waits = "I = TASK(\"HOLD\")\nENABLE NOWAIT\nMOVES FAR WITH SPEED=20\nDELAY 0.5\nPRINT IP1, HERE.Y\nEND\n\
+        PROGRAM HOLD\nWAIT MOTION < 100\nWAIT MOTION >= 20\nPAUSE\nDELAY 4\nRESUME\nEND\nDATA";
+    let (head, data) = TRIP.split_once("DATA").unwrap();
+    let moves = head.find("PRINT").unwrap();
+    let mut robot = Robot::ready(&format!("{}{waits}{data}", &head[..moves]));
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(4_000);
+    assert!(distance(position(&mut robot), FAR) > 1.0);
+    until(&mut robot, "the end", |robot| motion_status(robot) == 0);
+    assert_eq!(robot.received(Port::Ip1), b"     200.000");
 }

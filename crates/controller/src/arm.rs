@@ -258,6 +258,11 @@ impl Arm {
         self.active.is_some()
     }
 
+    /// Whether a motion is held.
+    pub fn is_held(&self) -> bool {
+        self.active.as_ref().is_some_and(|active| active.motion.is_held())
+    }
+
     /// When the motion under way ends; `None` while it is held or none is under way.
     pub fn ends_at(&self) -> Option<Time> {
         let active = self.active.as_ref().filter(|active| !active.motion.is_held())?;

@@ -190,6 +190,12 @@ impl Executor {
         self.paused
     }
 
+    /// Whether PAUSE holds a motion, or something that waits for one: RESUME does not come while the program is to stop.
+    fn waits_for_resume(&self, arm: &Arm) -> bool {
+        let mut parts = self.program_tasks().flat_map(Task::parts);
+        self.paused && (arm.is_held() || parts.any(|task| *task.state() != TaskState::Ready))
+    }
+
     /// The program stands at its first step.
     pub(crate) fn is_reset(&self) -> bool {
         self.operation.state() == RunState::Reset

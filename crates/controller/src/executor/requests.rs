@@ -37,8 +37,8 @@ impl Robot {
                 self.executor.done(task)
             }
             Request::Input { channel, expected } => self.input(task, channel, expected),
-            // DELAY dwells where the motion before it has led.
-            Request::Delay { .. } if self.moves(task) => {
+            // DELAY dwells where the motion before it has led, or where PAUSE holds the arm.
+            Request::Delay { .. } if self.moves(task) && !self.executor.paused => {
                 task.enter(TaskState::Resting);
                 Step::Blocked
             }

@@ -56,11 +56,17 @@ impl Robot {
                 return true;
             }
         }
-        let stops = stop.filter(|_| standing && !self.arm.is_moving());
-        if let Some(by) = stops {
+        let Some(by) = stop.filter(|_| standing) else {
+            return false;
+        };
+        if self.executor.waits_for_resume(&self.arm) {
+            self.interrupt(by);
+        } else if self.arm.is_moving() {
+            return false;
+        } else {
             self.stop_program(Standstill::BetweenSteps, by);
         }
-        stops.is_some()
+        true
     }
 
     fn after(&mut self, id: u16, step: Step) {
@@ -158,7 +164,8 @@ impl Robot {
     }
 
     fn end_step(&mut self, task: &mut Task) -> bool {
-        task.end_step(self.executor.memory_mut(), self.config.options.wait_after_stop)
+        let (wait, paused) = (self.config.options.wait_after_stop, self.executor.paused);
+        task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
     /// Goes on with what the machine is doing, which may be to execute what comes next.

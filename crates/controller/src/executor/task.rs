@@ -312,20 +312,20 @@ impl Task {
         Step::Trouble(code, format!("line {}: {reason}", self.line()))
     }
 
-    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
-    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop) -> bool {
+    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps, or waits
+    /// for an arm that is `paused`.
+    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop, paused: bool) -> bool {
         if let Some(handler) = &mut self.handler
-            && !handler.end_step(memory, wait)
+            && !handler.end_step(memory, wait, paused)
         {
             return false;
         }
         match &self.doing {
             TaskState::Ready | TaskState::Pausing { .. } => {}
-            TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Resting
-            | TaskState::Holding
-            | TaskState::Delaying { .. } => return false,
+            TaskState::Moving { .. } | TaskState::Queued { .. } | TaskState::Resting | TaskState::Holding => {
+                return paused;
+            }
+            TaskState::Delaying { .. } => return false,
             TaskState::Reading { .. } => {
                 self.end_reading(memory);
             }
