@@ -15,7 +15,6 @@ mod effort;
 mod kinematics;
 mod path;
 mod plan;
-mod pose;
 mod profile;
 mod run;
 
@@ -23,9 +22,9 @@ pub use arch::Gate;
 pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
-pub(crate) use pose::pairwise;
-pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
+pub(crate) use scol_mini::geometry::{self as pose, pairwise};
+pub use scol_mini::geometry::{Pose, Transform, normalised};
 
 use crate::model::{AXES, Joints};
 use ts3100_proto::error_text;
