@@ -318,25 +318,16 @@ impl Panel {
         }
     }
 
-    /// The emergency stop button; true if it is pressed newly and the power is on.
-    pub(crate) fn set_emergency_stop(&mut self, pressed: bool) -> bool {
-        let newly = self.state.powered && pressed && !self.state.emergency_stop;
-        self.state.emergency_stop = pressed;
-        newly
-    }
-
-    /// The safety switch; true if it is open newly and the power is on.
-    pub(crate) fn set_safety_open(&mut self, open: bool) -> bool {
-        let newly = self.state.powered && open && !self.state.safety_open;
-        self.state.safety_open = open;
-        newly
-    }
-
-    /// The battery of the RAM drive; true if it is low newly and the power is on.
-    pub(crate) fn set_battery_low(&mut self, low: bool) -> bool {
-        let newly = self.state.powered && low && !self.state.battery_low;
-        self.state.battery_low = low;
-        newly
+    /// The cause of an alarm lasts, or does not; true if it does newly and the power is on.
+    pub(crate) fn set_alarm_cause(&mut self, code: AlarmCode, lasts: bool) -> bool {
+        let causes = [
+            (&mut self.state.emergency_stop, alarm::EMERGENCY_STOP),
+            (&mut self.state.safety_open, alarm::SAFETY_STOP),
+            (&mut self.state.battery_low, alarm::BATTERY),
+        ];
+        let mut causes = causes.into_iter().filter(|(_, of)| *of == code);
+        let lasted = causes.next().map(|(cause, _)| core::mem::replace(cause, lasts));
+        self.state.powered && lasts && lasted == Some(false)
     }
 
     pub(crate) fn set_key(&mut self, key: KeySwitch) {

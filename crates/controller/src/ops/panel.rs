@@ -3,8 +3,8 @@
 //!
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
-use super::jog::JogRefusal;
 use super::refuse_if;
+use crate::alarm::AlarmCode;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
@@ -76,13 +76,19 @@ impl Robot {
         Ok(())
     }
 
-    /// The EXTERNAL mode control right. A host that loses it lets go of the arm that it jogs.
+    /// The EXTERNAL mode control right. The host that loses it lets go of the arm that it jogs.
     pub(crate) fn set_control_right(&mut self, right: ControlRight) {
-        if right != self.panel.state().control_right {
-            for port in [Port::Host, Port::Ip0] {
-                self.arm.stop_jog_from(port, self.now);
-            }
-            self.panel.set_control_right(right);
+        let state = self.panel.state();
+        if state.key == KeySwitch::Ext && state.control_right != right {
+            self.arm.stop_jog(self.now);
+        }
+        self.panel.set_control_right(right);
+    }
+
+    /// The cause of this alarm lasts from now on, or does not any more.
+    pub(crate) fn set_alarm_cause(&mut self, code: AlarmCode, lasts: bool) {
+        if self.panel.set_alarm_cause(code, lasts) {
+            self.raise(code, String::new());
         }
     }
 
