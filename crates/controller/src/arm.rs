@@ -22,7 +22,7 @@ mod retry;
 mod settings;
 mod wear;
 
-pub use jog::{Guide, Jog, JogError, JogFrame};
+pub use jog::{Guide, Jog, JogFrame};
 use memo::Memo;
 use settings::{MotionSettings, load_part};
 pub use trajectory::PATH_POINTS;

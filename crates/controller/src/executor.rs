@@ -185,11 +185,6 @@ impl Executor {
         }
     }
 
-    /// Whether PAUSE holds the motion.
-    pub(crate) fn is_paused(&self) -> bool {
-        self.paused
-    }
-
     /// Whether PAUSE holds a motion, or something that waits for one: RESUME does not come while the program is to stop.
     fn waits_for_resume(&self, arm: &Arm) -> bool {
         let mut parts = self.program_tasks().flat_map(Task::parts);

@@ -146,6 +146,7 @@ impl Robot {
                     | MotionError::Configuration { .. }
                     | MotionError::NoArc
                     | MotionError::Gate { .. }
+                    | MotionError::AtLimit { .. }
                     | MotionError::NoSuchAxis { .. } => alarm::OUT_OF_REACH,
                 };
                 task.trouble(code, error)
@@ -205,12 +206,12 @@ impl Robot {
     fn input(&mut self, task: &mut Task, channel: Channel, wanted: usize) -> Step {
         let missing = Port::from_channel(channel).filter(|&port| self.missing_peer(port));
         if let Some(port) = missing {
-            let message = format!("line {}: INPUT {port}: no peer is connected", task.line());
-            self.report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
-        }
-        if let Some(port) = missing.filter(|_| self.config.options.no_peer == NoPeer::Alarm) {
             let reason = format!("INPUT {port}: no peer is connected");
-            return self.cancel_input(task, Vec::new(), alarm::INVALID_CHANNEL, &reason);
+            let message = format!("line {}: {reason}", task.line());
+            self.report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
+            if self.config.options.no_peer == NoPeer::Alarm {
+                return self.cancel_input(task, Vec::new(), alarm::INVALID_CHANNEL, &reason);
+            }
         }
         task.enter(TaskState::Reading {
             channel,

@@ -9,9 +9,9 @@ use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::io::channels::Channels;
+use crate::motion::MotionError;
 use crate::output::Output;
 use crate::panel::{ControlRight, KeySwitch};
-use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
 use ts3100_proto::command::RunMode;
@@ -36,12 +36,16 @@ pub(crate) enum OperateError {
     NotStopped,
     Running,
     NotFirst,
+    NotTeaching,
+    Busy,
+    Free,
+    Guided,
     Select(SelectError),
-    Jog(JogRefusal),
+    Jog(MotionError),
 }
 
 error_text! {
-    OperateError: Select from SelectError, Jog from JogRefusal;
+    OperateError: Select from SelectError, Jog from MotionError;
     Self::NoInternal(port) => "the {port} has no INTERNAL position (5.3.2)";
     Self::EmergencyStop => "the emergency stop is pressed";
     Self::SafetyOpen => "the safety switch is open";
@@ -57,6 +61,10 @@ error_text! {
     Self::NotStopped => "a reset is accepted only in stop mode";
     Self::Running => "the operation mode can be set only while the robot is stopped";
     Self::NotFirst => "of several inputs at once only the first is processed";
+    Self::NotTeaching => "the key switch is not in TEACHING";
+    Self::Busy => "a program or a DO statement is under way";
+    Self::Free => "the guide mode is FREE";
+    Self::Guided => "the arm is being guided; JG ! ends that";
     Self::Select(error) => "{error}";
     Self::Jog(error) => "{error}";
 }
@@ -171,7 +179,7 @@ impl Robot {
         self.panel.set_feed_hold(on);
         if on {
             self.arm.hold(self.now);
-        } else if !self.executor.is_paused() {
+        } else if !self.is_held() {
             self.arm.resume(self.now);
         }
     }
