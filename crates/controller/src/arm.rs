@@ -158,10 +158,7 @@ impl ArmPose {
     }
 
     fn values(&self, pose: &Pose) -> Vec<f64> {
-        let count = match self.kind {
-            scol_mini::Arm::SixAxis => 8,
-            scol_mini::Arm::Scara => 5,
-        };
+        let count = self.kind.coordinates().len();
         pose.coords(self.kind).into_iter().take(count).collect()
     }
 }

@@ -239,7 +239,8 @@ impl Executor {
         self.main.iter().chain(self.tasks.values())
     }
 
-    pub(super) fn program_tasks_mut(&mut self) -> impl Iterator<Item = &mut Task> {
+    /// The same, to be changed.
+    fn program_tasks_mut(&mut self) -> impl Iterator<Item = &mut Task> {
         self.main.iter_mut().chain(self.tasks.values_mut())
     }
 
@@ -260,15 +261,6 @@ impl Executor {
         }
         let places = (first..count).chain(0..first);
         places.filter_map(move |at| ids.get(at).copied())
-    }
-
-    /// A task by its ID.
-    pub(crate) fn task(&self, id: u16) -> Option<&Task> {
-        if id == MAIN_TASK {
-            self.main.as_ref()
-        } else {
-            self.tasks.get(&id)
-        }
     }
 
     /// Takes a task out, to work with it.
@@ -322,16 +314,6 @@ impl Executor {
             }
         }
         place
-    }
-
-    /// What waits for a motion that is no more is to begin anew, and what was under way before it.
-    pub(crate) fn redo_motions(&mut self) {
-        self.program_tasks_mut().for_each(Task::redo_motion);
-    }
-
-    /// The program stands, and no motion of it is cut short.
-    pub(crate) fn end_motions(&mut self) {
-        self.program_tasks_mut().for_each(Task::end_motion);
     }
 
     /// A task other than the main program has ended.

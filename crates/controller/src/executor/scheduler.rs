@@ -36,7 +36,8 @@ impl Robot {
             || self.executor.breakpoints().are_set();
         let mut standing = true;
         for id in self.executor.order() {
-            if stop.is_none() && self.executor.task(id).is_some_and(|task| task.sleeps(self.now)) {
+            let sleeps = |task: &Task| task.id() == id && task.sleeps(self.now);
+            if stop.is_none() && self.executor.program_tasks().any(sleeps) {
                 standing = false;
                 continue;
             }
@@ -56,17 +57,14 @@ impl Robot {
                 return true;
             }
         }
-        let Some(by) = stop.filter(|_| standing) else {
-            return false;
-        };
-        if self.executor.waits_for_resume(&self.arm) {
-            self.interrupt(by);
-        } else if self.arm.is_moving() {
-            return false;
-        } else {
-            self.stop_program(Standstill::BetweenSteps, by);
+        let held = self.executor.waits_for_resume(&self.arm);
+        let stops = stop.filter(|_| standing && (held || !self.arm.is_moving()));
+        match stops {
+            Some(by) if held => self.interrupt(by),
+            Some(by) => self.stop_program(Standstill::BetweenSteps, by),
+            None => {}
         }
-        true
+        stops.is_some()
     }
 
     fn after(&mut self, id: u16, step: Step) {
@@ -176,10 +174,10 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            // While the arm is held nothing begins.
+            // What the arm is held before does not begin.
             TaskState::Queued { .. } => {
                 let begin = self.arm.last_begins_at();
-                begin.map_or(self.arm.is_moving() && self.is_held(), |begin| begin > now)
+                begin.map_or(self.arm.is_moving(), |begin| begin > now)
             }
             // Before its end it counts as over by so much; while it is held it has no end.
             TaskState::Moving { lead } => {

@@ -174,11 +174,10 @@ impl Motion {
         Some(blended)
     }
 
-    /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
-    /// blended, or held.
+    /// When, after its start, the motion added last by [`Motion::blend`] begins, or the only one; `None` if it does not,
+    /// because it is held or given up before.
     pub fn last_begins(&self) -> Option<Duration> {
-        let goes_on = matches!(self.path, Path::Chain(_)) && self.phase == MotionPhase::Moving;
-        goes_on.then_some(self.joined)
+        Some(self.joined).filter(|joined| *joined < NEVER)
     }
 
     /// Whether the motion added last by [`Motion::blend`] has begun by `t`; true of one that is not blended.

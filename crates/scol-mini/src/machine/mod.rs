@@ -269,11 +269,7 @@ impl Machine {
         let mut execution = self.enter(&program, memory, &NoInputs);
         let mut failed = None;
         for (place, number) in pending.targets.iter().zip(numbers) {
-            let number = if failed.is_some() {
-                Number::Integer(0)
-            } else {
-                number
-            };
+            let number = failed.as_ref().map_or(number, |_| Number::Integer(0));
             if let Err(error) = execution.write(*place, number.into()) {
                 failed.get_or_insert(error);
                 // It is the first fault that counts.
