@@ -25,9 +25,7 @@ fn with_pass_the_frames_of_a_motion_hold_from_its_beginning_to_its_end() {
     for look in 0..2_000 {
         robot.advance_ms(10);
         // What is held keeps its frames too.
-        if look % 40 == 30 {
-            robot.command(Port::Ip0, "FD");
-        } else if look % 40 == 36 {
+        if [30, 36].contains(&(look % 40)) {
             robot.command(Port::Ip0, "FD");
         }
         if !robot.cell.controller.is_arm_moving() {

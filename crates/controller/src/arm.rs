@@ -333,19 +333,16 @@ impl Arm {
         pace: SpeedLimits,
         locked: bool,
     ) -> Result<ActiveMotion, MotionError> {
-        let frames = Frames::new(&motion.conditions);
+        let conditions = &motion.conditions;
+        let frames = Frames::new(conditions);
         let target = self.target(motion, &frames, from);
-        let Conditions {
-            speed, accel, decel, ..
-        } = motion.conditions;
-        let payload = motion.conditions.payload.as_ref();
-        let mass = payload.map_or(0.0, |(_, load)| load.mass);
+        let mass = conditions.payload.as_ref().map_or(0.0, |(_, load)| load.mass);
         let load_part = load_part(mass, self.model.max_payload);
         let settings = MotionSettings {
-            speed,
-            accel: accel * load_part,
-            decel: decel * load_part,
-            torque: torque(&motion.conditions),
+            speed: conditions.speed,
+            accel: conditions.accel * load_part,
+            decel: conditions.decel * load_part,
+            torque: torque(conditions),
             load_part,
         };
         let (tool, limits) = (transform(&frames.tool), settings.limits(pace));

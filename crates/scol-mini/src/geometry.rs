@@ -150,7 +150,7 @@ pub fn sin_cos(degrees: f64) -> (f64, f64) {
 }
 
 /// The turn about X by degrees.
-pub fn about_x(angle: f64) -> Matrix {
+fn about_x(angle: f64) -> Matrix {
     let (s, c) = sin_cos(angle);
     [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
 }
@@ -182,7 +182,7 @@ pub fn transposed(matrix: &Matrix) -> Matrix {
 }
 
 /// A vector turned.
-pub fn turned(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
+fn turned(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| dot(row, vector))
 }
 

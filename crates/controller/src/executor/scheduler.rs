@@ -211,8 +211,7 @@ impl Robot {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
             Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {
-                task.enter(TaskState::Resting);
-                Step::Blocked
+                task.wait(TaskState::Resting)
             }
             Pause::Ended => Step::Ended,
             Pause::Waiting => Step::Blocked,

@@ -228,6 +228,12 @@ impl Task {
         self.doing = state;
     }
 
+    /// The statement under way waits so before it goes on.
+    pub(super) fn wait(&mut self, state: TaskState) -> Step {
+        self.enter(state);
+        Step::Blocked
+    }
+
     /// The interpreter, to ask it.
     pub(super) fn machine(&self) -> &Machine {
         &self.machine
@@ -320,19 +326,17 @@ impl Task {
         {
             return false;
         }
+        self.end_reading(memory);
         match &self.doing {
-            TaskState::Ready | TaskState::Pausing { .. } => {}
             TaskState::Moving { .. } | TaskState::Queued { .. } | TaskState::Resting | TaskState::Holding => {
                 return paused;
             }
             TaskState::Delaying { .. } => return false,
-            TaskState::Reading { .. } => {
-                self.end_reading(memory);
-            }
-            TaskState::Watching { .. } => match wait {
-                WaitAfterStop::Next => self.machine.skip(),
-                WaitAfterStop::Again => {}
-            },
+            TaskState::Watching { .. } if wait == WaitAfterStop::Next => self.machine.skip(),
+            TaskState::Watching { .. }
+            | TaskState::Ready
+            | TaskState::Pausing { .. }
+            | TaskState::Reading { .. } => {}
         }
         self.enter(TaskState::Ready);
         true
