@@ -4,6 +4,7 @@
 //! The manual calls jogging "guide". Byte-exact answers of these commands are in `extensions.rs`.
 
 use crate::extensions::{scara, six_axis, text, values, word};
+use ts3100_controller::input::JogMode;
 use ts3100_controller::{ControlRight, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
@@ -511,4 +512,38 @@ fn turning_the_key_ends_the_jog() {
     robot.advance_ms(60_000);
     let turned = values(&mut robot, "PR,0")[0];
     assert!(turned < 10.0, "{turned}");
+}
+
+#[test]
+fn a_jog_ends_with_the_control_right_of_its_host_and_only_with_that() {
+    let stays = |robot: &mut Robot| {
+        let early = robot.cell.controller.arm_pose().joints;
+        robot.advance_ms(500);
+        robot.cell.controller.arm_pose().joints == early
+    };
+    for right in [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether] {
+        let mut robot = six_axis();
+        robot.command(Port::Ip0, "JG,1 +");
+        robot.advance_ms(500);
+        robot.panel(PanelAction::ControlRight(right));
+        robot.advance_ms(500);
+        assert_eq!(stays(&mut robot), right != ControlRight::Ether, "{right:?}");
+        robot.panel(PanelAction::ControlRight(ControlRight::Ether));
+        robot.command(Port::Ip0, "JG,1 !");
+        robot.advance_ms(500);
+        robot.command(Port::Ip0, "JG,1 -");
+        robot.advance_ms(500);
+        assert!(!stays(&mut robot), "{right:?}");
+    }
+    let mut robot = six_axis();
+    robot.panel(PanelAction::Key(KeySwitch::Teaching));
+    let mode = JogMode::default();
+    robot.panel(PanelAction::Jog {
+        axis: 1,
+        positive: true,
+        mode,
+    });
+    robot.panel(PanelAction::ControlRight(ControlRight::Sig));
+    robot.advance_ms(500);
+    assert!(!stays(&mut robot), "the key of the pendant is held");
 }

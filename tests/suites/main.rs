@@ -36,6 +36,7 @@ mod mutants;
 mod network;
 mod old_names;
 mod options;
+mod pass_and_pause;
 mod permissions;
 mod polling_independence;
 mod ports;

@@ -5,23 +5,23 @@
 use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
-const TRIP: &str = "PROGRAM TRIP\nMOVE HOME\nPRINT IP1, \"1\"\nMOVES FAR WITH SPEED=20\nPRINT IP1, \"2\"\nMOVE HOME\n\
+pub const TRIP: &str = "PROGRAM TRIP\nMOVE HOME\nPRINT IP1, \"1\"\nMOVES FAR WITH SPEED=20\nPRINT IP1, \"2\"\nMOVE HOME\n\
     PRINT IP1, \"3\"\nEND\nDATA\nPOINT HOME=400,-200,200,0,0,0,0,0/\nPOINT FAR=400,200,200,0,0,0,0,0/\nEND\n";
 const WORLD: usize = 148;
-const HOME: [f32; 3] = [400.0, -200.0, 200.0];
-const FAR: [f32; 3] = [400.0, 200.0, 200.0];
+pub const HOME: [f32; 3] = [400.0, -200.0, 200.0];
+pub const FAR: [f32; 3] = [400.0, 200.0, 200.0];
 
-fn position(robot: &mut Robot) -> [f32; 3] {
+pub fn position(robot: &mut Robot) -> [f32; 3] {
     let body = robot.total(Port::Ip0);
     let float = |at: usize| f32::from_be_bytes(body[at..at + 4].try_into().unwrap());
     [float(WORLD), float(WORLD + 4), float(WORLD + 8)]
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+pub fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
 }
 
-fn motion_status(robot: &mut Robot) -> u8 {
+pub fn motion_status(robot: &mut Robot) -> u8 {
     robot.total(Port::Ip0)[2]
 }
 
@@ -39,7 +39,7 @@ fn under_way() -> Robot {
     panic!("HOME is not reached within 20 s");
 }
 
-fn until(robot: &mut Robot, what: &str, condition: impl Fn(&mut Robot) -> bool) {
+pub fn until(robot: &mut Robot, what: &str, mut condition: impl FnMut(&mut Robot) -> bool) {
     for _ in 0..3_000 {
         if condition(robot) {
             return;

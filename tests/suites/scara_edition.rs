@@ -66,3 +66,21 @@ fn sf_of_a_scara_fills_one_text_in_both_dialects() {
         assert_eq!(robot.total(Port::Ip0), text[4..254]);
     }
 }
+
+/// Of the last 0.001 % of this motion the arm needs more than a scan.
+#[test]
+fn motion_is_100_when_the_arm_has_arrived_and_not_before() {
+    for wait in ["MOTION >= 100", "MOTION == 100", "REMAIN <= 0"] {
+        let mut robot = scara(Dialect::Field);
+        robot.connect(Port::Ip1);
+        let program = format!(
+            "PROGRAM T\nENABLE NOWAIT\nMOVEA 1, 100.0 WITH DECEL=1\nWAIT {wait}\nPRINT IP1, REMAINT, MOTION, REMAIN\nEND\n"
+        );
+        robot.load("TEST", &program);
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(60_000);
+        let printed = String::from_utf8(robot.received(Port::Ip1)).unwrap();
+        let numbers: Vec<&str> = printed.split_whitespace().collect();
+        assert_eq!(numbers, ["0.000", "100.000", "0.000"], "{wait}");
+    }
+}

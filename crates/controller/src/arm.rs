@@ -22,7 +22,7 @@ mod retry;
 mod settings;
 mod wear;
 
-pub use jog::{Guide, Jog, JogError, JogFrame};
+pub use jog::{Guide, Jog, JogFrame};
 use memo::Memo;
 use settings::{MotionSettings, load_part};
 pub use trajectory::PATH_POINTS;
@@ -49,6 +49,27 @@ struct ActiveMotion {
     locked: bool,
     /// The coordinate systems named by its WITH, in force while it is under way.
     frames: Option<Frames>,
+    /// What will hold instead when the motion put behind it by PASS begins.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    next: Option<NextFrames>,
+}
+
+/// The coordinate systems of a motion that has been put behind another.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+struct NextFrames {
+    /// Those named by its WITH.
+    frames: Option<Frames>,
+    /// That of the position it leads to.
+    work: Option<Frame>,
+}
+
+impl ActiveMotion {
+    /// The coordinate systems of the motion put behind this one, if it has begun by `now`.
+    fn next_begun(&self, now: Time) -> Option<&NextFrames> {
+        let next = self.next.as_ref();
+        next.filter(|_| self.motion.last_has_begun(now.since(self.start)))
+    }
 }
 
 /// The three coordinate systems of a motion or of a program, with their names.
@@ -137,10 +158,7 @@ impl ArmPose {
     }
 
     fn values(&self, pose: &Pose) -> Vec<f64> {
-        let count = match self.kind {
-            scol_mini::Arm::SixAxis => 8,
-            scol_mini::Arm::Scara => 5,
-        };
+        let count = self.kind.coordinates().len();
         pose.coords(self.kind).into_iter().take(count).collect()
     }
 }
@@ -237,6 +255,11 @@ impl Arm {
         self.active.is_some()
     }
 
+    /// Whether a motion is held.
+    pub fn is_held(&self) -> bool {
+        self.active.as_ref().is_some_and(|active| active.motion.is_held())
+    }
+
     /// When the motion under way ends; `None` while it is held or none is under way.
     pub fn ends_at(&self) -> Option<Time> {
         let active = self.active.as_ref().filter(|active| !active.motion.is_held())?;
@@ -249,6 +272,7 @@ impl Arm {
             return;
         };
         self.add_wear_until(end);
+        self.take_next(end);
         if let Some(active) = self.active.take()
             && !active.locked
         {
@@ -309,19 +333,16 @@ impl Arm {
         pace: SpeedLimits,
         locked: bool,
     ) -> Result<ActiveMotion, MotionError> {
-        let frames = Frames::new(&motion.conditions);
+        let conditions = &motion.conditions;
+        let frames = Frames::new(conditions);
         let target = self.target(motion, &frames, from);
-        let Conditions {
-            speed, accel, decel, ..
-        } = motion.conditions;
-        let payload = motion.conditions.payload.as_ref();
-        let mass = payload.map_or(0.0, |(_, load)| load.mass);
+        let mass = conditions.payload.as_ref().map_or(0.0, |(_, load)| load.mass);
         let load_part = load_part(mass, self.model.max_payload);
         let settings = MotionSettings {
-            speed,
-            accel: accel * load_part,
-            decel: decel * load_part,
-            torque: torque(&motion.conditions),
+            speed: conditions.speed,
+            accel: conditions.accel * load_part,
+            decel: conditions.decel * load_part,
+            torque: torque(conditions),
             load_part,
         };
         let (tool, limits) = (transform(&frames.tool), settings.limits(pace));
@@ -332,6 +353,7 @@ impl Arm {
             settings,
             locked,
             frames: motion.own_frames.then_some(frames),
+            next: None,
         })
     }
 
@@ -378,15 +400,28 @@ impl Arm {
     }
 
     /// The coordinate systems in force: those of the motion under way if its WITH names one, else those set.
-    pub fn frames(&self, conditions: &Conditions) -> Frames {
-        let own = self.active.as_ref().and_then(|active| active.frames.clone());
+    pub fn frames(&self, now: Time, conditions: &Conditions) -> Frames {
+        let own = self.active.as_ref().and_then(|active| {
+            let begun = active.next_begun(now).map_or(&active.frames, |next| &next.frames);
+            begun.clone()
+        });
         own.unwrap_or_else(|| Frames::new(conditions))
+    }
+
+    /// A motion put behind another that has begun by `now` counts as the one under way from here on.
+    fn take_next(&mut self, now: Time) {
+        if let Some(active) = &mut self.active
+            && let Some(next) = active.next_begun(now).cloned()
+        {
+            self.position_work = next.work;
+            (active.frames, active.next) = (next.frames, None);
+        }
     }
 
     /// The posture at `now`, as SF and PR send it.
     pub fn pose(&self, now: Time, conditions: &Conditions) -> ArmPose {
-        let frames = self.frames(conditions);
-        self.pose_in(self.joints(now), &frames, self.shown_work(&frames))
+        let frames = self.frames(now, conditions);
+        self.pose_in(self.joints(now), &frames, self.shown_work(now, &frames))
     }
 
     /// A posture, with its position in a work coordinate system.
@@ -405,13 +440,15 @@ impl Arm {
     }
 
     /// The work coordinate system the position is shown in: its own, if it has one.
-    fn shown_work<'a>(&'a self, frames: &'a Frames) -> &'a Frame {
-        self.position_work.as_ref().unwrap_or(&frames.work)
+    fn shown_work<'a>(&'a self, now: Time, frames: &'a Frames) -> &'a Frame {
+        let begun = self.active.as_ref().and_then(|active| active.next_begun(now));
+        let own = begun.map_or(&self.position_work, |next| &next.work);
+        own.as_ref().unwrap_or(&frames.work)
     }
 
     /// Name of the work coordinate system the position is shown in; empty if it has none.
-    pub fn work_name(&self, frames: &Frames) -> String {
-        self.shown_work(frames).name.clone().unwrap_or_default()
+    pub fn work_name(&self, now: Time, frames: &Frames) -> String {
+        self.shown_work(now, frames).name.clone().unwrap_or_default()
     }
 
     /// HERE: the present position in these coordinate systems.
@@ -456,6 +493,7 @@ impl Arm {
     /// Changes the motion under way, at this time after its start.
     fn change_motion(&mut self, now: Time, change: impl FnOnce(&mut ActiveMotion, Duration)) {
         self.add_wear_until(now);
+        self.take_next(now);
         if let Some(active) = &mut self.active {
             let at = now.since(active.start);
             change(active, at);

@@ -71,19 +71,13 @@ pub enum DriveError {
 }
 
 error_text! {
-    DriveError;
+    DriveError: Name from NameError;
     Self::Name(error) => "file name: {error}";
     Self::Content { name, fault } => "file {name}: {fault}";
     Self::TooLarge { name, size } => "file {name} has {size} bytes; at most {MAX_FILE} are possible";
     Self::Full { name, size, free } => "file {name}: {size} bytes found, {free} free on the RAM drive";
     Self::NotPersisted { name, reason } => "file {name}: {reason}";
     Self::TooMany { name } => "file {name}: the RAM drive holds at most {MAX_FILES} files";
-}
-
-impl From<NameError> for DriveError {
-    fn from(error: NameError) -> DriveError {
-        DriveError::Name(error)
-    }
 }
 
 /// The content of a file.

@@ -185,9 +185,10 @@ impl Executor {
         }
     }
 
-    /// Whether PAUSE holds the motion.
-    pub(crate) fn is_paused(&self) -> bool {
-        self.paused
+    /// Whether PAUSE holds a motion, or something that waits for one: RESUME does not come while the program is to stop.
+    fn waits_for_resume(&self, arm: &Arm) -> bool {
+        let mut parts = self.program_tasks().flat_map(Task::parts);
+        self.paused && (arm.is_held() || parts.any(|task| *task.state() != TaskState::Ready))
     }
 
     /// The program stands at its first step.
@@ -238,6 +239,11 @@ impl Executor {
         self.main.iter().chain(self.tasks.values())
     }
 
+    /// The same, to be changed.
+    fn program_tasks_mut(&mut self) -> impl Iterator<Item = &mut Task> {
+        self.main.iter_mut().chain(self.tasks.values_mut())
+    }
+
     /// Those, and that of the statement of DO.
     fn all_tasks(&self) -> impl Iterator<Item = &Task> {
         let direct = self.direct.as_ref().map(|direct| &direct.task);
@@ -255,15 +261,6 @@ impl Executor {
         }
         let places = (first..count).chain(0..first);
         places.filter_map(move |at| ids.get(at).copied())
-    }
-
-    /// A task by its ID.
-    pub(crate) fn task(&self, id: u16) -> Option<&Task> {
-        if id == MAIN_TASK {
-            self.main.as_ref()
-        } else {
-            self.tasks.get(&id)
-        }
     }
 
     /// Takes a task out, to work with it.
@@ -317,12 +314,6 @@ impl Executor {
             }
         }
         place
-    }
-
-    /// What waits for a motion that is no more is to begin anew.
-    pub(crate) fn redo_motions(&mut self) {
-        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
-        tasks.for_each(Task::redo_motion);
     }
 
     /// A task other than the main program has ended.

@@ -318,19 +318,16 @@ impl Panel {
         }
     }
 
-    /// The emergency stop button; true if it is pressed newly and the power is on.
-    pub(crate) fn set_emergency_stop(&mut self, pressed: bool) -> bool {
-        comes_on(&mut self.state.emergency_stop, pressed) && self.state.powered
-    }
-
-    /// The safety switch; true if it is open newly and the power is on.
-    pub(crate) fn set_safety_open(&mut self, open: bool) -> bool {
-        comes_on(&mut self.state.safety_open, open) && self.state.powered
-    }
-
-    /// The battery of the RAM drive; true if it is low newly and the power is on.
-    pub(crate) fn set_battery_low(&mut self, low: bool) -> bool {
-        comes_on(&mut self.state.battery_low, low) && self.state.powered
+    /// The cause of an alarm lasts, or does not; true if it does newly and the power is on.
+    pub(crate) fn set_alarm_cause(&mut self, code: AlarmCode, lasts: bool) -> bool {
+        let causes = [
+            (&mut self.state.emergency_stop, alarm::EMERGENCY_STOP),
+            (&mut self.state.safety_open, alarm::SAFETY_STOP),
+            (&mut self.state.battery_low, alarm::BATTERY),
+        ];
+        let cause = causes.into_iter().find(|(_, of)| *of == code);
+        let lasted = cause.map(|(cause, _)| core::mem::replace(cause, lasts));
+        self.state.powered && lasts && lasted == Some(false)
     }
 
     pub(crate) fn set_key(&mut self, key: KeySwitch) {
@@ -419,11 +416,6 @@ impl Panel {
             self.state.run_total += now.since(since);
         }
     }
-}
-
-/// Sets a switch; true if it was off and is on now.
-fn comes_on(switch: &mut bool, on: bool) -> bool {
-    !core::mem::replace(switch, on) && on
 }
 
 fn minutes(duration: Duration) -> u32 {

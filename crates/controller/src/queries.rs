@@ -149,12 +149,13 @@ impl Controller {
 
     /// Name of the work coordinate system in which the pose is given; empty if it has none.
     pub fn work_name(&self) -> String {
-        self.robot.arm.work_name(&self.frames())
+        self.robot.arm.work_name(self.robot.now, &self.frames())
     }
 
     /// The coordinate systems in force.
     pub fn frames(&self) -> Frames {
-        self.robot.arm.frames(self.robot.executor.memory().conditions())
+        let conditions = self.robot.executor.memory().conditions();
+        self.robot.arm.frames(self.robot.now, conditions)
     }
 
     /// Tool points in world coordinates along the path of the motion under way or else of the last one, at most

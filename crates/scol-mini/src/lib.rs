@@ -45,6 +45,7 @@ mod conditions;
 mod coverage;
 mod diagnostic;
 mod format;
+pub mod geometry;
 mod lexer;
 mod lines;
 mod lint;

@@ -14,7 +14,7 @@ pub enum Arm {
 
 impl Arm {
     /// The letters of the coordinates of a position, in their order.
-    pub(crate) fn coordinates(self) -> &'static str {
+    pub fn coordinates(self) -> &'static str {
         match self {
             Arm::SixAxis => "XYZABCUV",
             Arm::Scara => "XYZCT",

@@ -2,9 +2,8 @@
 //!
 //! `Motion::blend` calculates how two motions overlap. When a program may read ahead is decided by the executor.
 
-use super::{Arm, SpeedLimits, destination_work, transform};
+use super::{ActiveMotion, Arm, NextFrames, SpeedLimits, destination_work, transform};
 use crate::motion::MotionError;
-use crate::prelude::*;
 use crate::time::Time;
 
 impl Arm {
@@ -27,19 +26,25 @@ impl Arm {
             return Ok(false);
         };
         let (start, end) = (active.start, active.motion.end());
-        let mut planned = self.plan_motion(motion, start, &end, pace, false)?;
-        let Some(active) = &self.active else {
-            return Ok(false);
-        };
+        let planned = self.plan_motion(motion, start, &end, pace, false)?;
         let tool = transform(&motion.conditions.tool);
-        let at = now.since(active.start);
-        let Some(blended) = active.motion.blend(&self.model, at, &planned.motion, pass, &tool) else {
+        let blend = |active: &ActiveMotion| {
+            let at = now.since(start);
+            active.motion.blend(&self.model, at, &planned.motion, pass, &tool)
+        };
+        let Some(blended) = self.active.as_deref().and_then(blend) else {
             return Ok(false);
         };
-        planned.motion = blended;
         self.add_wear_until(now);
-        self.position_work = destination_work(&motion.path);
-        self.active = Some(Box::new(planned));
+        self.take_next(now);
+        if let Some(active) = &mut self.active {
+            active.motion = blended;
+            active.settings = planned.settings;
+            active.next = Some(NextFrames {
+                frames: planned.frames,
+                work: destination_work(&motion.path),
+            });
+        }
         Ok(true)
     }
 }

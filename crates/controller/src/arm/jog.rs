@@ -10,7 +10,6 @@ use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Route, Target, T
 use crate::port::Port;
 use crate::time::Time;
 use scol_mini::Conditions;
-use ts3100_proto::error_text;
 
 /// The coordinate system of a jog (SF-14).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,24 +68,6 @@ pub struct Jog {
     pub frame: JogFrame,
 }
 
-/// Why the arm cannot be jogged.
-#[derive(Debug, Clone, PartialEq)]
-pub enum JogError {
-    /// The axis stands at its limit.
-    AtLimit {
-        /// The axis.
-        axis: u8,
-    },
-    /// There is no way in that direction.
-    Motion(MotionError),
-}
-
-error_text! {
-    JogError: Motion from MotionError;
-    Self::AtLimit { axis } => "axis {axis} is at its limit in that direction";
-    Self::Motion(error) => "{error}";
-}
-
 /// Place of C among X Y Z A B C.
 const C_INDEX: usize = 5;
 /// Shortest jog, in mm or degrees: less counts as standing at the limit.
@@ -104,7 +85,7 @@ impl Arm {
         conditions: &Conditions,
         pace: SpeedLimits,
         locked: bool,
-    ) -> Result<(), JogError> {
+    ) -> Result<(), MotionError> {
         let settings = MotionSettings {
             speed: jog.speed,
             accel: 100.0,
@@ -117,7 +98,8 @@ impl Arm {
         let (start, from) = self.next_start(now);
         let way = jog.step.unwrap_or(self.max_travel(jog, &from));
         if way < MIN_TRAVEL {
-            return Err(JogError::AtLimit { axis: jog.axis });
+            let axis = usize::from(jog.axis);
+            return Err(MotionError::AtLimit { axis });
         }
         let mut planned = self.plan_jog(jog, way, &frames, &from, &limits);
         if planned.is_err() && jog.step.is_none() {
@@ -140,6 +122,7 @@ impl Arm {
             settings,
             locked,
             frames: None,
+            next: None,
         };
         self.set_off(jogged, from);
         self.guide = Some(jog.by);

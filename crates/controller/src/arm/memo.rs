@@ -106,22 +106,24 @@ fn key(from: &Joints, target: &Target, tool: &Transform, limits: &Limits, load: 
     let numbers = |pose: &Pose| pose.coords(scol_mini::Arm::SixAxis);
     // The kind first, which says how many numbers follow.
     match target {
-        Target::Pose(_, _, Route::Joint) => add(&[0.0]),
-        Target::Pose(_, _, Route::Line) => add(&[1.0]),
-        Target::Pose(_, _, Route::Arc(via)) => {
-            add(&[2.0]);
-            add(&numbers(via));
+        Target::Pose(end, config, route) => {
+            match route {
+                Route::Joint => add(&[0.0]),
+                Route::Line => add(&[1.0]),
+                Route::Arc(via) => {
+                    add(&[2.0]);
+                    add(&numbers(via));
+                }
+                Route::Arch(gate) => add(&[3.0, gate.rise, gate.height, gate.descent]),
+            }
+            add(&numbers(end));
+            add(&config.map(f64::from));
         }
-        Target::Pose(_, _, Route::Arch(gate)) => add(&[3.0, gate.rise, gate.height, gate.descent]),
         Target::Axis { axis, value } => add(&[4.0, *axis as f64, *value]),
         Target::Joints(to) => {
             add(&[5.0]);
             add(to);
         }
-    }
-    if let Target::Pose(end, config, _) = target {
-        add(&numbers(end));
-        add(&config.map(f64::from));
     }
     add(tool.rotation.as_flattened());
     add(&tool.origin);
@@ -133,10 +135,9 @@ fn key(from: &Joints, target: &Target, tool: &Transform, limits: &Limits, load: 
         tool_speed_cap,
         torque,
     } = limits;
-    add(&[*speed, *override_part, *accel, *decel]);
-    // No cap is no number, and one that is no number counts as a cap of its own bits.
-    let is_capped = f64::from(u8::from(tool_speed_cap.is_some()));
-    add(&[is_capped, tool_speed_cap.unwrap_or_default()]);
+    // No cap is one that nothing exceeds.
+    let cap = tool_speed_cap.unwrap_or(f64::INFINITY);
+    add(&[*speed, *override_part, *accel, *decel, cap]);
     add(torque);
     add(&[load]);
     key

@@ -10,14 +10,10 @@ impl Arm {
     /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
     /// One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
-        self.interrupted = self.active.clone().filter(|active| {
-            let over = active.start + active.motion.duration() <= now && !active.motion.is_held();
-            !active.locked && !active.motion.is_stopped() && !over
-        });
+        let over = self.ends_at().is_some_and(|end| end <= now);
+        let goes_on = self.unlocked().is_some_and(|active| !active.motion.is_stopped());
         self.stop(now);
-        if let Some(interrupted) = &mut self.interrupted {
-            interrupted.motion.stop(now.since(interrupted.start));
-        }
+        self.interrupted = self.active.clone().filter(|_| goes_on && !over);
     }
 
     /// Whether a motion was interrupted that can go on.

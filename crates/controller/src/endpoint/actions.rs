@@ -114,17 +114,9 @@ impl Endpoints {
     fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), OperateError> {
         match panel {
             PanelAction::Key(key) => return robot.turn_key(key),
-            PanelAction::ControlRight(right) => robot.panel.set_control_right(right),
-            PanelAction::EmergencyStop(pressed) => {
-                if robot.panel.set_emergency_stop(pressed) {
-                    robot.raise(alarm::EMERGENCY_STOP, String::new());
-                }
-            }
-            PanelAction::SafetySwitch(open) => {
-                if robot.panel.set_safety_open(open) {
-                    robot.raise(alarm::SAFETY_STOP, String::new());
-                }
-            }
+            PanelAction::ControlRight(right) => robot.set_control_right(right),
+            PanelAction::EmergencyStop(pressed) => robot.set_alarm_cause(alarm::EMERGENCY_STOP, pressed),
+            PanelAction::SafetySwitch(open) => robot.set_alarm_cause(alarm::SAFETY_STOP, open),
             PanelAction::Servo(true) => return robot.servo_on(),
             PanelAction::Servo(false) => robot.servo_off(StopCause::Other),
             PanelAction::Start => return robot.start(),
@@ -133,11 +125,7 @@ impl Endpoints {
             PanelAction::AlarmReset => robot.reset_alarms(),
             PanelAction::MachineLock(on) => robot.panel.set_machine_lock(on),
             PanelAction::InputLine { line, on } => robot.drive_input(line, on),
-            PanelAction::Battery(low) => {
-                if robot.panel.set_battery_low(low) {
-                    robot.raise(alarm::BATTERY, String::new());
-                }
-            }
+            PanelAction::Battery(low) => robot.set_alarm_cause(alarm::BATTERY, low),
             PanelAction::Override(percent) => robot.set_override(percent.clamp(1, 100)),
             PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
             PanelAction::Jog { axis, positive, mode } => robot.jog_by_key(axis, positive, mode)?,

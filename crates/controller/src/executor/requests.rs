@@ -28,55 +28,46 @@ use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Payload, R
 impl Robot {
     pub(crate) fn serve(&mut self, endpoints: &mut Endpoints, task: &mut Task, request: Request) -> Step {
         match request {
-            Request::Move(motion) => self.start_motion(task, &motion),
-            Request::Print { channel, data, cut } => self.print(endpoints, task, channel, &data, cut),
+            Request::Move(motion) => return self.start_motion(task, &motion),
+            Request::Print { channel, data, cut } => return self.print(endpoints, task, channel, &data, cut),
+            Request::Input { channel, expected } => return self.input(task, channel, expected),
+            // DELAY dwells where the motion before it has led, or where PAUSE holds the arm.
+            Request::Delay { .. } if self.moves(task) && !self.executor.paused => {
+                return task.wait(TaskState::Resting);
+            }
+            Request::Delay { seconds } => {
+                let until = self.now + duration_from_seconds(seconds, LONGEST_DELAY);
+                task.enter(TaskState::Delaying { until });
+                return Step::Begun;
+            }
+            Request::Hand { hand, open, at_once } => return self.work_hand(task, hand, open, at_once),
+            Request::Pulse { line, seconds } => return self.pulse_output(task, line, seconds),
+            Request::Break => return self.break_motion(task),
+            Request::Task { program } => return self.executor.start_task(task, program, self.now),
+            Request::Switch => return self.executor.switch_task(task),
+            Request::Restore { names } => return self.executor.done(task).then(Step::Restore { names }),
+            Request::Kill { task: victim } => return self.executor.kill_task(task, victim),
+            Request::Stop => return self.executor.done(task).then(Step::Stopped),
             Request::BufferReset { channel } => {
                 if let Some(buffer) = self.channels.input(channel) {
                     buffer.clear();
                 }
-                self.executor.done(task)
             }
-            Request::Input { channel, expected } => self.input(task, channel, expected),
-            // DELAY dwells where the motion before it has led.
-            Request::Delay { .. } if self.moves(task) => {
-                task.enter(TaskState::Resting);
-                Step::Blocked
+            Request::Outputs(switches) => {
+                if let Err(other) = self.signals.set_user_outputs(switches.iter().copied()) {
+                    return task.give_up(alarm::OUT_OF_RANGE, no_output(other));
+                }
             }
-            Request::Delay { seconds } => {
-                let pause = duration_from_seconds(seconds, LONGEST_DELAY);
-                task.enter(TaskState::Delaying {
-                    until: self.now + pause,
-                });
-                Step::Begun
-            }
-            Request::Outputs(switches) => match self.signals.set_user_outputs(switches.iter().copied()) {
-                Ok(()) => self.executor.done(task),
-                Err(other) => task.give_up(alarm::OUT_OF_RANGE, no_output(other)),
-            },
-            Request::Hand { hand, open, at_once } => self.work_hand(task, hand, open, at_once),
-            Request::Pulse { line, seconds } => self.pulse_output(task, line, seconds),
-            Request::Break => self.break_motion(task),
             Request::Pause => {
                 // The motion slows along its path; one that has not begun does not begin.
                 if self.executor.program_runs() && !core::mem::replace(&mut self.executor.paused, true) {
                     self.arm.hold(self.now);
                 }
-                self.executor.done(task)
             }
-            Request::Resume => {
-                self.end_pause();
-                self.executor.done(task)
-            }
-            Request::SetTimer { seconds } => {
-                self.executor.timer = Stopwatch::new(seconds, self.now);
-                self.executor.done(task)
-            }
-            Request::Task { program } => self.executor.start_task(task, program, self.now),
-            Request::Switch => self.executor.switch_task(task),
-            Request::Restore { names } => self.executor.done(task).then(Step::Restore { names }),
-            Request::Kill { task: victim } => self.executor.kill_task(task, victim),
-            Request::Stop => self.executor.done(task).then(Step::Stopped),
+            Request::Resume => self.end_pause(),
+            Request::SetTimer { seconds } => self.executor.timer = Stopwatch::new(seconds, self.now),
         }
+        self.executor.done(task)
     }
 
     /// How fast the arm may move now.
@@ -94,8 +85,7 @@ impl Robot {
             return task.give_up(alarm::ARM_TAKEN, reason);
         }
         if self.is_held() {
-            task.enter(TaskState::Holding);
-            return Step::Blocked;
+            return task.wait(TaskState::Holding);
         }
         let heaviest = self.arm.model().max_payload;
         if let Some((_, Payload { mass, .. })) = &motion.conditions.payload
@@ -121,10 +111,7 @@ impl Robot {
             Ok(false)
         };
         match begun {
-            Ok(false) => {
-                task.enter(TaskState::Resting);
-                Step::Blocked
-            }
+            Ok(false) => task.wait(TaskState::Resting),
             Ok(true) => {
                 self.executor.pass = match motion.conditions.passing {
                     true => motion.conditions.pass,
@@ -146,6 +133,7 @@ impl Robot {
                     | MotionError::Configuration { .. }
                     | MotionError::NoArc
                     | MotionError::Gate { .. }
+                    | MotionError::AtLimit { .. }
                     | MotionError::NoSuchAxis { .. } => alarm::OUT_OF_REACH,
                 };
                 task.trouble(code, error)
@@ -173,8 +161,7 @@ impl Robot {
     ) -> Step {
         let (line, port) = (task.line(), Port::from_channel(channel));
         if let Some(until) = port.and_then(|port| endpoints.line_free_at(port, data.len())) {
-            task.enter(TaskState::Pausing { until });
-            return Step::Blocked;
+            return task.wait(TaskState::Pausing { until });
         }
         if cut > 0 {
             let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
@@ -245,8 +232,7 @@ impl Robot {
                     got.push(value);
                 }
                 Datum::Incomplete => {
-                    task.enter(TaskState::Reading { channel, wanted, got });
-                    return Step::Blocked;
+                    return task.wait(TaskState::Reading { channel, wanted, got });
                 }
                 Datum::OutOfRange(token) => {
                     let reason = format!("INPUT: expected a number in the range of a real, found {token:?}");
@@ -278,8 +264,7 @@ impl Robot {
     /// OPEN, CLOSE: when the arm rests, or at once.
     fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
         if !at_once && self.arm.is_moving() {
-            task.enter(TaskState::Resting);
-            return Step::Blocked;
+            return task.wait(TaskState::Resting);
         }
         let index = usize::from(hand).saturating_sub(1);
         if let Some(&(opens, closes)) = HANDS.get(index) {

@@ -4,7 +4,7 @@
 //! `endpoint::notices`.
 
 use crate::alarm::{Alarm, AlarmCode};
-use crate::executor::{Standstill, StopCause};
+use crate::executor::{Standstill, StopCause, Task};
 use crate::io::line_names::dout;
 use crate::output::Event;
 use crate::prelude::*;
@@ -30,7 +30,7 @@ impl Robot {
         let locked = self.panel.state().machine_lock;
         if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.now, self.pace()) {
             self.arm.drop_interrupted();
-            self.executor.redo_motions();
+            self.executor.program_tasks_mut().for_each(Task::redo_motion);
         }
     }
 
@@ -39,6 +39,9 @@ impl Robot {
         self.executor.operation.stand(place);
         self.executor.drop_target();
         self.executor.paused = false;
+        if !self.arm.is_interrupted() {
+            self.executor.program_tasks_mut().for_each(Task::end_motion);
+        }
         self.panel.run_ends(self.now);
         self.report_status();
         if by == StopCause::Other {

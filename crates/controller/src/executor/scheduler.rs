@@ -36,7 +36,8 @@ impl Robot {
             || self.executor.breakpoints().are_set();
         let mut standing = true;
         for id in self.executor.order() {
-            if stop.is_none() && self.executor.task(id).is_some_and(|task| task.sleeps(self.now)) {
+            let sleeps = |task: &Task| task.id() == id && task.sleeps(self.now);
+            if stop.is_none() && self.executor.program_tasks().any(sleeps) {
                 standing = false;
                 continue;
             }
@@ -56,9 +57,12 @@ impl Robot {
                 return true;
             }
         }
-        let stops = stop.filter(|_| standing && !self.arm.is_moving());
-        if let Some(by) = stops {
-            self.stop_program(Standstill::BetweenSteps, by);
+        let held = self.executor.waits_for_resume(&self.arm);
+        let stops = stop.filter(|_| standing && (held || !self.arm.is_moving()));
+        match stops {
+            Some(by) if held => self.interrupt(by),
+            Some(by) => self.stop_program(Standstill::BetweenSteps, by),
+            None => {}
         }
         stops.is_some()
     }
@@ -158,7 +162,8 @@ impl Robot {
     }
 
     fn end_step(&mut self, task: &mut Task) -> bool {
-        task.end_step(self.executor.memory_mut(), self.config.options.wait_after_stop)
+        let (wait, paused) = (self.config.options.wait_after_stop, self.executor.paused);
+        task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
     /// Goes on with what the machine is doing, which may be to execute what comes next.
@@ -169,10 +174,10 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            // While the arm is held nothing begins.
+            // What the arm is held before does not begin.
             TaskState::Queued { .. } => {
                 let begin = self.arm.last_begins_at();
-                begin.map_or(self.arm.is_moving() && self.is_held(), |begin| begin > now)
+                begin.map_or(self.arm.is_moving(), |begin| begin > now)
             }
             // Before its end it counts as over by so much; while it is held it has no end.
             TaskState::Moving { lead } => {
@@ -206,8 +211,7 @@ impl Robot {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
             Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {
-                task.enter(TaskState::Resting);
-                Step::Blocked
+                task.wait(TaskState::Resting)
             }
             Pause::Ended => Step::Ended,
             Pause::Waiting => Step::Blocked,

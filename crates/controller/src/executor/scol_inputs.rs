@@ -34,7 +34,7 @@ impl Robot {
         let inputs = ScolInputs {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.frames(self.executor.memory().conditions()),
+            frames: self.arm.frames(now, self.executor.memory().conditions()),
             run_mode: self.panel.state().run_mode,
             now,
             timer: self.executor.timer.read(now),

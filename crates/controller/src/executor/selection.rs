@@ -33,18 +33,12 @@ pub enum SelectError {
 }
 
 error_text! {
-    SelectError;
+    SelectError: Name from NameError;
     Self::Name(error) => "file name: {error}";
     Self::Missing(name) => "file {name} is not on the RAM drive";
     Self::Parameter(name) => "file {name} is a parameter file, not a program";
     Self::Running => "a program is running; stop it first";
     Self::Errors { name, rendered } => "file {name} has errors\n{rendered}";
-}
-
-impl From<NameError> for SelectError {
-    fn from(error: NameError) -> SelectError {
-        SelectError::Name(error)
-    }
 }
 
 /// The selected file.

@@ -228,6 +228,12 @@ impl Task {
         self.doing = state;
     }
 
+    /// The statement under way waits so before it goes on.
+    pub(super) fn wait(&mut self, state: TaskState) -> Step {
+        self.enter(state);
+        Step::Blocked
+    }
+
     /// The interpreter, to ask it.
     pub(super) fn machine(&self) -> &Machine {
         &self.machine
@@ -312,27 +318,25 @@ impl Task {
         Step::Trouble(code, format!("line {}: {reason}", self.line()))
     }
 
-    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
-    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop) -> bool {
+    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps, or waits
+    /// for an arm that is `paused`.
+    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop, paused: bool) -> bool {
         if let Some(handler) = &mut self.handler
-            && !handler.end_step(memory, wait)
+            && !handler.end_step(memory, wait, paused)
         {
             return false;
         }
+        self.end_reading(memory);
         match &self.doing {
-            TaskState::Ready | TaskState::Pausing { .. } => {}
-            TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Resting
-            | TaskState::Holding
-            | TaskState::Delaying { .. } => return false,
-            TaskState::Reading { .. } => {
-                self.end_reading(memory);
+            TaskState::Moving { .. } | TaskState::Queued { .. } | TaskState::Resting | TaskState::Holding => {
+                return paused;
             }
-            TaskState::Watching { .. } => match wait {
-                WaitAfterStop::Next => self.machine.skip(),
-                WaitAfterStop::Again => {}
-            },
+            TaskState::Delaying { .. } => return false,
+            TaskState::Watching { .. } if wait == WaitAfterStop::Next => self.machine.skip(),
+            TaskState::Watching { .. }
+            | TaskState::Ready
+            | TaskState::Pausing { .. }
+            | TaskState::Reading { .. } => {}
         }
         self.enter(TaskState::Ready);
         true
@@ -351,13 +355,23 @@ impl Task {
         reading
     }
 
-    /// What waits for a motion that is no more is to begin anew.
+    /// The motion that was cut short is to begin anew. It is that of the statement under way, or, while that one has not
+    /// begun to move, of the statement before it.
     pub(super) fn redo_motion(&mut self) {
-        if self.doing.is_motion() {
-            self.enter(TaskState::Ready);
+        if !matches!(self.doing, TaskState::Moving { .. }) {
+            self.machine.redo_motion_before();
         }
+        self.enter(TaskState::Ready);
         if let Some(handler) = &mut self.handler {
             handler.redo_motion();
+        }
+    }
+
+    /// No motion is to begin anew: all have come to their ends.
+    pub(super) fn end_motion(&mut self) {
+        self.machine.end_motion_before();
+        if let Some(handler) = &mut self.handler {
+            handler.end_motion();
         }
     }
 

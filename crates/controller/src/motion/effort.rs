@@ -6,7 +6,7 @@
 use super::path::Path;
 use super::pose::{minus, pairwise, plus};
 use super::profile::Profile;
-use crate::model::{ArmModel, Joints};
+use crate::model::{AXES, ArmModel, Joints};
 
 /// Steps into which a stretch of steady acceleration is cut where the axes do not follow it evenly: on lines, arcs,
 /// arches and motions that overlap.
@@ -105,15 +105,12 @@ fn add_torque(
     load: f64,
     seconds: f64,
 ) {
-    let bends = before.iter().zip(here).zip(after);
-    let accels = bends.map(|((before, here), after)| (after - 2.0 * here + before).abs() / (step * step));
-    let sums = effort.torque.iter_mut().zip(&mut effort.square);
-    let places = sums.zip(&mut effort.peak);
-    for ((axis, accel), ((torque, square), peak)) in model.axes.iter().zip(accels).zip(places) {
+    for (index, axis) in model.axes.iter().enumerate().take(AXES) {
+        let accel = (after[index] - 2.0 * here[index] + before[index]).abs() / (step * step);
         let percent = accel / (axis.max_accel * load) * 100.0;
-        *torque += percent * seconds;
-        *square += percent * percent * seconds;
-        *peak = peak.max(percent);
+        effort.torque[index] += percent * seconds;
+        effort.square[index] += percent * percent * seconds;
+        effort.peak[index] = effort.peak[index].max(percent);
     }
 }
 

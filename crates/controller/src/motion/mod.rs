@@ -15,7 +15,6 @@ mod effort;
 mod kinematics;
 mod path;
 mod plan;
-mod pose;
 mod profile;
 mod run;
 
@@ -23,9 +22,9 @@ pub use arch::Gate;
 pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
-pub(crate) use pose::pairwise;
-pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
+pub(crate) use scol_mini::geometry::{self as pose, pairwise};
+pub use scol_mini::geometry::{Pose, Transform, normalised};
 
 use crate::model::{AXES, Joints};
 use ts3100_proto::error_text;
@@ -146,6 +145,11 @@ pub enum MotionError {
         /// Number of the axis.
         axis: usize,
     },
+    /// The axis, which is to be jogged, stands at its limit; it counts from 1.
+    AtLimit {
+        /// Number of the axis.
+        axis: usize,
+    },
     /// The arm has no such axis; both count from 1.
     NoSuchAxis {
         /// Number asked for.
@@ -156,7 +160,7 @@ pub enum MotionError {
 }
 
 error_text! {
-    MotionError;
+    MotionError: Unreachable from Unreachable;
     Self::Unreachable(reason) => "target: {reason}";
     Self::OnPath { percent, reason } => "at {percent:.0} % of the path: {reason}";
     Self::Singular { posture, percent, axis, jump } =>
@@ -166,13 +170,8 @@ error_text! {
     Self::NoArc => "arc: expected three points of a circle, found points on one line";
     Self::Gate { name, found, max } => "arch: {name}: expected 0 to {max:.3} mm, found {found:.3}";
     Self::Free { axis } => "axis {axis}: expected servo gain and torque, found none, and it has to move";
+    Self::AtLimit { axis } => "axis {axis} is at its limit in that direction";
     Self::NoSuchAxis { axis, axes } => "axis: expected 1 to {axes}, found {axis}";
-}
-
-impl From<Unreachable> for MotionError {
-    fn from(error: Unreachable) -> MotionError {
-        MotionError::Unreachable(error)
-    }
 }
 
 #[cfg(test)]

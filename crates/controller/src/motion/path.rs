@@ -82,14 +82,6 @@ impl Shape {
         }
     }
 
-    /// Radius of an arc, mm.
-    pub(super) fn radius(&self) -> Option<f64> {
-        match self {
-            Shape::Arc { radius, .. } => Some(*radius),
-            Shape::Line { .. } | Shape::Arch(_) => None,
-        }
-    }
-
     /// Place of the tool point, and the part of its turn that is done.
     fn at(&self, part: f64) -> ([f64; 3], f64) {
         match self {

@@ -242,7 +242,7 @@ impl Planner<'_> {
         if let (ArmKind::Scara(_), Some(axis)) = (model.kind, model.axes.get(T_AXIS)) {
             ability = ability.bounded((to[0] - from[0]).abs(), axis.max_speed, axis.max_accel);
         }
-        if let Some(radius) = tool_path.shape.radius() {
+        if let Shape::Arc { radius, .. } = tool_path.shape {
             // On the circle the tool point is drawn to its centre by the square of its speed over the radius.
             let accel = model.max_tool_accel * clamp_fraction(self.limits.accel);
             ability = ability.bent(length * length / radius, accel);

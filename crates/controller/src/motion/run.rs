@@ -15,6 +15,9 @@ use libm::ceil;
 /// Rounding allowed before a duration counts as the next microsecond, in microseconds.
 const MICROSECOND_SLACK: f64 = 1e-3;
 
+/// The time after its start of what does not come.
+const NEVER: Duration = Duration::from_micros(u64::MAX);
+
 /// Highest rate of a path that takes no time, 1/s.
 const MAX_TIME_RATE: f64 = 1e6;
 
@@ -171,11 +174,15 @@ impl Motion {
         Some(blended)
     }
 
-    /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
-    /// blended, or held.
+    /// When, after its start, the motion added last by [`Motion::blend`] begins, or the only one; `None` if it does not,
+    /// because it is held or given up before.
     pub fn last_begins(&self) -> Option<Duration> {
-        let goes_on = matches!(self.path, Path::Chain(_)) && self.phase == MotionPhase::Moving;
-        goes_on.then_some(self.joined)
+        Some(self.joined).filter(|joined| *joined < NEVER)
+    }
+
+    /// Whether the motion added last by [`Motion::blend`] has begun by `t`; true of one that is not blended.
+    pub fn last_has_begun(&self, t: Duration) -> bool {
+        t >= self.joined
     }
 
     /// How long the motion under way at `t`, the one begun last, has gone on by then.
@@ -184,13 +191,17 @@ impl Motion {
             .unwrap_or(t.saturating_sub(self.before))
     }
 
-    /// When the present course comes to the motion added last.
+    /// When the present course comes to the motion added last; [`NEVER`] when it ends before.
     fn joins_at(&self) -> Duration {
         match &self.path {
             Path::Chain(chain) => {
-                let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
-                let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-                self.since.saturating_add(after)
+                let place = chain.last_begins() / chain.duration;
+                if self.profile.end() < place {
+                    return NEVER;
+                }
+                let seconds = self.profile.time_at(place);
+                let after = Duration::try_from_secs_f64(seconds).unwrap_or(NEVER);
+                self.since.saturating_add(after).min(NEVER)
             }
             Path::Joint { .. } | Path::Tool(_) => Duration::ZERO,
         }
@@ -302,10 +313,9 @@ impl Motion {
     /// Whether its times and places are numbers, with an end; for a motion that was read.
     #[cfg(feature = "serde")]
     pub fn is_valid(&self, model: &ArmModel) -> bool {
-        let longest = Duration::from_micros(u64::MAX);
         let times = [self.since, self.joined, self.before];
         let places = [self.profile.duration(), self.profile.end(), self.tool_way];
-        times.iter().all(|time| *time <= longest)
+        times.iter().all(|time| *time <= NEVER)
             && places.iter().all(|place| place.is_finite())
             && self.path.matches_arm(&model.kind)
     }

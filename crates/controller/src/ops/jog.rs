@@ -1,37 +1,13 @@
 //! Jogging from the host (MD RT SC JG) and by the keys of the teach pendant. The arm moves until JG ! or the key that is
-//! let go ends it, or the host disconnects.
+//! let go ends it, or the host disconnects or loses the control right.
 
-use super::{Outcome, refuse_if};
-use crate::arm::{Guide, Jog, JogError, JogFrame};
+use super::{OperateError, Outcome, refuse_if};
+use crate::arm::{Guide, Jog, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::panel::{JogMode, KeySwitch};
 use crate::port::Port;
 use crate::robot::Robot;
 use ts3100_proto::command::JogDirection;
-use ts3100_proto::error_text;
-
-/// Why the arm was not jogged.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum JogRefusal {
-    NotTeaching,
-    Running,
-    ServoOff,
-    FeedHold,
-    Free,
-    Guided,
-    Arm(JogError),
-}
-
-error_text! {
-    JogRefusal: Arm from JogError;
-    Self::NotTeaching => "the key switch is not in TEACHING";
-    Self::Running => "a program or a DO statement is under way";
-    Self::ServoOff => "servo power is off";
-    Self::FeedHold => "feed hold is on";
-    Self::Free => "the guide mode is FREE";
-    Self::Guided => "the arm is being guided; JG ! ends that";
-    Self::Arm(error) => "{error}";
-}
 
 impl Robot {
     /// MD, RT, SC: mode, rate and coordinate system of jogging (SF-14 to SF-16).
@@ -55,23 +31,23 @@ impl Robot {
     }
 
     /// Jogging by the keys of the teach pendant, in TEACHING only; the settings are shown by SF from then on.
-    pub(crate) fn jog_by_key(&mut self, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
+    pub(crate) fn jog_by_key(&mut self, axis: u8, positive: bool, mode: JogMode) -> Result<(), OperateError> {
         if self.panel.state().key != KeySwitch::Teaching {
-            return Err(JogRefusal::NotTeaching);
+            return Err(OperateError::NotTeaching);
         }
         self.jog(Guide::Pendant, axis, positive, mode)?;
         self.panel.change_jog_mode(|present| *present = mode);
         Ok(())
     }
 
-    fn jog(&mut self, by: Guide, axis: u8, positive: bool, mode: JogMode) -> Result<(), JogRefusal> {
+    fn jog(&mut self, by: Guide, axis: u8, positive: bool, mode: JogMode) -> Result<(), OperateError> {
         let running = self.executor.is_running();
         refuse_if([
-            (running, JogRefusal::Running),
-            (!self.panel.state().servo, JogRefusal::ServoOff),
-            (self.panel.state().feed_hold, JogRefusal::FeedHold),
-            (mode.mode == JogMode::FREE, JogRefusal::Free),
-            (self.arm.is_jogging(), JogRefusal::Guided),
+            (running, OperateError::Busy),
+            (!self.panel.state().servo, OperateError::ServoOff),
+            (self.panel.state().feed_hold, OperateError::FeedHold),
+            (mode.mode == JogMode::FREE, OperateError::Free),
+            (self.arm.is_jogging(), OperateError::Guided),
         ])?;
         let rate = usize::from(mode.rate).min(JOG_SPEED.len() - 1);
         let jog = Jog {

@@ -16,7 +16,7 @@ impl Robot {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
-        if self.is_held() && self.executor.is_running() {
+        if self.panel.state().feed_hold && self.executor.is_running() {
             self.interrupt(StopCause::Host);
             self.set_feed_hold(false);
         } else {

@@ -3,14 +3,15 @@
 //!
 //! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
-use super::jog::JogRefusal;
 use super::refuse_if;
+use crate::alarm::AlarmCode;
 use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::io::channels::Channels;
+use crate::motion::MotionError;
 use crate::output::{Event, Output};
-use crate::panel::KeySwitch;
+use crate::panel::{ControlRight, KeySwitch};
 use crate::prelude::*;
 use crate::robot::Robot;
 use ts3100_proto::command::RunMode;
@@ -35,12 +36,16 @@ pub(crate) enum OperateError {
     NotStopped,
     Running,
     NotFirst,
+    NotTeaching,
+    Busy,
+    Free,
+    Guided,
     Select(SelectError),
-    Jog(JogRefusal),
+    Jog(MotionError),
 }
 
 error_text! {
-    OperateError: Select from SelectError, Jog from JogRefusal;
+    OperateError: Select from SelectError, Jog from MotionError;
     Self::NoInternal(port) => "the {port} has no INTERNAL position (5.3.2)";
     Self::EmergencyStop => "the emergency stop is pressed";
     Self::SafetyOpen => "the safety switch is open";
@@ -56,6 +61,10 @@ error_text! {
     Self::NotStopped => "a reset is accepted only in stop mode";
     Self::Running => "the operation mode can be set only while the robot is stopped";
     Self::NotFirst => "of several inputs at once only the first is processed";
+    Self::NotTeaching => "the key switch is not in TEACHING";
+    Self::Busy => "a program or a DO statement is under way";
+    Self::Free => "the guide mode is FREE";
+    Self::Guided => "the arm is being guided; JG ! ends that";
     Self::Select(error) => "{error}";
     Self::Jog(error) => "{error}";
 }
@@ -73,6 +82,22 @@ impl Robot {
             self.arm.set_speed_limits(self.now, self.pace());
         }
         Ok(())
+    }
+
+    /// The EXTERNAL mode control right. The host that loses it lets go of the arm that it jogs.
+    pub(crate) fn set_control_right(&mut self, right: ControlRight) {
+        let state = self.panel.state();
+        if state.key == KeySwitch::Ext && state.control_right != right {
+            self.arm.stop_jog(self.now);
+        }
+        self.panel.set_control_right(right);
+    }
+
+    /// The cause of this alarm lasts from now on, or does not any more.
+    pub(crate) fn set_alarm_cause(&mut self, code: AlarmCode, lasts: bool) {
+        if self.panel.set_alarm_cause(code, lasts) {
+            self.raise(code, String::new());
+        }
     }
 
     /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
@@ -154,7 +179,7 @@ impl Robot {
         self.panel.set_feed_hold(on);
         if on {
             self.arm.hold(self.now);
-        } else if !self.executor.is_paused() {
+        } else if !self.is_held() {
             self.arm.resume(self.now);
         }
     }

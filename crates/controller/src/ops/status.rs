@@ -86,7 +86,7 @@ impl Robot {
         let body = self.status_body();
         let conditions = self.executor.memory().conditions();
         let pose = self.arm.pose(self.now, conditions);
-        let frames = self.arm.frames(conditions);
+        let frames = self.arm.frames(self.now, conditions);
         let (executed, execution_task) = self.executor.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.executor.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
@@ -114,7 +114,7 @@ impl Robot {
             // SCARA: X Y Z C T (hosts.md SF).
             world: single(pose.world.coords(pose.kind)),
             work: single(pose.work.coords(pose.kind)),
-            work_name: self.arm.work_name(&frames),
+            work_name: self.arm.work_name(self.now, &frames),
             tool_name: frames.tool.name.unwrap_or_default(),
             base_name: frames.base.name.unwrap_or_default(),
         }

@@ -3,85 +3,26 @@
 //!
 //! `evaluate` decides when two values are composed. Kinematics of an arm are left to the controller.
 
+use crate::geometry::{Pose, Transform};
 use crate::options::Arm;
 use crate::value::{Position, Trans};
 
-/// Below this cosine of B, A and C turn about the same axis and A is given as 0.
-const GIMBAL: f64 = 1e-12;
-const DEGREES: f64 = 180.0 / core::f64::consts::PI;
-
-type Matrix = [[f64; 3]; 3];
-
 /// `T * U`: where `inner`, given in `outer`, lies in the system `outer` is given in.
 pub(super) fn trans(outer: &Trans, inner: &Trans) -> Trans {
+    let coords = Transform::from_coords(outer.coords).compose(&Transform::from_coords(inner.coords));
     Trans {
-        coords: composed(outer.coords, inner.coords),
+        coords: coords.to_coords(),
     }
 }
 
 /// `P * T`: the position moved and turned in its own axes. Posture, WORK and further axes are those of `P`.
 pub(super) fn position(arm: Arm, outer: &Position, inner: &Trans) -> Position {
-    let [x, y, z, fourth, fifth, sixth, u, v] = outer.coords;
-    let turned = match arm {
-        Arm::SixAxis => [x, y, z, fourth, fifth, sixth],
-        Arm::Scara => [x, y, z, 0.0, 0.0, fourth],
-    };
-    let [x, y, z, a, b, c] = composed(turned, inner.coords);
-    let coords = match arm {
-        Arm::SixAxis => [x, y, z, a, b, c, u, v],
-        Arm::Scara => [x, y, z, c, fifth, sixth, u, v],
-    };
+    let pose = Pose::from_coords(arm, outer.coords);
+    let moved = pose.transform().compose(&Transform::from_coords(inner.coords));
     Position {
-        coords,
+        coords: Pose::from_transform(&moved, pose.uv).coords(arm),
         ..outer.clone()
     }
-}
-
-fn composed(outer: [f64; 6], inner: [f64; 6]) -> [f64; 6] {
-    let [x, y, z, ..] = outer;
-    let [dx, dy, dz, ..] = inner;
-    let rotation = rotation(outer);
-    let shift = rotation.map(|[rx, ry, rz]| rx * dx + ry * dy + rz * dz);
-    let [sx, sy, sz] = shift;
-    let [a, b, c] = angles(&product(&rotation, &self::rotation(inner)));
-    [x + sx, y + sy, z + sz, a, b, c]
-}
-
-fn rotation([_, _, _, a, b, c]: [f64; 6]) -> Matrix {
-    let ((sa, ca), (sb, cb), (sc, cc)) = (turn(a), turn(b), turn(c));
-    let about_x = [[1.0, 0.0, 0.0], [0.0, ca, -sa], [0.0, sa, ca]];
-    let about_y = [[cb, 0.0, sb], [0.0, 1.0, 0.0], [-sb, 0.0, cb]];
-    let about_z = [[cc, -sc, 0.0], [sc, cc, 0.0], [0.0, 0.0, 1.0]];
-    product(&about_z, &product(&about_y, &about_x))
-}
-
-fn turn(degrees: f64) -> (f64, f64) {
-    libm::sincos(degrees / DEGREES)
-}
-
-fn product(left: &Matrix, right: &Matrix) -> Matrix {
-    let [first, second, third] = right;
-    left.map(|[x, y, z]| {
-        let mut row = [0.0; 3];
-        for (((to, a), b), c) in row.iter_mut().zip(first).zip(second).zip(third) {
-            *to = x * a + y * b + z * c;
-        }
-        row
-    })
-}
-
-/// A, B, C in degrees.
-fn angles(matrix: &Matrix) -> [f64; 3] {
-    let [[xx, xy, _], [yx, yy, _], [zx, zy, zz]] = *matrix;
-    let cos_b = libm::sqrt(xx * xx + yx * yx);
-    let b = libm::atan2(-zx, cos_b);
-    let (a, c) = if cos_b < GIMBAL {
-        (0.0, libm::atan2(-xy, yy))
-    } else {
-        (libm::atan2(zy, zz), libm::atan2(yx, xx))
-    };
-    // Adding 0 makes a negative zero a positive one.
-    [a * DEGREES + 0.0, b * DEGREES + 0.0, c * DEGREES + 0.0]
 }
 
 #[cfg(test)]

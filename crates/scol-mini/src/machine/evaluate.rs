@@ -17,6 +17,9 @@ use crate::request::{Fault, FaultKind, Inputs};
 use crate::tree::{Binary, Expression, Node, Unary};
 use crate::value::{Number, Value};
 
+/// How much less than 100 `MOTION` is at least while the arm moves, in percent: a real of 100 has steps of 0.000008.
+const STILL_MOVING: f64 = 0.001;
+
 /// A machine at work: its program, the values of the variables, and what is outside.
 pub(super) struct Execution<'a> {
     pub machine: &'a mut Machine,
@@ -41,7 +44,7 @@ impl Execution<'_> {
             Node::Unary(Unary::Value, of) => self.evaluate(of),
             Node::Unary(operator, of) => Ok(unary(*operator, self.number(of)?)?.into()),
             Node::Binary(operator @ (Binary::Add | Binary::Subtract | Binary::Multiply), left, right) => {
-                fitting(self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)?)
+                self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)
             }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
@@ -54,17 +57,28 @@ impl Execution<'_> {
 
     fn system(&self, system: System) -> Value {
         match system {
-            System::Motion => Value::Real(self.inputs.motion_percent() as f32),
+            System::Motion => Value::Real(self.motion_percent() as f32),
             System::Here => self.inputs.here().into(),
             System::Mode => Value::Integer(self.inputs.mode()),
             System::Timer => Value::Real(self.inputs.timer() as f32),
             System::MotionTime => Value::Real(self.inputs.motion_seconds() as f32),
-            System::Remain => Value::Real((100.0 - self.inputs.motion_percent()) as f32),
+            System::Remain => Value::Real((100.0 - self.motion_percent()) as f32),
             System::RemainTime => Value::Real(self.inputs.remaining_seconds() as f32),
             System::Dest => self.inputs.destination().into(),
             System::TaskId => Value::Integer(i32::from(self.machine.task)),
             System::MaxTask => Value::Integer(i32::try_from(MAX_TASKS).unwrap_or(i32::MAX)),
             System::Condition(condition) => self.condition(condition),
+        }
+    }
+
+    /// Until the motion is over less than what equals 100.
+    fn motion_percent(&self) -> f64 {
+        let percent = self.inputs.motion_percent();
+        let most = 100.0 - f64::from(self.program.options.equal_within) - STILL_MOVING;
+        if percent < 100.0 {
+            percent.min(most.max(0.0))
+        } else {
+            percent
         }
     }
 
@@ -96,11 +110,10 @@ impl Execution<'_> {
         if let (Some(left), Some(right)) = (left.number(), right.number()) {
             return Ok(binary(operator, left, right, &self.program.options)?.into());
         }
-        let arm = self.program.options.arm;
         let sign = if operator == Binary::Subtract { -1.0 } else { 1.0 };
-        Ok(match (operator, left, right) {
+        fitting(match (operator, left, right) {
             (Binary::Multiply, Value::Position(left), Value::Coordinate(right)) => {
-                compose::position(arm, &left, &right).into()
+                compose::position(self.program.options.arm, &left, &right).into()
             }
             (Binary::Multiply, Value::Coordinate(left), Value::Coordinate(right)) => {
                 compose::trans(&left, &right).into()

@@ -100,6 +100,9 @@ pub struct Machine {
         serde(default, skip_serializing_if = "core::ops::Not::not")
     )]
     ignored: bool,
+    /// The motion statement answered last, when that under way or next is the motion after it.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    motion_before: Option<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -156,6 +159,10 @@ fn needs_host(operation: &Operation) -> bool {
     matches!(operation, Operation::On { .. })
 }
 
+fn is_motion(operation: &Operation) -> bool {
+    matches!(operation, Operation::Simple(Simple::Ask(Ask::Move { .. })))
+}
+
 impl Machine {
     /// A machine before step 1 of the main program.
     pub fn main(program: Arc<Program>) -> Self {
@@ -171,6 +178,7 @@ impl Machine {
             monitors: Vec::new(),
             monitors_enabled: true,
             ignored: false,
+            motion_before: None,
         }
     }
 
@@ -255,6 +263,8 @@ impl Machine {
         let pending = pending.clone();
         let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(*error))?;
         self.state = RunPhase::Ready;
+        let reads_ahead = matches!(pending.request, Request::Move(_)) && self.motion_ahead().is_some();
+        self.motion_before = reads_ahead.then_some(self.at);
         let program = Arc::clone(&self.program);
         let mut execution = self.enter(&program, memory, &NoInputs);
         let mut stored = Ok(());
@@ -268,6 +278,19 @@ impl Machine {
         stored.map_err(|error| self.faulted(*error))?;
         self.at += 1;
         Ok(())
+    }
+
+    /// Back to the motion before the one under way or next, if nothing but that was executed since: it is done again.
+    pub fn redo_motion_before(&mut self) {
+        if let Some(at) = self.motion_before.take() {
+            self.at = at;
+            self.state = RunPhase::Ready;
+        }
+    }
+
+    /// The motion before the one under way or next is over.
+    pub fn end_motion_before(&mut self) {
+        self.motion_before = None;
     }
 
     /// Back to step 1 of the main program; calls, loops and a pending request are dropped.
@@ -318,6 +341,7 @@ impl Machine {
                 }
             }
             self.state = RunPhase::Ready;
+            self.motion_before = None;
         }
     }
 
@@ -333,8 +357,7 @@ impl Machine {
         for _ in 0..MAX_JUMPS_AHEAD {
             let step = self.program.steps.get(at)?;
             let Operation::Jump(target) = step.operation else {
-                let is_motion = matches!(step.operation, Operation::Simple(Simple::Ask(Ask::Move { .. })));
-                return is_motion.then_some(step.line);
+                return is_motion(&step.operation).then_some(step.line);
             };
             at = target;
         }

@@ -139,6 +139,7 @@ impl Machine {
         self.unwind(monitor.depth);
         self.at = monitor.on + 1;
         self.state = RunPhase::Ready;
+        self.motion_before = None;
     }
 
     fn triggered(&self, monitor: Monitor, jump: bool) -> MonitorAction {

@@ -8,7 +8,7 @@ use core::ops::RangeInclusive;
 use super::arithmetic::double;
 use super::place::{Argument, ValuePlace};
 use super::request_values::MAX_AXIS;
-use super::{Loop, Machine, PendingRequest, RunPhase};
+use super::{Loop, Machine, PendingRequest, RunPhase, is_motion};
 use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, expect};
@@ -39,6 +39,10 @@ impl Machine {
             expect(begun, "monitors that an ON began")?;
             let called = DEPTH.contains(&monitor.depth);
             expect(called, "monitors of programs that were called")?;
+        }
+        if let Some(before) = self.motion_before {
+            let motion = program.steps.get(before).map(|step| &step.operation);
+            expect(motion.is_some_and(is_motion), "a motion before the next one")?;
         }
         if let RunPhase::Requested(pending) = &self.state {
             expect(self.at < steps, "a statement that asks")?;

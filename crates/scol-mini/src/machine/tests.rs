@@ -378,6 +378,16 @@ fn faults_name_kind_and_line() {
         ("A=POINT(-3.0E38)\nB=A+A", FaultKind::Overflow),
         ("A=TRANS(3.0E38)\nB=POINT(3.0E38)*A", FaultKind::Overflow),
         ("A=1\nA=3.0E10", FaultKind::Overflow),
+        ("A=POINT(0,3.0E38)\nA=A+A", FaultKind::Overflow),
+        ("A=TRANS(-3.0E38)\nB=A-TRANS(3.0E38)", FaultKind::Overflow),
+        (
+            "A=TRANS(3.0E38,0,0,0,0,90)\nB=A*TRANS(0,-3.0E38)",
+            FaultKind::Overflow,
+        ),
+        (
+            "A=POINT(0,0,-3.0E38)\nMOVE A*TRANS(0,0,-3.0E38)",
+            FaultKind::Overflow,
+        ),
         ("GOTO L\nFOR I=1 TO 2\nL:\nNEXT", FaultKind::NextWithoutFor),
         ("A=SQRT(-1)", FaultKind::Domain),
         ("A=LN(0)", FaultKind::Domain),

@@ -2,14 +2,21 @@
 //!
 //! Order of rotation: Rz(C) Ry(B) Rx(A), about the fixed X, then Y, then Z axis (D11). With A = B = C = 0 the tool points
 //! straight down and its axes are parallel to those of the world (assumed). So a tool that extends L mm beyond the flange
-//! is a TOOL coordinate with Z = -L. `kinematics` finds the joints for a pose.
+//! is a TOOL coordinate with Z = -L.
+//!
+//! Programs multiply positions with it (`machine::compose`). The joints for a pose are left to the controller.
 
+use crate::options::Arm;
+#[cfg(feature = "serde")]
+use crate::prelude::*;
 use core::f64::consts::PI;
 use libm::{atan2, cos, fmod, sin, sqrt};
-use scol_mini::Arm;
 
 /// Below this cosine of B, A and C turn about the same axis and A is given as 0.
 const GIMBAL: f64 = 1e-12;
+
+/// A rotation, by its rows.
+pub type Matrix = [[f64; 3]; 3];
 
 /// A position: mm and degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -63,8 +70,10 @@ impl Pose {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
 pub struct Transform {
-    pub(crate) rotation: [[f64; 3]; 3],
-    pub(crate) origin: [f64; 3],
+    /// Its axes as columns.
+    pub rotation: Matrix,
+    /// Its origin, mm.
+    pub origin: [f64; 3],
 }
 
 impl Transform {
@@ -125,34 +134,41 @@ pub fn normalised(angle: f64) -> f64 {
     rest + 0.0
 }
 
-pub(crate) fn degrees(radians: f64) -> f64 {
+/// Radians in degrees.
+pub fn degrees(radians: f64) -> f64 {
     radians * (180.0 / PI)
 }
 
-pub(crate) fn radians(degrees: f64) -> f64 {
+/// Degrees in radians.
+pub fn radians(degrees: f64) -> f64 {
     degrees * (PI / 180.0)
 }
 
-pub(crate) fn sin_cos(degrees: f64) -> (f64, f64) {
+/// Sine and cosine of degrees.
+pub fn sin_cos(degrees: f64) -> (f64, f64) {
     (sin(radians(degrees)), cos(radians(degrees)))
 }
 
-pub(crate) fn about_x(angle: f64) -> [[f64; 3]; 3] {
+/// The turn about X by degrees.
+fn about_x(angle: f64) -> Matrix {
     let (s, c) = sin_cos(angle);
     [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
 }
 
-pub(crate) fn about_y(angle: f64) -> [[f64; 3]; 3] {
+/// The turn about Y by degrees.
+pub fn about_y(angle: f64) -> Matrix {
     let (s, c) = sin_cos(angle);
     [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
 }
 
-pub(crate) fn about_z(angle: f64) -> [[f64; 3]; 3] {
+/// The turn about Z by degrees.
+pub fn about_z(angle: f64) -> Matrix {
     let (s, c) = sin_cos(angle);
     [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
 }
 
-pub(crate) fn product(left: &[[f64; 3]; 3], right: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+/// The right rotation, then the left one.
+pub fn product(left: &Matrix, right: &Matrix) -> Matrix {
     left.map(|row| {
         [0, 1, 2].map(|column: usize| {
             row[0] * right[0][column] + row[1] * right[1][column] + row[2] * right[2][column]
@@ -160,19 +176,23 @@ pub(crate) fn product(left: &[[f64; 3]; 3], right: &[[f64; 3]; 3]) -> [[f64; 3];
     })
 }
 
-pub(crate) fn transposed(matrix: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+/// The rotation that undoes this one.
+pub fn transposed(matrix: &Matrix) -> Matrix {
     [0, 1, 2].map(|column: usize| matrix.map(|row| row[column]))
 }
 
-pub(crate) fn turned(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
+/// A vector turned.
+fn turned(matrix: &Matrix, vector: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| dot(row, vector))
 }
 
-pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+/// The scalar product.
+pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+/// The vector product.
+pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -181,27 +201,27 @@ pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// What a function makes of two arrays, place by place.
-pub(crate) fn pairwise<A: Copy, B: Copy, C, const N: usize>(
-    a: [A; N],
-    b: [B; N],
-    of: impl Fn(A, B) -> C,
-) -> [C; N] {
+pub fn pairwise<A: Copy, B: Copy, C, const N: usize>(a: [A; N], b: [B; N], of: impl Fn(A, B) -> C) -> [C; N] {
     core::array::from_fn(|place| of(a[place], b[place]))
 }
 
-pub(crate) fn plus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+/// The sum, place by place.
+pub fn plus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     pairwise(a, b, |a, b| a + b)
 }
 
-pub(crate) fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
+/// The difference, place by place.
+pub fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     pairwise(a, b, |a, b| a - b)
 }
 
-pub(crate) fn plus_times<const N: usize>(a: [f64; N], b: [f64; N], factor: f64) -> [f64; N] {
+/// The first and so many times the second.
+pub fn plus_times<const N: usize>(a: [f64; N], b: [f64; N], factor: f64) -> [f64; N] {
     pairwise(a, b, |a, b| a + b * factor)
 }
 
-pub(crate) fn norm(vector: [f64; 3]) -> f64 {
+/// The length of a vector.
+pub fn norm(vector: [f64; 3]) -> f64 {
     sqrt(dot(vector, vector))
 }
 
