@@ -283,6 +283,8 @@ def test_an_emulator_that_died_says_so() -> None:
     robot._process._process.kill()
     with pytest.raises(Disconnected, match="the emulator has ended with exit code -9"):
         robot.state
+    with pytest.raises(Disconnected, match="GET /events: the emulator has ended with exit code -9"):
+        robot.events()
     robot.close()
 
 

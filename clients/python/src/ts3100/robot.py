@@ -425,19 +425,24 @@ class Robot:
     def _exchange(self, method: str, path: str, body: Optional[bytes], timeout: float) -> Tuple[int, str, bytes]:
         headers = self._headers if body is None else {**self._headers, "Content-Type": "application/json"}
         connection = self._connection(timeout)
-        try:
+        with self._closing_on_failure(connection, f"{method} {path}", timeout):
             connection.request(method, path, body, headers)
             answer = connection.getresponse()
             data = answer.read()
+        self._idle.append((connection, time.monotonic()))
+        return answer.status, answer.getheader("Content-Type") or "", data
+
+    @contextlib.contextmanager
+    def _closing_on_failure(self, connection: http.client.HTTPConnection, call: str, timeout: float) -> Iterator[None]:
+        try:
+            yield
         except BaseException as error:
             connection.close()
             if isinstance(error, socket.timeout):
-                raise NoReply(f"{method} {path}: no answer within {timeout:g} s") from None
+                raise NoReply(f"{call}: no answer within {timeout:g} s") from None
             if isinstance(error, (OSError, http.client.HTTPException)):
-                raise Disconnected(f"{method} {path}: {self._ended() or error}") from error
+                raise Disconnected(f"{call}: {self._ended() or error}") from error
             raise
-        self._idle.append((connection, time.monotonic()))
-        return answer.status, answer.getheader("Content-Type") or "", data
 
     def _connection(self, timeout: float) -> http.client.HTTPConnection:
         try:
@@ -660,14 +665,11 @@ class Robot:
         query = urlencode({name: value for name, value in (("since", since), ("count", count)) if value is not None})
         connection = http.client.HTTPConnection(*self._authority, timeout=timeout)
         path = f"{self._prefix}/events" + (f"?{query}" if query else "")
-        try:
+        with self._closing_on_failure(connection, "GET /events", timeout):
             connection.request("GET", path, headers=self._headers)
             answer = connection.getresponse()
             if answer.status >= 400:
                 raise self._refused("GET", path, answer.status, answer.getheader("Content-Type") or "", answer.read())
-        except BaseException:
-            connection.close()
-            raise
         return self._events(connection, answer, timeout)
 
     def _events(self, connection: http.client.HTTPConnection, answer: http.client.HTTPResponse, timeout: float) -> Iterator[Event]:
