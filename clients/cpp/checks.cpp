@@ -127,9 +127,12 @@ void refusals() {
     const Fixture cell({"--key-switch", "teaching"});
     Host host = cell.connect();
     expect("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.servo_on(); }));
-    cell.robot.arm_fault("no-reply:command=SU");
+    expect("and of a file", "the robot answered NG to UL,NONE; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.upload("NONE"); }));
+    cell.robot.arm_fault("late-reply:command=SU,delay=400");
     host.timeout(ts3100::milliseconds(200));
     expect("a robot that does not answer", "nothing came for 200 ms", thrown<ts3100::Error>([&] { host.status(); }));
+    std::this_thread::sleep_for(ts3100::milliseconds(300));
+    expect("an answer that comes later is not that of the next command", "TS3100", host.version().substr(0, 6));
     expect("an address that is none", true, thrown<ts3100::Error>([] { Host("127.0.0.1", 1); }).find("cannot connect to 127.0.0.1:1;") == 0);
 }
 

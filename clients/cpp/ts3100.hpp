@@ -318,7 +318,7 @@ public:
     /// The next byte, or -1 where the peer has closed the connection.
     int read_or_end() {
         if (taken_ == filled_) {
-            wait();
+            if (!readable(timeout)) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
             const auto count = ::recv(socket_, kept_.data(), static_cast<unsigned>(kept_.size()), 0);
             taken_ = 0;
             filled_ = count > 0 ? static_cast<std::size_t>(count) : 0;
@@ -348,20 +348,37 @@ public:
         return data;
     }
 
+    /// What has come and was not read yet.
+    std::string waiting() {
+        std::string data;
+        while (taken_ < filled_ || readable(milliseconds(0))) {
+            const int next = read_or_end();
+            if (next < 0) break;
+            data += static_cast<char>(next);
+        }
+        return data;
+    }
+
+    /// Bytes of `waiting` that are to be read again, a few.
+    void keep(const std::string& data) {
+        std::copy(data.begin(), data.end(), kept_.begin());
+        taken_ = 0;
+        filled_ = data.size();
+    }
+
     milliseconds timeout;
 
 private:
     static constexpr std::size_t longest_text = 4096;  // that of the robot has 282 bytes, a line of PRINT 256
 
-    void wait() {
+    bool readable(milliseconds within) const {
 #ifdef _WIN32
         WSAPOLLFD entry{socket_, POLLIN, 0};
-        const int ready = WSAPoll(&entry, 1, static_cast<int>(timeout.count()));
+        return WSAPoll(&entry, 1, static_cast<int>(within.count())) != 0;
 #else
         pollfd entry{socket_, POLLIN, 0};
-        const int ready = ::poll(&entry, 1, static_cast<int>(timeout.count()));
+        return ::poll(&entry, 1, static_cast<int>(within.count())) != 0;
 #endif
-        if (ready == 0) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
     }
     void close() {
         if (socket_ == none) return;
@@ -557,9 +574,9 @@ public:
 
     /// SF. Its data may contain ETX, so its length decides where it ends.
     TotalStatus total_status() {
-        send("SF\r");
+        ask("SF");
         std::string head = begin();
-        if (head != "FL,") throw unexpected("SF", head);
+        if (head != "FL,") unexpected("SF", head);
         std::string data = link_.read(TotalStatus::scara_bytes);
         const char next = link_.read();
         if (next != etx) {
@@ -587,15 +604,15 @@ public:
 
     /// A command that the robot answers with OK; NG is Refused.
     void command(const std::string& text) {
-        send(text + "\r");
+        ask(text);
         expect_ok(text);
     }
 
     /// A command that the robot answers with a file or a status, without FL and EOF; NG is Refused.
     std::string read(const std::string& text) {
-        send(text + "\r");
+        ask(text);
         std::string part = answer();
-        if (part.compare(0, 3, "FL,") != 0) throw unexpected(text, part);
+        if (part.compare(0, 3, "FL,") != 0) unexpected(text, part);
         std::string content;
         for (std::size_t from = 3;; from = 0, part = answer()) {
             send("OK\r");
@@ -608,12 +625,13 @@ public:
 
     /// Waits for the SP that the robot sends when a program has ended or was stopped.
     void wait_for_stop() {
+        discard();
         if (stops_ > 0) {
             --stops_;
             return;
         }
         const std::string text = next();
-        if (text != "SP\r") throw unexpected("waiting for a stop", text);
+        if (text != "SP\r") unexpected("waiting for a stop", text);
     }
 
 private:
@@ -623,17 +641,30 @@ private:
     int stops_ = 0;
 
     void heard() { heard_ = std::chrono::steady_clock::now(); }
+    std::string framed(const std::string& data) const { return (use_stx ? std::string(1, stx) : std::string()) + data + etx; }
     void send(const std::string& data) {
         std::this_thread::sleep_until(heard_ + pause);
-        link_.write((use_stx ? std::string(1, stx) : std::string()) + data + etx);  // in one piece
+        link_.write(framed(data));  // in one piece
     }
-    static Error unexpected(const std::string& command, const std::string& text) {
-        return Error(command + ": the robot answered \"" + detail::trimmed(text, '\r') + "\"");
+    /// Sends a command: what comes before it is no answer to it.
+    void ask(const std::string& command) {
+        std::this_thread::sleep_until(heard_ + pause);
+        discard();
+        send(command + "\r");
+    }
+    /// Drops answers that came too late. An SP among them counts, and half an SP is kept.
+    void discard() {
+        const std::string late = link_.waiting(), stop = framed("SP\r"), half = late.substr(late.rfind(etx) + 1);
+        for (std::size_t at = late.find(stop); at != std::string::npos; at = late.find(stop, at + stop.size())) ++stops_;
+        if (stop.compare(0, half.size(), half) == 0) link_.keep(half);
+    }
+    [[noreturn]] static void unexpected(const std::string& command, const std::string& text) {
+        if (text == "NG\r") throw Refused(command);
+        throw Error(command + ": the robot answered \"" + detail::trimmed(text, '\r') + "\"");
     }
     void expect_ok(const std::string& text) {
         const std::string part = answer();
-        if (part == "NG\r") throw Refused(text);
-        if (part != "OK\r") throw unexpected(text, part);
+        if (part != "OK\r") unexpected(text, part);
     }
     std::string answer() {
         for (;; ++stops_) {
@@ -651,7 +682,7 @@ private:
         heard();
         return text;
     }
-    /// The first three bytes of an answer; an SP may come before it.
+    /// The first three bytes of an answer, or all of an NG; an SP may come before it.
     std::string begin() {
         for (;; ++stops_) {
             skip_stx();
@@ -659,7 +690,7 @@ private:
             if (head != "SP\r" && head != "NG\r") return head;
             link_.read();  // its ETX
             heard();
-            if (head == "NG\r") throw Refused("SF");
+            if (head == "NG\r") return head;
         }
     }
 };
