@@ -6,6 +6,7 @@ using System.IO;
 using System.Linq;
 using System.Net.Sockets;
 using System.Text;
+using System.Threading;
 using Ts3100;
 using Ts3100.Testing;
 
@@ -58,6 +59,7 @@ static class Checks
             host.ServoOn();
             host.Download("ASK", Ask);
             Equal("UL returns what DL stored", Ask, Encoding.ASCII.GetString(host.Upload("ASK")));
+            Thrown<EncoderFallbackException>(() => host.Download("OTHER", "' \u00e9\n"));
             Equal("CA has it", Ask.Length, host.Directory()["ASK"]);
             Equal("VR", "TS3100", host.Version().Split(' ')[0]);
             host.Select("ASK");
@@ -116,12 +118,16 @@ static class Checks
         using (TestRobot robot = fixture.Fresh("Refusals"))
         using (Host host = robot.Connect())
         {
-            robot.Allow("mode-forbids", "left-in-exchange");
+            robot.Allow("mode-forbids", "left-in-exchange", "command-in-exchange");
             Equal("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason",
                 Thrown<RefusedException>(host.ServoOn));
-            robot.ArmFault("no-reply:command=SU");
+            robot.ArmFault("late-reply:command=SU,delay=400");
             host.Timeout = TimeSpan.FromSeconds(0.2);
             Equal("a robot that does not answer", "the robot sent nothing for 0.2 s", Thrown<ProtocolException>(() => host.Status()));
+            Thread.Sleep(300);
+            Equal("an answer that comes later is not that of the next command", "TS3100", host.Version().Substring(0, 6));
+            robot.ArmFault("reset-mid-text:command=SU");
+            Equal("a connection that is reset", true, Thrown<ProtocolException>(() => host.Status()).StartsWith("the connection has ended: "));
         }
         Equal("nobody there", true, Thrown<ProtocolException>(() => new Host("127.0.0.1", FreePort())).StartsWith("cannot connect to 127.0.0.1:"));
     }
