@@ -1,5 +1,7 @@
 // A test of a cell with Node's own test runner: one robot for the file, a fresh one for each test.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
 import { connect } from "node:net";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { start } from "ts3100";
@@ -75,6 +77,20 @@ test("variables, alarms, snapshots, the log", async () => {
 
 test("what cannot start says why", async () => {
   await assert.rejects(start({ args: ["--no-such-option"] }), /exit code 2 before it was ready:\n.*--no-such-option/s);
+});
+
+test("a robot ends with a test that is killed", { skip: process.platform === "win32" }, async () => {
+  for (const signal of ["SIGTERM", "SIGKILL"]) {
+    const code = 'import { start } from "ts3100"; console.log((await start()).controlUrl); setTimeout(() => {}, 60000);';
+    const killed = spawn(process.execPath, ["--input-type=module", "-e", code], { stdio: ["ignore", "pipe", "inherit"] });
+    const url = String((await once(killed.stdout, "data"))[0]).trim();
+    assert.ok((await fetch(url + "/health")).ok);
+    killed.kill(signal);
+    const limit = performance.now() + 10_000;
+    await assert.rejects(async () => {
+      while (performance.now() < limit) await fetch(url + "/health");
+    });
+  }
 });
 
 test("a fresh robot costs little", async (context) => {

@@ -153,6 +153,16 @@ function end(child) {
   });
 }
 
+/** Ends the emulator if this process is killed: `read` ends with the pipe from here. */
+function guard(child) {
+  if (process.platform === "win32" || !child.pid) return;
+  const shell = spawn("/bin/sh", ["-c", 'read -r _; kill "$0"', String(child.pid)], { stdio: ["pipe", "ignore", "ignore"], detached: true });
+  shell.once("error", () => {});
+  child.once("exit", () => shell.kill("SIGKILL"));
+  shell.unref();
+  shell.stdin.unref();
+}
+
 /** Starts `ts3100 serve` on free ports and waits until it is ready. */
 async function start({ args = [] } = {}) {
   const child = spawn(binary(), ["serve", "--ports", "auto", "--ready-json", ...args],
@@ -163,6 +173,7 @@ async function start({ args = [] } = {}) {
     log.push(line);
     if (log.length > LOG_LINES) log.shift();
   });
+  guard(child);
   // Node ends without waiting for its children: the emulator ends with the test run.
   const endWithUs = () => child.kill();
   process.once("exit", endWithUs);

@@ -2,6 +2,8 @@
 
 import http.client
 import io
+import signal
+import subprocess
 import sys
 import threading
 import time
@@ -286,6 +288,21 @@ def test_an_emulator_that_died_says_so() -> None:
     with pytest.raises(Disconnected, match="GET /events: the emulator has ended with exit code -9"):
         robot.events()
     robot.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs /bin/sh")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_an_emulator_ends_with_a_test_that_is_killed(number: signal.Signals) -> None:
+    code = "import time; from ts3100 import Robot; robot = Robot.start(); print(robot.url, flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as test:
+        assert test.stdout
+        url = test.stdout.readline().strip()
+        Robot.connect(url).close()
+        test.send_signal(number)
+    limit = time.monotonic() + 10
+    with pytest.raises(Disconnected):
+        while time.monotonic() < limit:
+            Robot.connect(url).close()
 
 
 def test_the_token_is_presented() -> None:

@@ -44,6 +44,8 @@ IDLE_LIMIT = 20.0
 WITHIN, WALL = 60.0, 30.0
 # The end of the emulator's log in a message.
 LOG_SHOWN = 4096
+# Ends an emulator whose test was killed: `read` ends with the pipe from there.
+GUARD = ("/bin/sh", "-c", 'read -r _; kill "$0"')
 LOCAL_ADDRESSES = ("0.0.0.0", "::")
 
 
@@ -332,7 +334,7 @@ class Robot:
               servo_on: bool = False, model: Optional[str] = None, scenario: Union[str, os.PathLike[str], None] = None,
               faults: Sequence[str] = (), options: Optional[Mapping[str, object]] = None, flags: Sequence[str] = (),
               binary: Optional[str] = None, cwd: Union[str, os.PathLike[str], None] = None) -> Self:
-        """Starts an emulator on free ports; it ends with `close`, or with this process.
+        """Starts an emulator on free ports; it ends with `close`, or with this process. On Windows it goes on if this is killed.
 
         `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`. Paths
         are relative to `cwd`, default the present directory.
@@ -712,6 +714,9 @@ class _Process:
             raise StartError(f"cannot start {binary}: {error}") from error
         finally:
             os.close(log)
+        self._guard = None if os.name == "nt" else subprocess.Popen(
+            [*GUARD, str(self._process.pid)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            start_new_session=True)
         atexit.register(self.end)
         watch = threading.Timer(START_TIMEOUT, self._process.kill)
         watch.start()
@@ -747,6 +752,9 @@ class _Process:
     def end(self) -> int:
         """Ends it as Ctrl-C does, so that it writes its reports. Returns the exit code."""
         atexit.unregister(self.end)
+        if self._guard:
+            self._guard.kill()
+            self._guard.communicate()
         if self._process.poll() is None:
             self._process.send_signal(getattr(signal, "CTRL_BREAK_EVENT") if os.name == "nt" else signal.SIGTERM)
             try:
