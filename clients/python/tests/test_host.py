@@ -353,13 +353,15 @@ def test_a_serial_line(line: str, tmp_path: Path) -> None:
                 assert (await host.version())[0].name == "TS3100"
 
         asyncio.run(job())
-        host = Host.open_serial(port)
-        assert robot._process
-        robot._process._process.kill()
-        robot._process._process.wait()
+
+
+def test_a_serial_line_whose_other_end_is_gone(tmp_path: Path) -> None:
+    pytest.importorskip("serial")
+    robot = Robot.start(flags=[f"--serial-dir={tmp_path}"])
+    with Host.open_serial(str(tmp_path / "host")) as host:
+        robot.close()
         with pytest.raises(Disconnected):
             host.status()
-        host.close()
 
 
 def test_a_host_in_a_thread(robot: Robot, connect: Connect) -> None:
