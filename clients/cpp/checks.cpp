@@ -178,6 +178,28 @@ void starts() {
         url = process.control_url();
     }
     expect("a process that went out of scope has ended", true, thrown<ts3100::Error>([&] { Robot(url).state(); }).find("cannot connect") == 0);
+#ifndef _WIN32
+    int ends[2];
+    if (pipe(ends) != 0) throw std::logic_error("no pipe");
+    const pid_t test = fork();
+    if (test == 0) {
+        const ts3100::Process process;
+        const std::string line = process.control_url();
+        if (write(ends[1], line.data(), line.size()) < 0) _exit(2);
+        kill(getpid(), SIGKILL);
+    }
+    char line[100] = {};
+    if (read(ends[0], line, sizeof line - 1) <= 0) throw std::logic_error("the child wrote nothing");
+    waitpid(test, nullptr, 0);
+    bool ended = false;
+    for (int look = 0; look < 500 && !ended; ++look) try {
+            Robot(line).state();
+            std::this_thread::sleep_for(ts3100::milliseconds(10));
+        } catch (const ts3100::Error&) {
+            ended = true;
+        }
+    expect("a process ends with a test that is killed", true, ended);
+#endif
 }
 
 }  // namespace

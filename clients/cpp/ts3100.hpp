@@ -985,15 +985,16 @@ private:
             }
     }
 #else
-    pid_t process_ = -1;
-    int output_ = -1;
+    pid_t process_ = -1, guard_ = -1;
+    int output_ = -1, lifeline_ = -1;
 
-    void start(const std::vector<std::string>& words) {
+    /// Starts a program with one end of a new pipe as its input or output. The other end is `ours`.
+    static pid_t spawn(const std::vector<std::string>& words, int theirs, int& ours) {
         int ends[2];
         if (pipe(ends) != 0) throw Error("cannot create a pipe");
-        fcntl(ends[0], F_SETFD, FD_CLOEXEC);
-        fcntl(ends[1], F_SETFD, FD_CLOEXEC);
-        output_ = ends[0];
+        for (int end : ends) fcntl(end, F_SETFD, FD_CLOEXEC);
+        const int side = theirs == STDOUT_FILENO ? 1 : 0;
+        ours = ends[1 - side];
         std::vector<char*> arguments, variables;
         for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
         arguments.push_back(nullptr);
@@ -1002,15 +1003,21 @@ private:
         variables.push_back(nullptr);
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-        const int error = posix_spawnp(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
+        posix_spawn_file_actions_adddup2(&actions, ends[side], theirs);
+        pid_t process = -1;
+        const int error = posix_spawnp(&process, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
         posix_spawn_file_actions_destroy(&actions);
-        close(ends[1]);
-        if (error != 0) {
-            process_ = -1;
+        close(ends[side]);
+        return error == 0 ? process : -1;
+    }
+    void start(const std::vector<std::string>& words) {
+        process_ = spawn(words, STDOUT_FILENO, output_);
+        if (process_ < 0) {
             end();
             not_started(words[0]);
         }
+        // Ends the emulator with the test, however the test ends: `read` ends with the pipe from here.
+        guard_ = spawn({"/bin/sh", "-c", "read -r _; kill \"$0\" 2>/dev/null", std::to_string(process_)}, STDIN_FILENO, lifeline_);
     }
     std::string ready_line() {
         std::string line;
@@ -1026,6 +1033,10 @@ private:
     }
     void end() {
         // A process number below 1 would address other processes, or all of them.
+        if (const pid_t guard = std::exchange(guard_, -1); guard > 0) {
+            kill(guard, SIGKILL);
+            waitpid(guard, nullptr, 0);
+        }
         if (const pid_t process = std::exchange(process_, -1); process > 0) {
             // SIGTERM lets it write its reports.
             kill(process, SIGTERM);
@@ -1035,8 +1046,8 @@ private:
                 std::this_thread::sleep_for(look);
             }
         }
-        if (output_ >= 0) close(output_);
-        output_ = -1;
+        for (int* descriptor : {&output_, &lifeline_})
+            if (*descriptor >= 0) close(std::exchange(*descriptor, -1));
     }
 #endif
 };

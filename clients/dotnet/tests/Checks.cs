@@ -17,8 +17,10 @@ static class Checks
     static readonly string Ask = string.Concat(Enumerable.Repeat("' A remark that makes the file long.\n", 20)) + "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
         + "PRINT IP1, \"THAT IS\", X, CR\nCOUNT = COUNT + 1\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
 
-    static int Main()
+    static int Main(string[] arguments)
     {
+        if (arguments.Length > 0)
+            return Killed();
         try
         {
             TextOfJson();
@@ -254,10 +256,31 @@ static class Checks
         Equal("a robot that ends has written its report", true, File.Exists(Path.Combine(folder, "findings.json")));
         Directory.Delete(folder, true);
         Thrown<SocketException>(() => new TcpClient(control.Host, control.Port));
+        // The same program, killed with a robot that it has started.
+        Process test = Process.Start(new ProcessStartInfo(Process.GetCurrentProcess().MainModule.FileName, "\"" + typeof(Checks).Assembly.Location + "\" killed")
+        {
+            UseShellExecute = false,
+            RedirectStandardOutput = true
+        });
+        control = new Uri(test.StandardOutput.ReadLine());
+        test.WaitForExit();
+        var watch = Stopwatch.StartNew();
+        Equal("a robot ends with a test that is killed", true, Thrown<SocketException>(() =>
+        {
+            while (watch.Elapsed.TotalSeconds < 10)
+                new TcpClient(control.Host, control.Port).Close();
+        }) != null);
         string binary = Environment.GetEnvironmentVariable(RobotProcess.BinaryVariable);
         Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, "no-such-binary");
         Equal("no binary", true, Thrown<StartException>(() => RobotFixture.Start()).StartsWith("cannot run no-such-binary: "));
         Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, binary);
+    }
+
+    static int Killed()
+    {
+        Console.WriteLine(RobotFixture.Start().Process.ControlUrl);
+        Process.GetCurrentProcess().Kill();
+        return 1;
     }
 
     static int FreePort()
