@@ -246,6 +246,10 @@ def test_one_of_several_robots() -> None:
         assert (first.name, second.name, first.servo, second.servo) == ("robot-1", "robot-2", False, True)
         assert first.address() != second.address()
         second.close()
+        with Robot.connect(f"{first.url}/robots/robot-2/") as second:
+            assert second.servo
+        with pytest.raises(ValueError, match="expected the URL of a control interface"):
+            Robot.connect(f"{first.url}/page")
         with pytest.raises(Refused, match="no robot 'x'; there are robot-1, robot-2"):
             Robot.connect(first.url, robot="x")
 

@@ -11,6 +11,7 @@ import contextlib
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -21,7 +22,7 @@ from collections import deque
 from dataclasses import dataclass, fields
 from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Mapping, MutableMapping, Optional, Sequence, Set, Tuple,
                     Type, TypeVar, Union, cast, overload)
-from urllib.parse import quote, urlencode, urlsplit
+from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from .binary import find_binary
 from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
@@ -304,7 +305,8 @@ class Robot:
     def __init__(self, url: str, *, token: Optional[str] = None, robot: Optional[str] = None,
                  process: Optional[_Process] = None) -> None:
         parts = urlsplit(url)
-        if parts.scheme != "http" or not parts.hostname:
+        path = re.fullmatch(r"(?:/robots/([^/]+))?/?", parts.path)
+        if parts.scheme != "http" or not parts.hostname or not path:
             raise ValueError(f"cannot connect to {url!r}: expected the URL of a control interface, such as http://127.0.0.1:3100")
         self.url = url.rstrip("/")
         self._authority = (parts.hostname, parts.port or 80)
@@ -316,7 +318,7 @@ class Robot:
         # Names of the snapshots that were taken here and not deleted.
         self.taken: Set[str] = set()
         try:
-            row = self._row(robot)
+            row = self._row(robot or (unquote(path[1]) if path[1] else None))
         except BaseException:
             self._hang_up()
             raise
@@ -357,7 +359,8 @@ class Robot:
 
     @classmethod
     def connect(cls, url: str, *, token: Optional[str] = None, robot: Optional[str] = None) -> Self:
-        """Connects to a running emulator by the URL of its control interface; `robot` names one of several, default the first."""
+        """Connects to a running emulator by the URL of its control interface. `robot`, or /robots/NAME at the end of the URL, names one
+        of several; default the first."""
         return cls(url, token=token, robot=robot)
 
     def close(self) -> int:
