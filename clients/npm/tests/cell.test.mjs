@@ -77,6 +77,7 @@ test("variables, alarms, snapshots, the log", async () => {
 
 test("what cannot start says why", async () => {
   await assert.rejects(start({ args: ["--no-such-option"] }), /exit code 2 before it was ready:\n.*--no-such-option/s);
+  await assert.rejects(start({ args: ["--control", "off"] }), /its options turn the control interface off/);
 });
 
 test("a robot ends with a test that is killed", { skip: process.platform === "win32" }, async () => {

@@ -191,7 +191,9 @@ async function start({ args = [] } = {}) {
     child.unref();
     child.stdout.unref();
     child.stderr.unref();
-    return new StartedRobot(child, JSON.parse(line), log);
+    const ready = JSON.parse(line);
+    if (!ready.control) throw new Error("cannot control the emulator: its options turn the control interface off");
+    return new StartedRobot(child, ready, log);
   } catch (error) {
     child.kill();
     throw error;

@@ -269,6 +269,8 @@ def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         robot.state
     with pytest.raises(StartError, match="(?s)exit code 2: error: .*NOSUCH"):
         Robot.start(select="NOSUCH")
+    with pytest.raises(StartError, match="its flags turn the control interface off"):
+        Robot.start(flags=["--control=off"])
     with pytest.raises(StartError, match="cannot start /no/such"):
         Robot.start(binary="/no/such")
     with pytest.raises(ValueError, match="expected the URL of a control interface"):

@@ -352,6 +352,8 @@ class Robot:
         command += [f"--set={name}={_word(value)}" for name, value in (options or {}).items()]
         process = _Process(binary or find_binary(), [*command, *flags], cwd)
         try:
+            if "control" not in process.ready:
+                raise StartError("cannot control the emulator: its flags turn the control interface off")
             return cls(process.ready["control"], process=process)
         except BaseException:
             process.end()
