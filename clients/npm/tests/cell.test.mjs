@@ -2,9 +2,10 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { createServer } from "node:http";
 import { connect } from "node:net";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { start } from "ts3100";
+import { Robot, start } from "ts3100";
 
 process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
 
@@ -78,6 +79,14 @@ test("variables, alarms, snapshots, the log", async () => {
 test("what cannot start says why", async () => {
   await assert.rejects(start({ args: ["--no-such-option"] }), /exit code 2 before it was ready:\n.*--no-such-option/s);
   await assert.rejects(start({ args: ["--control", "off"] }), /its options turn the control interface off/);
+});
+
+test("an answer that breaks off is an error of the control interface", async () => {
+  const broken = createServer((_, answer) => { answer.write("{"); setTimeout(() => answer.destroy(), 50); }).listen(0, "127.0.0.1");
+  await once(broken, "listening");
+  const url = `http://127.0.0.1:${broken.address().port}`;
+  await assert.rejects(new Robot(url).state(), (error) => error.name === "ControlError" && error.message.startsWith(`cannot reach ${url}: `));
+  broken.close();
 });
 
 test("a robot ends with a test that is killed", { skip: process.platform === "win32" }, async () => {

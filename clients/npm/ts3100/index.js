@@ -101,13 +101,13 @@ class Robot {
       request.headers["content-type"] = "application/json";
       request.body = JSON.stringify(body);
     }
-    let answer;
+    let answer, text;
     try {
       answer = await fetch(this.#url + path, request);
+      text = await answer.text();
     } catch (error) {
       throw new ControlError(0, `cannot reach ${this.#url}: ${(error.cause || error).message}`);
     }
-    const text = await answer.text();
     if (answer.ok) return text;
     let reason = `${method} ${path}: HTTP status ${answer.status}`;
     try {
