@@ -81,6 +81,15 @@ test("what cannot start says why", async () => {
   await assert.rejects(start({ args: ["--control", "off"] }), /its options turn the control interface off/);
 });
 
+test("many robots", async () => {
+  const warnings = [], warned = (warning) => warnings.push(warning.name);
+  process.on("warning", warned);
+  const robots = await Promise.all(Array.from({ length: 11 }, () => start()));
+  await Promise.all(robots.map((one) => one.stop()));
+  process.off("warning", warned);
+  assert.deepEqual(warnings, []);
+});
+
 test("an answer that breaks off is an error of the control interface", async () => {
   const broken = createServer((_, answer) => { answer.write("{"); setTimeout(() => answer.destroy(), 50); }).listen(0, "127.0.0.1");
   await once(broken, "listening");
@@ -89,13 +98,14 @@ test("an answer that breaks off is an error of the control interface", async () 
   broken.close();
 });
 
-test("a robot ends with a test that is killed", { skip: process.platform === "win32" }, async () => {
-  for (const signal of ["SIGTERM", "SIGKILL"]) {
-    const code = 'import { start } from "ts3100"; console.log((await start()).controlUrl); setTimeout(() => {}, 60000);';
+test("a robot ends with its test, also when that is killed", { skip: process.platform === "win32" }, async () => {
+  for (const signal of ["SIGTERM", "SIGKILL", "its own end"]) {
+    const rest = signal.startsWith("SIG") ? "setTimeout(() => {}, 60000);" : "setTimeout(() => process.exit(), 500);";
+    const code = `import { start } from "ts3100"; console.log((await start()).controlUrl); ${rest}`;
     const killed = spawn(process.execPath, ["--input-type=module", "-e", code], { stdio: ["ignore", "pipe", "inherit"] });
     const url = String((await once(killed.stdout, "data"))[0]).trim();
     assert.ok((await fetch(url + "/health")).ok);
-    killed.kill(signal);
+    if (signal.startsWith("SIG")) killed.kill(signal);
     const limit = performance.now() + 10_000;
     await assert.rejects(async () => {
       while (performance.now() < limit) await fetch(url + "/health");

@@ -153,9 +153,16 @@ function end(child) {
   });
 }
 
-/** Ends the emulator if this process is killed: `read` ends with the pipe from here. */
-function guard(child) {
-  if (process.platform === "win32" || !child.pid) return;
+/** Node ends without waiting for its children: the emulator ends with it. */
+function endWithUs(child) {
+  if (!child.pid) return;
+  if (process.platform === "win32") {
+    const kill = () => child.kill();
+    process.once("exit", kill);
+    child.once("exit", () => process.off("exit", kill));
+    return;
+  }
+  // However this process ends, also if it is killed: `read` ends with the pipe from here.
   const shell = spawn("/bin/sh", ["-c", 'read -r _; kill "$0"', String(child.pid)], { stdio: ["pipe", "ignore", "ignore"], detached: true });
   shell.once("error", () => {});
   child.once("exit", () => shell.kill("SIGKILL"));
@@ -173,11 +180,7 @@ async function start({ args = [] } = {}) {
     log.push(line);
     if (log.length > LOG_LINES) log.shift();
   });
-  guard(child);
-  // Node ends without waiting for its children: the emulator ends with the test run.
-  const endWithUs = () => child.kill();
-  process.once("exit", endWithUs);
-  child.once("exit", () => process.off("exit", endWithUs));
+  endWithUs(child);
   const first = readline.createInterface({ input: child.stdout });
   let timer;
   try {
