@@ -54,13 +54,19 @@ namespace Ts3100.Testing
                 throw new StartException("cannot run " + binary + ": " + error.Message + "; install ts3100, or set "
                     + BinaryVariable + " to its path");
             }
-            // Ends the emulator if this process is killed: `read` ends with the pipe from here.
-            if (!RuntimeInformation.IsOSPlatform(OSPlatform.Windows))
+            try
+            {
+                // Ends the emulator if this process is killed: `read` ends with the pipe from here.
                 guard = Process.Start(new ProcessStartInfo("/bin/sh", "-c " + Quoted("read -r _; kill \"$0\" 2>/dev/null") + " " + process.Id)
                 {
                     UseShellExecute = false,
                     RedirectStandardInput = true
                 });
+            }
+            catch (System.ComponentModel.Win32Exception)
+            {
+                // Windows has no such shell, and some containers have none either.
+            }
             AppDomain.CurrentDomain.ProcessExit += EndWithUs;
             // NUnit's runner for .NET Framework and Mono unloads the tests before the process ends.
             AppDomain.CurrentDomain.DomainUnload += EndWithUs;

@@ -164,10 +164,10 @@ function endWithUs(child) {
   }
   // However this process ends, also if it is killed: `read` ends with the pipe from here.
   const shell = spawn("/bin/sh", ["-c", 'read -r _; kill "$0"', String(child.pid)], { stdio: ["pipe", "ignore", "ignore"], detached: true });
-  shell.once("error", () => {});
+  shell.once("error", () => {}); // a container may have no shell
   child.once("exit", () => shell.kill("SIGKILL"));
   shell.unref();
-  shell.stdin.unref();
+  shell.stdin?.unref();
 }
 
 /** Starts `ts3100 serve` on free ports and waits until it is ready. */

@@ -311,6 +311,12 @@ def test_an_emulator_ends_with_a_test_that_is_killed(number: signal.Signals) -> 
             Robot.connect(url).close()
 
 
+def test_a_system_without_a_shell(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "GUARD", ("/no/such",))
+    with Robot.start() as robot:
+        assert robot.status == "stop (reset)"
+
+
 def test_the_token_is_presented() -> None:
     token = "a-token-of-the-test-0123456789"
     with pytest.raises(Refused) as refused:

@@ -719,10 +719,12 @@ class _Process:
             raise StartError(f"cannot start {binary}: {error}") from error
         finally:
             os.close(log)
-        self._guard = None if os.name == "nt" else subprocess.Popen(
-            [*GUARD, str(self._process.pid)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            start_new_session=True)
         atexit.register(self.end)
+        self._guard: Optional[subprocess.Popen[bytes]] = None
+        # Windows has no shell of this kind, and some containers have none either.
+        with contextlib.suppress(OSError):
+            self._guard = subprocess.Popen([*GUARD, str(self._process.pid)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.DEVNULL, start_new_session=os.name != "nt")
         watch = threading.Timer(START_TIMEOUT, self._process.kill)
         watch.start()
         assert self._process.stdout
