@@ -90,12 +90,12 @@ test("many robots", async () => {
   assert.deepEqual(warnings, []);
 });
 
-test("an answer that breaks off is an error of the control interface", async () => {
+test("an answer that breaks off is an error of the control interface", async (context) => {
   const broken = createServer((_, answer) => { answer.write("{"); setTimeout(() => answer.destroy(), 50); }).listen(0, "127.0.0.1");
+  context.after(() => broken.close());
   await once(broken, "listening");
   const url = `http://127.0.0.1:${broken.address().port}`;
   await assert.rejects(new Robot(url).state(), (error) => error.name === "ControlError" && error.message.startsWith(`cannot reach ${url}: `));
-  broken.close();
 });
 
 test("a robot ends with its test, also when that is killed", { skip: process.platform === "win32" }, async () => {
