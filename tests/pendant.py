@@ -18,6 +18,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -208,6 +209,18 @@ def below_a_prefix(browser, found):
     print("ok   below a path prefix, with the stream of events cut three times")
 
 
+def frozen(browser, binary):
+    """An emulator that stands still is not connected; once it goes on it is again."""
+    with robot(binary) as found:
+        page = opened(browser, found.url + "/")
+        found.process.send_signal(signal.SIGSTOP)
+        expect(page.locator("#link")).to_have_text("not connected", timeout=LIMIT)
+        found.process.send_signal(signal.SIGCONT)
+        expect(page.locator("#link")).to_have_text("connected", timeout=LIMIT)
+        closed(page)
+    print("ok   an emulator that stands still for a while")
+
+
 def sessions(browser, binary):
     """A whole session on each kind of arm, and on a phone."""
     for kind, model, size in (("six-axis", "ts3100-tv800", "desktop"), ("scara", "tsl3000-thl400", "tablet"),
@@ -320,6 +333,7 @@ def main():
             looks(browser, found.url + "/", options.pictures)
             below_a_prefix(browser, found)
         keyboard(browser, binary)
+        frozen(browser, binary)
         several(browser, binary, options.pictures)
         sessions(browser, binary)
         browser.close()

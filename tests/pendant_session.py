@@ -17,13 +17,13 @@ END
 PROGRAM PART
   PRINT "HOW MANY?",CR
   INPUT N
-AGAIN:
+ARATIO:
   MOVES P1
   DOUT(5)
   MOVES P2
   DOUT(-5)
   N = N - 1
-  IF N > 0 THEN GOTO AGAIN
+  IF N > 0 THEN GOTO ARATIO
   PRINT "DONE",CR
 END
 DATA
@@ -99,7 +99,7 @@ class Session:
         text = PROGRAM % POINTS[self.kind]
         self.page.evaluate("""text => {
             const data = new DataTransfer();
-            data.items.add(new File([text], "part.scol"));
+            data.items.add(new File([text + "\x1a"], "part.scol"));
             window.drag = kind => document.body.dispatchEvent(new DragEvent(kind, {bubbles: true, cancelable: true, dataTransfer: data}));
             window.drag("dragenter");
         }""", text)
@@ -111,6 +111,7 @@ class Session:
         expect(self.page.get_by_text("Drop here to write onto the RAM drive")).to_be_visible()
         self.page.evaluate("window.drag('drop')")
         expect(self.page.get_by_text("part.scol is on the RAM drive as PART")).to_be_visible()
+        said(self.found.call("GET", "/files/PART")["text"] == text, "the file is not on the drive as it is, without its EOF")
         program = self.view("Program")
         program.get_by_role("button", name="Select PART").click()
         expect(program.get_by_role("region", name="Source")).to_contain_text("MOVES P1")
@@ -259,7 +260,6 @@ class Session:
         self.page.get_by_role("menuitem", name="Release").click()
         expect(lines.get_by_role("switch", name="Input 7", exact=True)).to_be_visible()
 
-
     def edit_and_check(self):
         program = self.view("Program")
         program.get_by_role("button", name="Edit", exact=True).click()
@@ -322,6 +322,28 @@ class Session:
         self.press(lab.get_by_role("button", name="Put back before"), "snapshots/before/restore")
         said(self.state()["t"] == before, "the snapshot was not put back")
 
+    def set_a_variable(self):
+        self.found.call("PUT", "/files/TUNED", {"text": "GLOBAL\n  RATIO = 0.00001234\nEND\nPROGRAM TUNED\nEND\n"})
+        self.found.call("POST", "/files/TUNED/select", {})
+        self.view("Program")
+        field = self.page.get_by_label("Value of RATIO")
+        expect(field).to_have_value("0.00001234")
+        before = self.found.call("GET", "/variables/RATIO")["value"]
+        field.press("Enter")
+        expect(field).not_to_be_focused()
+        said(self.found.call("GET", "/variables/RATIO")["value"] == before, "Enter without a change has changed a variable")
+        field.fill("2.5e-7")
+        with self.answered("variables/RATIO"):
+            field.press("Enter")
+        expect(field).to_have_value("2.5e-7")
+
+    def inject(self):
+        lab = self.view("Lab")
+        lab.get_by_label("Bytes, \\r and <1A> are codes").fill("<E9>\u00e94\\r")
+        self.press(lab.get_by_role("button", name="Inject"), "channels/IP1/inject")
+        found = self.found.call("GET", "/channels/IP1")["buffer_hex"]
+        said(found == "e9c3a9340d", "the bytes were injected as " + found)
+
 
 def session(page, found, kind):
     """Everything, in the order of a working day."""
@@ -336,3 +358,5 @@ def session(page, found, kind):
     steps.edit_and_check()
     steps.fault_and_finding()
     steps.snapshot_and_time()
+    steps.set_a_variable()
+    steps.inject()

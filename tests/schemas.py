@@ -55,7 +55,7 @@ MORE = {
 
 
 def shown():
-    """The files that the pages show: {schema: [text]}."""
+    """The files that the pages show, and what the configuration of the Debian package suggests: {schema: [text]}."""
     found = {name: list(MORE.get(name, ())) for name in FILES}
     for page in glob.glob(os.path.join(ROOT, "docs", "**", "*.md"), recursive=True):
         with open(page, encoding="utf-8") as file:
@@ -70,6 +70,9 @@ def shown():
                 found["scenario"].append(block)
             elif os.path.basename(page) == "configuration.md":
                 found["config"].append(block)
+    with open(os.path.join(ROOT, "packaging", "debian", "ts3100.toml"), encoding="utf-8") as file:
+        # Its suggestions, without a file that is not here.
+        found["config"].append("\n".join(re.findall(r"^#((?!control-token-file)[\w-]+ = .*)$", file.read(), re.MULTILINE)))
     return found
 
 

@@ -127,9 +127,12 @@ void refusals() {
     const Fixture cell({"--key-switch", "teaching"});
     Host host = cell.connect();
     expect("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.servo_on(); }));
-    cell.robot.arm_fault("no-reply:command=SU");
+    expect("and of a file", "the robot answered NG to UL,NONE; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.upload("NONE"); }));
+    cell.robot.arm_fault("late-reply:command=SU,delay=400");
     host.timeout(ts3100::milliseconds(200));
     expect("a robot that does not answer", "nothing came for 200 ms", thrown<ts3100::Error>([&] { host.status(); }));
+    std::this_thread::sleep_for(ts3100::milliseconds(300));
+    expect("an answer that comes later is not that of the next command", "TS3100", host.version().substr(0, 6));
     expect("an address that is none", true, thrown<ts3100::Error>([] { Host("127.0.0.1", 1); }).find("cannot connect to 127.0.0.1:1;") == 0);
 }
 
@@ -175,6 +178,28 @@ void starts() {
         url = process.control_url();
     }
     expect("a process that went out of scope has ended", true, thrown<ts3100::Error>([&] { Robot(url).state(); }).find("cannot connect") == 0);
+#ifndef _WIN32
+    int ends[2];
+    if (pipe(ends) != 0) throw std::logic_error("no pipe");
+    const pid_t test = fork();
+    if (test == 0) {
+        const ts3100::Process process;
+        const std::string line = process.control_url();
+        if (write(ends[1], line.data(), line.size()) < 0) _exit(2);
+        kill(getpid(), SIGKILL);
+    }
+    char line[100] = {};
+    if (read(ends[0], line, sizeof line - 1) <= 0) throw std::logic_error("the child wrote nothing");
+    waitpid(test, nullptr, 0);
+    bool ended = false;
+    for (int look = 0; look < 500 && !ended; ++look) try {
+            Robot(line).state();
+            std::this_thread::sleep_for(ts3100::milliseconds(10));
+        } catch (const ts3100::Error&) {
+            ended = true;
+        }
+    expect("a process ends with a test that is killed", true, ended);
+#endif
 }
 
 }  // namespace

@@ -318,7 +318,7 @@ public:
     /// The next byte, or -1 where the peer has closed the connection.
     int read_or_end() {
         if (taken_ == filled_) {
-            wait();
+            if (!readable(timeout)) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
             const auto count = ::recv(socket_, kept_.data(), static_cast<unsigned>(kept_.size()), 0);
             taken_ = 0;
             filled_ = count > 0 ? static_cast<std::size_t>(count) : 0;
@@ -348,20 +348,37 @@ public:
         return data;
     }
 
+    /// What has come and was not read yet.
+    std::string waiting() {
+        std::string data;
+        while (taken_ < filled_ || readable(milliseconds(0))) {
+            const int next = read_or_end();
+            if (next < 0) break;
+            data += static_cast<char>(next);
+        }
+        return data;
+    }
+
+    /// Bytes of `waiting` that are to be read again, a few.
+    void keep(const std::string& data) {
+        std::copy(data.begin(), data.end(), kept_.begin());
+        taken_ = 0;
+        filled_ = data.size();
+    }
+
     milliseconds timeout;
 
 private:
     static constexpr std::size_t longest_text = 4096;  // that of the robot has 282 bytes, a line of PRINT 256
 
-    void wait() {
+    bool readable(milliseconds within) const {
 #ifdef _WIN32
         WSAPOLLFD entry{socket_, POLLIN, 0};
-        const int ready = WSAPoll(&entry, 1, static_cast<int>(timeout.count()));
+        return WSAPoll(&entry, 1, static_cast<int>(within.count())) != 0;
 #else
         pollfd entry{socket_, POLLIN, 0};
-        const int ready = ::poll(&entry, 1, static_cast<int>(timeout.count()));
+        return ::poll(&entry, 1, static_cast<int>(within.count())) != 0;
 #endif
-        if (ready == 0) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
     }
     void close() {
         if (socket_ == none) return;
@@ -557,9 +574,9 @@ public:
 
     /// SF. Its data may contain ETX, so its length decides where it ends.
     TotalStatus total_status() {
-        send("SF\r");
+        ask("SF");
         std::string head = begin();
-        if (head != "FL,") throw unexpected("SF", head);
+        if (head != "FL,") unexpected("SF", head);
         std::string data = link_.read(TotalStatus::scara_bytes);
         const char next = link_.read();
         if (next != etx) {
@@ -587,15 +604,15 @@ public:
 
     /// A command that the robot answers with OK; NG is Refused.
     void command(const std::string& text) {
-        send(text + "\r");
+        ask(text);
         expect_ok(text);
     }
 
     /// A command that the robot answers with a file or a status, without FL and EOF; NG is Refused.
     std::string read(const std::string& text) {
-        send(text + "\r");
+        ask(text);
         std::string part = answer();
-        if (part.compare(0, 3, "FL,") != 0) throw unexpected(text, part);
+        if (part.compare(0, 3, "FL,") != 0) unexpected(text, part);
         std::string content;
         for (std::size_t from = 3;; from = 0, part = answer()) {
             send("OK\r");
@@ -608,12 +625,13 @@ public:
 
     /// Waits for the SP that the robot sends when a program has ended or was stopped.
     void wait_for_stop() {
+        discard();
         if (stops_ > 0) {
             --stops_;
             return;
         }
         const std::string text = next();
-        if (text != "SP\r") throw unexpected("waiting for a stop", text);
+        if (text != "SP\r") unexpected("waiting for a stop", text);
     }
 
 private:
@@ -623,17 +641,30 @@ private:
     int stops_ = 0;
 
     void heard() { heard_ = std::chrono::steady_clock::now(); }
+    std::string framed(const std::string& data) const { return (use_stx ? std::string(1, stx) : std::string()) + data + etx; }
     void send(const std::string& data) {
         std::this_thread::sleep_until(heard_ + pause);
-        link_.write((use_stx ? std::string(1, stx) : std::string()) + data + etx);  // in one piece
+        link_.write(framed(data));  // in one piece
     }
-    static Error unexpected(const std::string& command, const std::string& text) {
-        return Error(command + ": the robot answered \"" + detail::trimmed(text, '\r') + "\"");
+    /// Sends a command: what comes before it is no answer to it.
+    void ask(const std::string& command) {
+        std::this_thread::sleep_until(heard_ + pause);
+        discard();
+        send(command + "\r");
+    }
+    /// Drops answers that came too late. An SP among them counts, and half an SP is kept.
+    void discard() {
+        const std::string late = link_.waiting(), stop = framed("SP\r"), half = late.substr(late.rfind(etx) + 1);
+        for (std::size_t at = late.find(stop); at != std::string::npos; at = late.find(stop, at + stop.size())) ++stops_;
+        if (stop.compare(0, half.size(), half) == 0) link_.keep(half);
+    }
+    [[noreturn]] static void unexpected(const std::string& command, const std::string& text) {
+        if (text == "NG\r") throw Refused(command);
+        throw Error(command + ": the robot answered \"" + detail::trimmed(text, '\r') + "\"");
     }
     void expect_ok(const std::string& text) {
         const std::string part = answer();
-        if (part == "NG\r") throw Refused(text);
-        if (part != "OK\r") throw unexpected(text, part);
+        if (part != "OK\r") unexpected(text, part);
     }
     std::string answer() {
         for (;; ++stops_) {
@@ -651,7 +682,7 @@ private:
         heard();
         return text;
     }
-    /// The first three bytes of an answer; an SP may come before it.
+    /// The first three bytes of an answer, or all of an NG; an SP may come before it.
     std::string begin() {
         for (;; ++stops_) {
             skip_stx();
@@ -659,7 +690,7 @@ private:
             if (head != "SP\r" && head != "NG\r") return head;
             link_.read();  // its ETX
             heard();
-            if (head == "NG\r") throw Refused("SF");
+            if (head == "NG\r") return head;
         }
     }
 };
@@ -954,15 +985,16 @@ private:
             }
     }
 #else
-    pid_t process_ = -1;
-    int output_ = -1;
+    pid_t process_ = -1, guard_ = -1;
+    int output_ = -1, lifeline_ = -1;
 
-    void start(const std::vector<std::string>& words) {
+    /// Starts a program with one end of a new pipe as its input or output. The other end is `ours`.
+    static pid_t spawn(const std::vector<std::string>& words, int theirs, int& ours) {
         int ends[2];
         if (pipe(ends) != 0) throw Error("cannot create a pipe");
-        fcntl(ends[0], F_SETFD, FD_CLOEXEC);
-        fcntl(ends[1], F_SETFD, FD_CLOEXEC);
-        output_ = ends[0];
+        for (int end : ends) fcntl(end, F_SETFD, FD_CLOEXEC);
+        const int side = theirs == STDOUT_FILENO ? 1 : 0;
+        ours = ends[1 - side];
         std::vector<char*> arguments, variables;
         for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
         arguments.push_back(nullptr);
@@ -971,15 +1003,21 @@ private:
         variables.push_back(nullptr);
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-        const int error = posix_spawnp(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
+        posix_spawn_file_actions_adddup2(&actions, ends[side], theirs);
+        pid_t process = -1;
+        const int error = posix_spawnp(&process, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
         posix_spawn_file_actions_destroy(&actions);
-        close(ends[1]);
-        if (error != 0) {
-            process_ = -1;
+        close(ends[side]);
+        return error == 0 ? process : -1;
+    }
+    void start(const std::vector<std::string>& words) {
+        process_ = spawn(words, STDOUT_FILENO, output_);
+        if (process_ < 0) {
             end();
             not_started(words[0]);
         }
+        // Ends the emulator with the test, however the test ends: `read` ends with the pipe from here.
+        guard_ = spawn({"/bin/sh", "-c", "read -r _; kill \"$0\" 2>/dev/null", std::to_string(process_)}, STDIN_FILENO, lifeline_);
     }
     std::string ready_line() {
         std::string line;
@@ -995,6 +1033,10 @@ private:
     }
     void end() {
         // A process number below 1 would address other processes, or all of them.
+        if (const pid_t guard = std::exchange(guard_, -1); guard > 0) {
+            kill(guard, SIGKILL);
+            waitpid(guard, nullptr, 0);
+        }
         if (const pid_t process = std::exchange(process_, -1); process > 0) {
             // SIGTERM lets it write its reports.
             kill(process, SIGTERM);
@@ -1004,8 +1046,8 @@ private:
                 std::this_thread::sleep_for(look);
             }
         }
-        if (output_ >= 0) close(output_);
-        output_ = -1;
+        for (int* descriptor : {&output_, &lifeline_})
+            if (*descriptor >= 0) close(std::exchange(*descriptor, -1));
     }
 #endif
 };

@@ -147,7 +147,7 @@ namespace Ts3100
         public TotalStatus TotalStatus()
         {
             // The data may contain ETX, so the length decides where the text ends.
-            Send("SF\r");
+            Ask("SF");
             byte[] head = Begin(3);
             if (Encoding.ASCII.GetString(head) != "FL,")
                 throw Unexpected("SF", head);
@@ -167,9 +167,10 @@ namespace Ts3100
         }
 
         /// <summary>DL: stores a file on the RAM drive. Line ends are sent as LF.</summary>
+        /// <exception cref="EncoderFallbackException">The text is not ASCII.</exception>
         public void Download(string file, string text)
         {
-            Download(file, Encoding.ASCII.GetBytes(text.Replace("\r\n", "\n")));
+            Download(file, Link.Ascii.GetBytes(text.Replace("\r\n", "\n")));
         }
 
         /// <summary>DL: stores a file on the RAM drive, byte for byte.</summary>
@@ -191,7 +192,7 @@ namespace Ts3100
         /// <exception cref="RefusedException">It answered NG.</exception>
         public void Command(string command)
         {
-            Send(command + "\r");
+            Ask(command);
             Expect(command);
         }
 
@@ -199,7 +200,7 @@ namespace Ts3100
         /// <exception cref="RefusedException">It answered NG.</exception>
         public byte[] Read(string command)
         {
-            Send(command + "\r");
+            Ask(command);
             byte[] text = NextAnswer();
             if (!Encoding.ASCII.GetString(text).StartsWith("FL,", StringComparison.Ordinal))
                 throw Unexpected(command, text);
@@ -219,6 +220,7 @@ namespace Ts3100
         /// <summary>Waits for the SP that the robot sends when a program has ended or was stopped.</summary>
         public void WaitForStop()
         {
+            DropLate();
             if (Stops > 0)
             {
                 Stops--;
@@ -252,13 +254,36 @@ namespace Ts3100
             return comma < 0 ? new Alarm[0] : Records(text.Substring(comma + 1)).Select(record => new Alarm(record)).ToArray();
         }
 
-        void Send(string text) { Send(Encoding.ASCII.GetBytes(text)); }
+        /// <summary>Sends a command: what comes before it is no answer to it.</summary>
+        void Ask(string command)
+        {
+            Rest();
+            DropLate();
+            Send(command + "\r");
+        }
 
-        void Send(byte[] data)
+        /// <summary>Drops answers that came too late. An SP among them counts, and half an SP is kept.</summary>
+        void DropLate()
+        {
+            string late = Encoding.ASCII.GetString(link.Waiting()), stop = (UseStx ? "\x02" : "") + "SP\r\x03";
+            Stops += late.Split(new[] { stop }, StringSplitOptions.None).Length - 1;
+            string half = late.Substring(late.LastIndexOf((char)Etx) + 1);
+            if (stop.StartsWith(half, StringComparison.Ordinal))
+                link.Keep(Encoding.ASCII.GetBytes(half));
+        }
+
+        void Rest()
         {
             // Sleep cuts a rest to whole milliseconds and may wake early.
             while (sinceText.IsRunning && sinceText.Elapsed < Pause)
                 Thread.Sleep((int)Math.Ceiling((Pause - sinceText.Elapsed).TotalMilliseconds));
+        }
+
+        void Send(string text) { Send(Link.Ascii.GetBytes(text)); }
+
+        void Send(byte[] data)
+        {
+            Rest();
             var text = new List<byte>();
             if (UseStx)
                 text.Add(Stx);
@@ -356,7 +381,7 @@ namespace Ts3100
         }
 
         /// <summary>Sends a text and CR.</summary>
-        public void WriteLine(string text) { link.Write(Encoding.ASCII.GetBytes(text + "\r")); }
+        public void WriteLine(string text) { link.Write(Link.Ascii.GetBytes(text + "\r")); }
 
         /// <summary>Closes the connection.</summary>
         public void Dispose() { link.Dispose(); }
@@ -367,6 +392,9 @@ namespace Ts3100
     {
         // The longest answer has 282 bytes; a line of PRINT has 256.
         const int BufferBytes = 4096, LongestLine = 4096;
+
+        /// <summary>Of what is sent: another letter is an EncoderFallbackException, and no question mark.</summary>
+        public static readonly Encoding Ascii = Encoding.GetEncoding("us-ascii", EncoderFallback.ExceptionFallback, DecoderFallback.ReplacementFallback);
 
         readonly TcpClient client = new TcpClient { NoDelay = true };
         readonly NetworkStream stream;
@@ -394,7 +422,34 @@ namespace Ts3100
             set { stream.ReadTimeout = (int)value.TotalMilliseconds; }
         }
 
-        public void Write(byte[] data) { stream.Write(data, 0, data.Length); }
+        public void Write(byte[] data)
+        {
+            try
+            {
+                stream.Write(data, 0, data.Length);
+            }
+            catch (IOException error)
+            {
+                throw new ProtocolException("the connection has ended: " + error.Message);
+            }
+        }
+
+        /// <summary>What has come and was not read yet.</summary>
+        public byte[] Waiting()
+        {
+            var data = new List<byte>();
+            while (taken < filled || client.Available > 0)
+                data.Add(Read());
+            return data.ToArray();
+        }
+
+        /// <summary>Bytes of <see cref="Waiting"/> that are to be read again, a few.</summary>
+        public void Keep(byte[] data)
+        {
+            data.CopyTo(kept, 0);
+            taken = 0;
+            filled = data.Length;
+        }
 
         public byte Read()
         {
@@ -432,8 +487,11 @@ namespace Ts3100
             {
                 filled = stream.Read(kept, 0, kept.Length);
             }
-            catch (IOException)
+            catch (IOException error)
             {
+                var socket = error.InnerException as SocketException;
+                if (socket != null && socket.SocketErrorCode == SocketError.ConnectionReset)
+                    throw new ProtocolException("the connection has ended: " + socket.Message);
                 throw new ProtocolException("the robot sent nothing for " + Timeout.TotalSeconds + " s");
             }
             if (filled == 0)

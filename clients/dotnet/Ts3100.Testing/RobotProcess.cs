@@ -24,7 +24,7 @@ namespace Ts3100.Testing
         // It is up in milliseconds; a machine under load takes longer.
         static readonly TimeSpan StartLimit = TimeSpan.FromSeconds(20), EndLimit = TimeSpan.FromSeconds(5);
 
-        readonly Process process;
+        readonly Process process, guard;
         readonly List<string> log = new List<string>();
         readonly Json ready;
 
@@ -53,6 +53,19 @@ namespace Ts3100.Testing
             {
                 throw new StartException("cannot run " + binary + ": " + error.Message + "; install ts3100, or set "
                     + BinaryVariable + " to its path");
+            }
+            try
+            {
+                // Ends the emulator if this process is killed: `read` ends with the pipe from here.
+                guard = Process.Start(new ProcessStartInfo("/bin/sh", "-c " + Quoted("read -r _; kill \"$0\" 2>/dev/null") + " " + process.Id)
+                {
+                    UseShellExecute = false,
+                    RedirectStandardInput = true
+                });
+            }
+            catch (System.ComponentModel.Win32Exception)
+            {
+                // Windows has no such shell, and some containers have none either.
             }
             AppDomain.CurrentDomain.ProcessExit += EndWithUs;
             // NUnit's runner for .NET Framework and Mono unloads the tests before the process ends.
@@ -86,6 +99,12 @@ namespace Ts3100.Testing
         {
             AppDomain.CurrentDomain.ProcessExit -= EndWithUs;
             AppDomain.CurrentDomain.DomainUnload -= EndWithUs;
+            if (guard != null)
+            {
+                guard.Kill();
+                guard.WaitForExit();
+                guard.Dispose();
+            }
             if (!process.HasExited && !RuntimeInformation.IsOSPlatform(OSPlatform.Windows) && kill(process.Id, Sigterm) == 0)
                 process.WaitForExit((int)EndLimit.TotalMilliseconds);
             EndWithUs(null, null);

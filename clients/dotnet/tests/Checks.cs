@@ -6,6 +6,7 @@ using System.IO;
 using System.Linq;
 using System.Net.Sockets;
 using System.Text;
+using System.Threading;
 using Ts3100;
 using Ts3100.Testing;
 
@@ -16,8 +17,10 @@ static class Checks
     static readonly string Ask = string.Concat(Enumerable.Repeat("' A remark that makes the file long.\n", 20)) + "GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, \"HOW FAR?\", CR\nINPUT IP1, X\n"
         + "PRINT IP1, \"THAT IS\", X, CR\nCOUNT = COUNT + 1\nEND\nDATA\nPOINT A1=400,0,200,0,0,0,0,0/11111\nEND\n";
 
-    static int Main()
+    static int Main(string[] arguments)
     {
+        if (arguments.Length > 0)
+            return Killed();
         try
         {
             TextOfJson();
@@ -58,6 +61,7 @@ static class Checks
             host.ServoOn();
             host.Download("ASK", Ask);
             Equal("UL returns what DL stored", Ask, Encoding.ASCII.GetString(host.Upload("ASK")));
+            Thrown<EncoderFallbackException>(() => host.Download("OTHER", "' \u00e9\n"));
             Equal("CA has it", Ask.Length, host.Directory()["ASK"]);
             Equal("VR", "TS3100", host.Version().Split(' ')[0]);
             host.Select("ASK");
@@ -116,12 +120,16 @@ static class Checks
         using (TestRobot robot = fixture.Fresh("Refusals"))
         using (Host host = robot.Connect())
         {
-            robot.Allow("mode-forbids", "left-in-exchange");
+            robot.Allow("mode-forbids", "left-in-exchange", "command-in-exchange");
             Equal("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason",
                 Thrown<RefusedException>(host.ServoOn));
-            robot.ArmFault("no-reply:command=SU");
+            robot.ArmFault("late-reply:command=SU,delay=400");
             host.Timeout = TimeSpan.FromSeconds(0.2);
             Equal("a robot that does not answer", "the robot sent nothing for 0.2 s", Thrown<ProtocolException>(() => host.Status()));
+            Thread.Sleep(300);
+            Equal("an answer that comes later is not that of the next command", "TS3100", host.Version().Substring(0, 6));
+            robot.ArmFault("reset-mid-text:command=SU");
+            Equal("a connection that is reset", true, Thrown<ProtocolException>(() => host.Status()).StartsWith("the connection has ended: "));
         }
         Equal("nobody there", true, Thrown<ProtocolException>(() => new Host("127.0.0.1", FreePort())).StartsWith("cannot connect to 127.0.0.1:"));
     }
@@ -248,10 +256,31 @@ static class Checks
         Equal("a robot that ends has written its report", true, File.Exists(Path.Combine(folder, "findings.json")));
         Directory.Delete(folder, true);
         Thrown<SocketException>(() => new TcpClient(control.Host, control.Port));
+        // The same program, killed with a robot that it has started.
+        Process test = Process.Start(new ProcessStartInfo(Process.GetCurrentProcess().MainModule.FileName, "\"" + typeof(Checks).Assembly.Location + "\" killed")
+        {
+            UseShellExecute = false,
+            RedirectStandardOutput = true
+        });
+        control = new Uri(test.StandardOutput.ReadLine());
+        test.WaitForExit();
+        var watch = Stopwatch.StartNew();
+        Equal("a robot ends with a test that is killed", true, Thrown<SocketException>(() =>
+        {
+            while (watch.Elapsed.TotalSeconds < 10)
+                new TcpClient(control.Host, control.Port).Close();
+        }) != null);
         string binary = Environment.GetEnvironmentVariable(RobotProcess.BinaryVariable);
         Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, "no-such-binary");
         Equal("no binary", true, Thrown<StartException>(() => RobotFixture.Start()).StartsWith("cannot run no-such-binary: "));
         Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, binary);
+    }
+
+    static int Killed()
+    {
+        Console.WriteLine(RobotFixture.Start().Process.ControlUrl);
+        Process.GetCurrentProcess().Kill();
+        return 1;
     }
 
     static int FreePort()

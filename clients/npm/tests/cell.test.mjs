@@ -1,8 +1,11 @@
 // A test of a cell with Node's own test runner: one robot for the file, a fresh one for each test.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { createServer } from "node:http";
 import { connect } from "node:net";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { start } from "ts3100";
+import { Robot, start } from "ts3100";
 
 process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
 
@@ -75,6 +78,39 @@ test("variables, alarms, snapshots, the log", async () => {
 
 test("what cannot start says why", async () => {
   await assert.rejects(start({ args: ["--no-such-option"] }), /exit code 2 before it was ready:\n.*--no-such-option/s);
+  await assert.rejects(start({ args: ["--control", "off"] }), /its options turn the control interface off/);
+});
+
+test("many robots", async () => {
+  const warnings = [], warned = (warning) => warnings.push(warning.name);
+  process.on("warning", warned);
+  const robots = await Promise.all(Array.from({ length: 11 }, () => start()));
+  await Promise.all(robots.map((one) => one.stop()));
+  process.off("warning", warned);
+  assert.deepEqual(warnings, []);
+});
+
+test("an answer that breaks off is an error of the control interface", async (context) => {
+  const broken = createServer((_, answer) => { answer.write("{"); setTimeout(() => answer.destroy(), 50); }).listen(0, "127.0.0.1");
+  context.after(() => broken.close());
+  await once(broken, "listening");
+  const url = `http://127.0.0.1:${broken.address().port}`;
+  await assert.rejects(new Robot(url).state(), (error) => error.name === "ControlError" && error.message.startsWith(`cannot reach ${url}: `));
+});
+
+test("a robot ends with its test, also when that is killed", { skip: process.platform === "win32" }, async () => {
+  for (const signal of ["SIGTERM", "SIGKILL", "its own end"]) {
+    const rest = signal.startsWith("SIG") ? "setTimeout(() => {}, 60000);" : "setTimeout(() => process.exit(), 500);";
+    const code = `import { start } from "ts3100"; console.log((await start()).controlUrl); ${rest}`;
+    const killed = spawn(process.execPath, ["--input-type=module", "-e", code], { stdio: ["ignore", "pipe", "inherit"] });
+    const url = String((await once(killed.stdout, "data"))[0]).trim();
+    assert.ok((await fetch(url + "/health")).ok);
+    if (signal.startsWith("SIG")) killed.kill(signal);
+    const limit = performance.now() + 10_000;
+    await assert.rejects(async () => {
+      while (performance.now() < limit) await fetch(url + "/health");
+    });
+  }
 });
 
 test("a fresh robot costs little", async (context) => {

@@ -97,7 +97,10 @@ export class StartedRobot extends Robot {
   stop(): Promise<void>;
 }
 
-/** Starts `ts3100 serve` on free ports and waits until it is ready. It ends with this process at the latest. */
+/**
+ * Starts `ts3100 serve` on free ports and waits until it is ready. It ends with this process at the latest; on Windows not if this
+ * process is killed.
+ */
 export function start(options?: {
   /** Options of `ts3100 serve`; variables that set options have no effect. */
   args?: string[];

@@ -101,13 +101,13 @@ class Robot {
       request.headers["content-type"] = "application/json";
       request.body = JSON.stringify(body);
     }
-    let answer;
+    let answer, text;
     try {
       answer = await fetch(this.#url + path, request);
+      text = await answer.text();
     } catch (error) {
       throw new ControlError(0, `cannot reach ${this.#url}: ${(error.cause || error).message}`);
     }
-    const text = await answer.text();
     if (answer.ok) return text;
     let reason = `${method} ${path}: HTTP status ${answer.status}`;
     try {
@@ -153,6 +153,23 @@ function end(child) {
   });
 }
 
+/** Node ends without waiting for its children: the emulator ends with it. */
+function endWithUs(child) {
+  if (!child.pid) return;
+  if (process.platform === "win32") {
+    const kill = () => child.kill();
+    process.once("exit", kill);
+    child.once("exit", () => process.off("exit", kill));
+    return;
+  }
+  // However this process ends, also if it is killed: `read` ends with the pipe from here.
+  const shell = spawn("/bin/sh", ["-c", 'read -r _; kill "$0"', String(child.pid)], { stdio: ["pipe", "ignore", "ignore"], detached: true });
+  shell.once("error", () => {}); // a container may have no shell
+  child.once("exit", () => shell.kill("SIGKILL"));
+  shell.unref();
+  shell.stdin?.unref();
+}
+
 /** Starts `ts3100 serve` on free ports and waits until it is ready. */
 async function start({ args = [] } = {}) {
   const child = spawn(binary(), ["serve", "--ports", "auto", "--ready-json", ...args],
@@ -163,10 +180,7 @@ async function start({ args = [] } = {}) {
     log.push(line);
     if (log.length > LOG_LINES) log.shift();
   });
-  // Node ends without waiting for its children: the emulator ends with the test run.
-  const endWithUs = () => child.kill();
-  process.once("exit", endWithUs);
-  child.once("exit", () => process.off("exit", endWithUs));
+  endWithUs(child);
   const first = readline.createInterface({ input: child.stdout });
   let timer;
   try {
@@ -180,7 +194,9 @@ async function start({ args = [] } = {}) {
     child.unref();
     child.stdout.unref();
     child.stderr.unref();
-    return new StartedRobot(child, JSON.parse(line), log);
+    const ready = JSON.parse(line);
+    if (!ready.control) throw new Error("cannot control the emulator: its options turn the control interface off");
+    return new StartedRobot(child, ready, log);
   } catch (error) {
     child.kill();
     throw error;

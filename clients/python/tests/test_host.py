@@ -1,6 +1,8 @@
 """Every command, over TCP, by Host and by AsyncHost, with the emulator."""
 
 import asyncio
+import signal
+import sys
 import threading
 import time
 from datetime import datetime
@@ -9,8 +11,8 @@ from typing import Any, Callable
 
 import pytest
 
-from ts3100 import (AlarmRecord, AsyncHost, Coordinates, Disconnected, ExecutionStatus, FileEntry, Frame, GuideMode, GuideRate, Host,
-                    NoReply, Position, Protocol, ProtocolError, Refused, Robot, RunMode, VariableType)
+from ts3100 import (AlarmRecord, AsyncHost, Coordinates, Disconnected, Error, ExecutionStatus, FileEntry, Frame, GuideMode, GuideRate,
+                    Host, NoReply, Position, Protocol, ProtocolError, Refused, Robot, RunMode, VariableType)
 from ts3100.host import Operation, Operations
 
 Connect = Callable[..., Any]
@@ -240,6 +242,14 @@ def test_an_answer_after_its_time_limit_is_not_taken_for_the_next(robot: Robot, 
     host.reset_program()
 
 
+@pytest.mark.ts3100(time="real", faults=["late-reply:command=SO,delay=320"], deny="none")
+def test_an_answer_during_the_pause_is_not_taken_for_the_next(robot: Robot, connect: Connect) -> None:
+    host = connect(timeout=0.3, pause=0.4)
+    with pytest.raises(NoReply):
+        host.servo_on()
+    assert host.status().status is ExecutionStatus.STOP_RESET
+
+
 @pytest.mark.ts3100(time="real", faults=["wrong-reply:command=BR", "lost-etx:command=SP", "reset-mid-text:command=SU"], deny="none")
 def test_what_is_not_the_protocol_is_said(robot: Robot, connect: Connect) -> None:
     host = connect(timeout=0.2)
@@ -256,6 +266,39 @@ def test_a_closed_connection(robot: Robot, connect: Connect) -> None:
     robot.drop("IP0")
     with pytest.raises(Disconnected, match="closed the connection"):
         host.servo_on()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGSTOP")
+def test_a_connection_that_is_reset() -> None:
+    robot = Robot.start()
+    assert robot._process
+    process = robot._process._process
+    with robot.host(timeout=0.05) as host:
+        process.send_signal(signal.SIGSTOP)
+        with pytest.raises(NoReply):
+            host.servo_on()
+        # What the emulator has not read when it dies makes the end of the connection a reset.
+        process.kill()
+        process.wait()
+        with pytest.raises(Disconnected):
+            host.servo_on()
+    robot.close()
+
+
+def test_one_exchange_at_a_time(robot: Robot) -> None:
+    robot.arm("late-reply:command=SU,delay=200")
+    robot.time_mode = "real"
+
+    async def both() -> None:
+        async with await AsyncHost.connect(robot.address(), pause=0) as host:
+            first = asyncio.ensure_future(host.status())
+            await asyncio.sleep(0.05)
+            with pytest.raises(Error, match="a connection has one exchange at a time"):
+                await host.version()
+            assert (await first).file == ""
+            assert (await host.version())[0].name == "TS3100"
+
+    asyncio.run(both())
 
 
 @pytest.mark.ts3100(time="real")
@@ -303,8 +346,22 @@ def test_a_serial_line(line: str, tmp_path: Path) -> None:
         async def job() -> None:
             async with await AsyncHost.open_serial(port) as host:
                 assert (await host.total_status()).servo_on
+                robot.arm("no-reply:command=SU")
+                with pytest.raises(asyncio.TimeoutError):
+                    await asyncio.wait_for(host.status(), 0.3)
+                # The thread of the call that was given up still waits: what it receives is the answer to this one.
+                assert (await host.version())[0].name == "TS3100"
 
         asyncio.run(job())
+
+
+def test_a_serial_line_whose_other_end_is_gone(tmp_path: Path) -> None:
+    pytest.importorskip("serial")
+    robot = Robot.start(flags=[f"--serial-dir={tmp_path}"])
+    with Host.open_serial(str(tmp_path / "host")) as host:
+        robot.close()
+        with pytest.raises(Disconnected):
+            host.status()
 
 
 def test_a_host_in_a_thread(robot: Robot, connect: Connect) -> None:

@@ -2,6 +2,8 @@
 
 import http.client
 import io
+import signal
+import subprocess
 import sys
 import threading
 import time
@@ -244,6 +246,10 @@ def test_one_of_several_robots() -> None:
         assert (first.name, second.name, first.servo, second.servo) == ("robot-1", "robot-2", False, True)
         assert first.address() != second.address()
         second.close()
+        with Robot.connect(f"{first.url}/robots/robot-2/") as second:
+            assert second.servo
+        with pytest.raises(ValueError, match="expected the URL of a control interface"):
+            Robot.connect(f"{first.url}/page")
         with pytest.raises(Refused, match="no robot 'x'; there are robot-1, robot-2"):
             Robot.connect(first.url, robot="x")
 
@@ -263,6 +269,8 @@ def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
         robot.state
     with pytest.raises(StartError, match="(?s)exit code 2: error: .*NOSUCH"):
         Robot.start(select="NOSUCH")
+    with pytest.raises(StartError, match="its flags turn the control interface off"):
+        Robot.start(flags=["--control=off"])
     with pytest.raises(StartError, match="cannot start /no/such"):
         Robot.start(binary="/no/such")
     with pytest.raises(ValueError, match="expected the URL of a control interface"):
@@ -283,7 +291,30 @@ def test_an_emulator_that_died_says_so() -> None:
     robot._process._process.kill()
     with pytest.raises(Disconnected, match="the emulator has ended with exit code -9"):
         robot.state
+    with pytest.raises(Disconnected, match="GET /events: the emulator has ended with exit code -9"):
+        robot.events()
     robot.close()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs /bin/sh")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_an_emulator_ends_with_a_test_that_is_killed(number: signal.Signals) -> None:
+    code = "import time; from ts3100 import Robot; robot = Robot.start(); print(robot.url, flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as test:
+        assert test.stdout
+        url = test.stdout.readline().strip()
+        Robot.connect(url).close()
+        test.send_signal(number)
+    limit = time.monotonic() + 10
+    with pytest.raises(Disconnected):
+        while time.monotonic() < limit:
+            Robot.connect(url).close()
+
+
+def test_a_system_without_a_shell(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "GUARD", ("/no/such",))
+    with Robot.start() as robot:
+        assert robot.status == "stop (reset)"
 
 
 def test_the_token_is_presented() -> None:

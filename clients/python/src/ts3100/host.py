@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import socket
+import threading
 import time
-from typing import TYPE_CHECKING, Any, Awaitable, Callable, Generic, Optional, Protocol as Interface, Tuple, Type, TypeVar, Union, cast
-from typing import overload
+from typing import TYPE_CHECKING, Any, Awaitable, Callable, Generic, Iterator, Optional, Protocol as Interface, Tuple, Type, TypeVar
+from typing import Union, cast, overload
 
-from .errors import Disconnected, NoReply
+from .errors import Disconnected, Error, NoReply
 from .protocol import Exchange, Protocol
 
 if TYPE_CHECKING:
@@ -40,7 +42,7 @@ def _resolve(address: Address) -> Tuple[str, int]:
 
 
 class Link(Interface):
-    """Bytes to and from the robot. An end is an empty `receive`; nothing in time is a TimeoutError."""
+    """Bytes to and from the robot. An end is an empty `receive` or another OSError; nothing in time is a TimeoutError."""
 
     def send(self, data: bytes) -> None: ...
 
@@ -176,6 +178,21 @@ class Operations:
         self.timeout = timeout
         self.pause = pause
         self._last = 0.0
+        self._busy = threading.Lock()
+
+    @contextlib.contextmanager
+    def _one_exchange(self) -> Iterator[None]:
+        """Around an exchange: one at a time, and the end of the connection is one exception."""
+        if not self._busy.acquire(blocking=False):
+            raise Error("another call of this host is still under way: a connection has one exchange at a time")
+        try:
+            yield
+        except Error:
+            raise
+        except OSError as error:
+            raise Disconnected(f"the connection has ended: {error}") from error
+        finally:
+            self._busy.release()
 
     def _rest(self) -> float:
         """What is left of the pause after the last text, of the robot or the OK to it."""
@@ -196,7 +213,8 @@ class Host(Operations):
     """A host of the robot, blocking.
 
     `timeout` is the longest wait for more bytes of an answer. `pause` is the time between a text of the robot and the next
-    one of the host; with a stopped clock (`--time stepped`) 0 is as good.
+    one of the host; with a stopped clock (`--time stepped`) 0 is as good. A connection has one exchange at a time: while a call
+    is under way, one of another thread is an `Error`.
 
         with Host.connect("192.168.0.124:1000") as host:
             host.servo_on()
@@ -224,23 +242,24 @@ class Host(Operations):
     def run(self, exchange: Exchange[T], timeout: Optional[float] = None) -> T:
         """Carries out an exchange of `protocol`."""
         timeout = self.timeout if timeout is None else timeout
-        self._take_waiting()
-        try:
-            while True:
-                data = next(exchange)
-                if data is not None:
-                    time.sleep(self._rest())
-                    self._link.send(data)
-                    self._last = time.monotonic()
-                    continue
-                try:
-                    self._hear(self._link.receive(timeout))
-                except TimeoutError:
-                    raise self._late(timeout) from None
-        except StopIteration as end:
-            return cast(T, end.value)
-        except ConnectionError as error:
-            raise error if isinstance(error, Disconnected) else Disconnected(str(error)) from error
+        with self._one_exchange():
+            # What comes during the pause came before the command, too.
+            time.sleep(self._rest())
+            self._take_waiting()
+            try:
+                while True:
+                    data = next(exchange)
+                    if data is not None:
+                        time.sleep(self._rest())
+                        self._link.send(data)
+                        self._last = time.monotonic()
+                        continue
+                    try:
+                        self._hear(self._link.receive(timeout))
+                    except TimeoutError:
+                        raise self._late(timeout) from None
+            except StopIteration as end:
+                return cast(T, end.value)
 
     def _take_waiting(self) -> None:
         """Takes what came since the last exchange: an unsolicited SP, or an answer after its time limit."""
@@ -269,7 +288,7 @@ class Host(Operations):
 
 
 class AsyncHost(Operations):
-    """A host of the robot for asyncio, with the methods and parameters of `Host`.
+    """A host of the robot for asyncio, with the methods and parameters of `Host`. Await a call before you make the next one.
 
         async with await AsyncHost.connect("192.168.0.124:1000") as host:
             await host.servo_on()
@@ -300,23 +319,23 @@ class AsyncHost(Operations):
     async def run(self, exchange: Exchange[T], timeout: Optional[float] = None) -> T:
         """Carries out an exchange of `protocol`."""
         timeout = self.timeout if timeout is None else timeout
-        await self._take_waiting()
-        try:
-            while True:
-                data = next(exchange)
-                if data is not None:
-                    await asyncio.sleep(self._rest())
-                    await self._link.send(data)
-                    self._last = time.monotonic()
-                    continue
-                try:
-                    self._hear(await self._link.receive(timeout))
-                except (TimeoutError, asyncio.TimeoutError):
-                    raise self._late(timeout) from None
-        except StopIteration as end:
-            return cast(T, end.value)
-        except ConnectionError as error:
-            raise error if isinstance(error, Disconnected) else Disconnected(str(error)) from error
+        with self._one_exchange():
+            await asyncio.sleep(self._rest())
+            await self._take_waiting()
+            try:
+                while True:
+                    data = next(exchange)
+                    if data is not None:
+                        await asyncio.sleep(self._rest())
+                        await self._link.send(data)
+                        self._last = time.monotonic()
+                        continue
+                    try:
+                        self._hear(await self._link.receive(timeout))
+                    except (TimeoutError, asyncio.TimeoutError):
+                        raise self._late(timeout) from None
+            except StopIteration as end:
+                return cast(T, end.value)
 
     async def _take_waiting(self) -> None:
         """Takes what came since the last exchange: an unsolicited SP, or an answer after its time limit."""
@@ -392,12 +411,30 @@ class _ThreadLink:
 
     def __init__(self, link: Link) -> None:
         self._link = link
+        self._receiving: Optional[asyncio.Future[bytes]] = None
 
     async def send(self, data: bytes) -> None:
         await asyncio.get_running_loop().run_in_executor(None, self._link.send, data)
 
     async def receive(self, timeout: float) -> bytes:
-        return await asyncio.get_running_loop().run_in_executor(None, self._link.receive, timeout)
+        """What the thread of a cancelled call still receives is for the next call."""
+        until = time.monotonic() + timeout
+        while True:
+            left = max(until - time.monotonic(), 0.0)
+            late = self._receiving is not None
+            if self._receiving is None:
+                self._receiving = asyncio.get_running_loop().run_in_executor(None, self._link.receive, left)
+            done, _ = await asyncio.wait({self._receiving}, timeout=left if late else None)
+            if not done:
+                raise TimeoutError
+            received, self._receiving = self._receiving, None
+            try:
+                return received.result()
+            except TimeoutError:
+                if not late:
+                    raise
 
     async def close(self) -> None:
+        if self._receiving:
+            self._receiving.cancel()
         await asyncio.get_running_loop().run_in_executor(None, self._link.close)

@@ -11,6 +11,7 @@ import contextlib
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -21,7 +22,7 @@ from collections import deque
 from dataclasses import dataclass, fields
 from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Mapping, MutableMapping, Optional, Sequence, Set, Tuple,
                     Type, TypeVar, Union, cast, overload)
-from urllib.parse import quote, urlencode, urlsplit
+from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from .binary import find_binary
 from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
@@ -44,6 +45,8 @@ IDLE_LIMIT = 20.0
 WITHIN, WALL = 60.0, 30.0
 # The end of the emulator's log in a message.
 LOG_SHOWN = 4096
+# Ends an emulator whose test was killed: `read` ends with the pipe from there.
+GUARD = ("/bin/sh", "-c", 'read -r _; kill "$0"')
 LOCAL_ADDRESSES = ("0.0.0.0", "::")
 
 
@@ -302,7 +305,8 @@ class Robot:
     def __init__(self, url: str, *, token: Optional[str] = None, robot: Optional[str] = None,
                  process: Optional[_Process] = None) -> None:
         parts = urlsplit(url)
-        if parts.scheme != "http" or not parts.hostname:
+        path = re.fullmatch(r"(?:/robots/([^/]+))?/?", parts.path)
+        if parts.scheme != "http" or not parts.hostname or not path:
             raise ValueError(f"cannot connect to {url!r}: expected the URL of a control interface, such as http://127.0.0.1:3100")
         self.url = url.rstrip("/")
         self._authority = (parts.hostname, parts.port or 80)
@@ -314,7 +318,7 @@ class Robot:
         # Names of the snapshots that were taken here and not deleted.
         self.taken: Set[str] = set()
         try:
-            row = self._row(robot)
+            row = self._row(robot or (unquote(path[1]) if path[1] else None))
         except BaseException:
             self._hang_up()
             raise
@@ -332,7 +336,7 @@ class Robot:
               servo_on: bool = False, model: Optional[str] = None, scenario: Union[str, os.PathLike[str], None] = None,
               faults: Sequence[str] = (), options: Optional[Mapping[str, object]] = None, flags: Sequence[str] = (),
               binary: Optional[str] = None, cwd: Union[str, os.PathLike[str], None] = None) -> Self:
-        """Starts an emulator on free ports; it ends with `close`, or with this process.
+        """Starts an emulator on free ports; it ends with `close`, or with this process. On Windows it goes on if this is killed.
 
         `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`. Paths
         are relative to `cwd`, default the present directory.
@@ -348,6 +352,8 @@ class Robot:
         command += [f"--set={name}={_word(value)}" for name, value in (options or {}).items()]
         process = _Process(binary or find_binary(), [*command, *flags], cwd)
         try:
+            if "control" not in process.ready:
+                raise StartError("cannot control the emulator: its flags turn the control interface off")
             return cls(process.ready["control"], process=process)
         except BaseException:
             process.end()
@@ -355,7 +361,8 @@ class Robot:
 
     @classmethod
     def connect(cls, url: str, *, token: Optional[str] = None, robot: Optional[str] = None) -> Self:
-        """Connects to a running emulator by the URL of its control interface; `robot` names one of several, default the first."""
+        """Connects to a running emulator by the URL of its control interface. `robot`, or /robots/NAME at the end of the URL, names one
+        of several; default the first."""
         return cls(url, token=token, robot=robot)
 
     def close(self) -> int:
@@ -425,19 +432,24 @@ class Robot:
     def _exchange(self, method: str, path: str, body: Optional[bytes], timeout: float) -> Tuple[int, str, bytes]:
         headers = self._headers if body is None else {**self._headers, "Content-Type": "application/json"}
         connection = self._connection(timeout)
-        try:
+        with self._closing_on_failure(connection, f"{method} {path}", timeout):
             connection.request(method, path, body, headers)
             answer = connection.getresponse()
             data = answer.read()
+        self._idle.append((connection, time.monotonic()))
+        return answer.status, answer.getheader("Content-Type") or "", data
+
+    @contextlib.contextmanager
+    def _closing_on_failure(self, connection: http.client.HTTPConnection, call: str, timeout: float) -> Iterator[None]:
+        try:
+            yield
         except BaseException as error:
             connection.close()
             if isinstance(error, socket.timeout):
-                raise NoReply(f"{method} {path}: no answer within {timeout:g} s") from None
+                raise NoReply(f"{call}: no answer within {timeout:g} s") from None
             if isinstance(error, (OSError, http.client.HTTPException)):
-                raise Disconnected(f"{method} {path}: {self._ended() or error}") from error
+                raise Disconnected(f"{call}: {self._ended() or error}") from error
             raise
-        self._idle.append((connection, time.monotonic()))
-        return answer.status, answer.getheader("Content-Type") or "", data
 
     def _connection(self, timeout: float) -> http.client.HTTPConnection:
         try:
@@ -660,14 +672,11 @@ class Robot:
         query = urlencode({name: value for name, value in (("since", since), ("count", count)) if value is not None})
         connection = http.client.HTTPConnection(*self._authority, timeout=timeout)
         path = f"{self._prefix}/events" + (f"?{query}" if query else "")
-        try:
+        with self._closing_on_failure(connection, "GET /events", timeout):
             connection.request("GET", path, headers=self._headers)
             answer = connection.getresponse()
             if answer.status >= 400:
                 raise self._refused("GET", path, answer.status, answer.getheader("Content-Type") or "", answer.read())
-        except BaseException:
-            connection.close()
-            raise
         return self._events(connection, answer, timeout)
 
     def _events(self, connection: http.client.HTTPConnection, answer: http.client.HTTPResponse, timeout: float) -> Iterator[Event]:
@@ -711,6 +720,11 @@ class _Process:
         finally:
             os.close(log)
         atexit.register(self.end)
+        self._guard: Optional[subprocess.Popen[bytes]] = None
+        # Windows has no shell of this kind, and some containers have none either.
+        with contextlib.suppress(OSError):
+            self._guard = subprocess.Popen([*GUARD, str(self._process.pid)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.DEVNULL, start_new_session=os.name != "nt")
         watch = threading.Timer(START_TIMEOUT, self._process.kill)
         watch.start()
         assert self._process.stdout
@@ -745,6 +759,9 @@ class _Process:
     def end(self) -> int:
         """Ends it as Ctrl-C does, so that it writes its reports. Returns the exit code."""
         atexit.unregister(self.end)
+        if self._guard:
+            self._guard.kill()
+            self._guard.communicate()
         if self._process.poll() is None:
             self._process.send_signal(getattr(signal, "CTRL_BREAK_EVENT") if os.name == "nt" else signal.SIGTERM)
             try:

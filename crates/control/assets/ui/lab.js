@@ -104,13 +104,17 @@ function makeFaults(robot) {
   };
 }
 
+const CODES = {r: "\r", n: "\n", t: "\t"};
+
+/** The bytes of a text in which `\r`, `\n`, `\t` and `<1A>` are codes, as hexadecimal digits. */
+const hexOf = text => [...text.matchAll(/\\([rnt])|<([0-9A-Fa-f]{2})>|[^]/gu)].map(([letter, code, hex]) =>
+  hex ?? [...new TextEncoder().encode(CODES[code] ?? letter)].map(byte => byte.toString(16).padStart(2, "0")).join("")).join("");
+
 /** Bytes as if they had come from a peer, and cutting a connection. */
 function makeLinks(robot) {
   const port = select(PORTS.map(name => [name, name])), bytes = text({placeholder: "4\\r", size: "14"});
   port.value = "IP1";
-  const codes = {r: "\r", n: "\n", t: "\t"};
-  const inject = button("Inject", () => robot.post("channels/" + port.value + "/inject",
-    {text: bytes.value.replace(/\\([rnt])/g, (_, code) => codes[code]).replace(/<([0-9A-Fa-f]{2})>/g, (_, hex) => String.fromCharCode(parseInt(hex, 16)))}));
+  const inject = button("Inject", () => robot.post("channels/" + port.value + "/inject", {hex: hexOf(bytes.value)}));
   const drop = button("Cut the connection", () => robot.post("channels/" + port.value + "/drop"));
   const reset = button("Reset the robot", async () => {
     if (confirm("Put the robot back to its state at the start? Its files, variables and alarms are lost.")) await robot.post("reset");

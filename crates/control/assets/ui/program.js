@@ -6,9 +6,11 @@ import {make, button, list, mark, say} from "./dom.js";
 const LINES = 3000;            // lines that are shown
 const COLOURED = 200_000;      // characters of a file that is coloured
 const VARIABLES = 200;         // rows of variables
+const DIGITS = 7;              // digits of a real
 const ELEMENTS = 16;           // elements of an array that are listed
 const DIAGNOSTICS = 100;       // diagnostics that are shown
 const DROPPED = 1_048_576;     // bytes of a file that is dropped: the size of the drive
+const EOF = 0x1a;              // ends a file on its way
 const NOTICES = 8;             // sentences about dropped files
 const PAUSE = 300;             // ms without typing before the text is checked
 const NOTICE = 8000;           // how long the sentences stay, in ms
@@ -227,7 +229,8 @@ function makeEditor(robot, done) {
   };
 }
 
-const shownValue = values => values.map(value => String(Number(value.toFixed(4)))).join(", ");
+/** Coordinates with the four decimals that matter, a single number with all the digits that it has. */
+const shownValue = values => values.map(value => Number(values.length > 1 ? value.toFixed(4) : Number.isInteger(value) ? value : value.toPrecision(DIGITS))).join(", ");
 
 /** The variables as rows: [name, kind, values]. Arrays have a row for each of their first elements. */
 function rowsOf(variables) {
@@ -255,6 +258,8 @@ function makeVariables(robot) {
       if (event.key === "Escape") { back(); say(reason, ""); input.blur(); }
       if (event.key !== "Enter") return;
       say(reason, "");
+      // What is shown is rounded: it is not written back.
+      if (input.value === input.dataset.live) return input.blur();
       const values = input.value.split(",").map(text => text.trim());
       if (values.some(text => text === "" || !Number.isFinite(Number(text)))) return say(reason, "expected a number, or numbers with commas");
       try {
@@ -451,7 +456,7 @@ function driveName(name) {
 
 function bytes(data) {
   try { return {text: new TextDecoder("utf-8", {fatal: true, ignoreBOM: true}).decode(data)}; }
-  catch { return {hex: [...new Uint8Array(data)].map(byte => byte.toString(16).padStart(2, "0")).join(" ")}; }
+  catch { return {hex: [...data].map(byte => byte.toString(16).padStart(2, "0")).join(" ")}; }
 }
 
 let takes = false;
@@ -483,7 +488,9 @@ export function takeDrops(robot) {
       const name = driveName(file.name);
       try {
         if (file.size > DROPPED) throw new Error("it is larger than the RAM drive");
-        const stored = await robot.put(path(name), bytes(await file.arrayBuffer()));
+        const data = new Uint8Array(await file.arrayBuffer());
+        // Files that were uploaded from a robot often still have their EOF.
+        const stored = await robot.put(path(name), bytes(data.at(-1) === EOF ? data.subarray(0, -1) : data));
         notice(file.name + " is on the RAM drive as " + stored.name + ", " + stored.size + " bytes.");
       } catch (error) { notice("cannot write " + file.name + " onto the RAM drive: " + error.message, true); }
     }

@@ -6,6 +6,7 @@
 const PAUSE = 2000;      // before the stream of events is opened again, in ms
 const IDLE = 1000;       // between two readings of the state while nothing happens
 const BUSY = 100;        // the same after an event and while the robot moves
+const SILENCE = 10_000;  // after which a reading without an answer is given up, in ms
 const KEPT = 5000;       // events kept for views that are opened later
 const KNOWN = 2000;      // within which a stream that goes on repeats the last event, in ms
 
@@ -59,7 +60,7 @@ export class Robot {
     return text && (response.headers.get("Content-Type") ?? "").includes("json") ? JSON.parse(text) : text;
   }
 
-  get(path) { return this.call("GET", path); }
+  get(path) { return this.call("GET", path, undefined, {signal: AbortSignal.timeout(SILENCE)}); }
   put(path, body) { return this.call("PUT", path, body); }
   post(path, body = {}) { return this.call("POST", path, body); }
   remove(path) { return this.call("DELETE", path); }
