@@ -305,7 +305,6 @@ impl Wired {
             return;
         }
         self.perform(step).await;
-        self.carry(Duration::ZERO);
         self.tell_setter();
         if self.kept.is_none() {
             self.writes_awaited = 0;
@@ -332,10 +331,12 @@ impl Wired {
                     driver.perform(work).instrument(span.clone()).await;
                 }
                 self.align(index);
+                self.carry(self.lateness());
             }
             Step::Outside((name, on, done)) => {
                 self.outside.insert(name, on);
                 self.setter = Some(done);
+                self.carry(Duration::ZERO);
             }
             Step::Jump => {
                 let distance = self.jump.take().unwrap_or_default();
@@ -351,12 +352,21 @@ impl Wired {
         }
     }
 
-    /// Every robot does what is due now.
+    /// Every robot does what is due now. If one stores something first, the others wait for it.
     fn tick(&mut self) {
         for index in 0..self.robots.len() {
-            self.step(index, Duration::ZERO, Input::Tick);
-            self.carry(Duration::ZERO);
+            if !self.is_storing() {
+                self.step(index, Duration::ZERO, Input::Tick);
+                self.carry(Duration::ZERO);
+            }
         }
+    }
+
+    /// How long ago the moment is that the robots have reached: time passes while one of them stores something.
+    fn lateness(&self) -> Duration {
+        let robots = self.robots.iter();
+        let late = robots.map(|(driver, _)| driver.edge.clock.now().since(driver.cell.controller.now()));
+        late.min().unwrap_or_default()
     }
 
     /// Time passes for all as it does for one of them.

@@ -4,11 +4,12 @@ use super::super::request::{PendingWait, Request, View};
 use super::super::tests::{At, open_with, turns};
 use super::super::wait::Wait;
 use super::*;
-use crate::cell::{ActionSource, PlannedAction};
+use crate::cell::{ActionSource, PlannedAction, Subscriber};
 use crate::clock::TimeMode;
 use crate::store::Store;
 use crate::store::backing::{Backing, WhenFull};
 use crate::testing::TempDir;
+use std::collections::VecDeque;
 use ts3100_controller::action::Action;
 
 const HOUR: Duration = Duration::from_secs(3_600);
@@ -97,11 +98,36 @@ impl ActionSource for Alarms {
     }
 }
 
-/// A driver that raises alarms, and keeps them in a directory.
-fn open_with_alarms(
+/// Actions at one time.
+struct Together(Time, VecDeque<&'static str>);
+
+impl ActionSource for Together {
+    fn deadline(&self) -> Option<Time> {
+        (!self.1.is_empty()).then_some(self.0)
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
+        let action = self.1.pop_front_if(|_| self.0 <= now)?.parse().unwrap();
+        Some((self.0, PlannedAction::Input(Input::Action(action))))
+    }
+}
+
+/// When an input line changes.
+struct Changes(std::sync::mpsc::Sender<Time>);
+
+impl Subscriber for Changes {
+    fn input(&mut self, at: Time, input: &Input, _by: Side) {
+        if let Input::Panel(PanelAction::InputLine { .. }) = input {
+            self.0.send(at).unwrap();
+        }
+    }
+}
+
+/// A driver with a plan, and a directory in which it keeps alarms.
+fn open_with_drive(
     directory: &TempDir,
     time: TimeMode,
-    distance: Duration,
+    plan: impl ActionSource + 'static,
 ) -> (Box<Driver>, mpsc::Sender<Request>) {
     let (store, _) = Store::open(directory.path()).unwrap();
     let (mut driver, requests) = open_with(|setup| {
@@ -109,10 +135,27 @@ fn open_with_alarms(
         setup.controller.persist_outside(true);
         setup.backing = Some(Backing::new(store, WhenFull::Refuse));
     });
-    driver
-        .cell()
-        .plan(Box::new(Alarms(Time::from_micros(1), distance)));
+    driver.cell().plan(Box::new(plan));
     (driver, requests)
+}
+
+/// Writes of this driver wait for the store, which a thread has until it is told to let go.
+fn keep_disk_busy(driver: &Driver) -> std::sync::mpsc::Sender<()> {
+    let store = driver.edge.backing.as_ref().unwrap().store();
+    let (locked, is_locked) = std::sync::mpsc::channel();
+    let (release, is_released) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let _store = store.lock().unwrap();
+        locked.send(()).unwrap();
+        is_released.recv().unwrap();
+    });
+    is_locked.recv().unwrap();
+    release
+}
+
+fn wire(from: WireEnd) -> Wire {
+    let to = WireEnd::Line { robot: 1, line: 7 };
+    Wire { from, to }
 }
 
 #[test]
@@ -124,7 +167,8 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
     ] {
         runtime().block_on(async {
             let directory = TempDir::new("wired");
-            let (driver, requests) = open_with_alarms(&directory, time, distance);
+            let (driver, requests) =
+                open_with_drive(&directory, time, Alarms(Time::from_micros(1), distance));
             let other = open_with(|setup| setup.time = time).0;
             let robots = [driver, other].map(|driver| (driver, Span::none()));
             let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
@@ -148,24 +192,13 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
 fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_changed() {
     runtime().block_on(async {
         let directory = TempDir::new("wired");
-        let (driver, _requests) = open_with_alarms(&directory, TimeMode::Real, HOUR);
+        let (driver, _requests) =
+            open_with_drive(&directory, TimeMode::Real, Alarms(Time::from_micros(1), HOUR));
         let other = open_with(|setup| setup.time = TimeMode::Real).0;
-        let store = driver.edge.backing.as_ref().unwrap().store();
+        let release = keep_disk_busy(&driver);
         let robots = [driver, other].map(|driver| (driver, Span::none()));
-        let wire = Wire {
-            from: WireEnd::Outside("lid".to_owned()),
-            to: WireEnd::Line { robot: 1, line: 7 },
-        };
-        let (mut wired, handle) = Wired::new(robots.into(), vec![wire]);
-        // The write waits for the store, which another thread has until it is told to let go.
-        let (locked, is_locked) = std::sync::mpsc::channel();
-        let (release, is_released) = std::sync::mpsc::channel();
-        let disk = std::thread::spawn(move || {
-            let _store = store.lock().unwrap();
-            locked.send(()).unwrap();
-            is_released.recv().unwrap();
-        });
-        is_locked.recv().unwrap();
+        let lid = wire(WireEnd::Outside("lid".to_owned()));
+        let (mut wired, handle) = Wired::new(robots.into(), vec![lid]);
         let set = async {
             turns().await;
             let later = async {
@@ -178,6 +211,36 @@ fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_change
         wired.serve(set).await;
         let signals = wired.robots[1].0.cell.controller.signals();
         assert!(handle.levels()[0] && signals.input(7));
-        disk.join().unwrap();
+    });
+}
+
+#[test]
+fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the_same_time() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (start, due) = (Time::from_millis(1_000), Time::from_millis(1_001));
+        let plan = Together(due, ["alarms raise 1-102", "output 5 on"].into());
+        let (driver, _requests) = open_with_drive(&directory, TimeMode::Real, plan);
+        let mut other = open_with(|setup| setup.time = TimeMode::Real).0;
+        let (sender, changes) = std::sync::mpsc::channel();
+        other.cell().subscribe(Box::new(Changes(sender)));
+        let release = keep_disk_busy(&driver);
+        let robots = [driver, other].map(|driver| (driver, Span::none()));
+        let line = wire(WireEnd::Line { robot: 0, line: 5 });
+        let (mut wired, handle) = Wired::new(robots.into(), vec![line]);
+        wired.hold();
+        for driver in wired.drivers() {
+            driver.edge.clock.set(start);
+        }
+        wired.release();
+        let write = async {
+            tokio::time::sleep(Duration::from_millis(5)).await;
+            release.send(()).unwrap();
+            while !handle.levels()[0] {
+                turns().await;
+            }
+        };
+        wired.serve(write).await;
+        assert_eq!(changes.try_iter().collect::<Vec<_>>(), [due]);
     });
 }
