@@ -209,31 +209,26 @@ impl Driver {
         }
     }
 
-    /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
-    pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
-        self.next_wake_if(self.cell.controller.host_is_silent())
-    }
-
-    /// Whether a wait moves time.
-    pub(super) fn is_advancing(&self) -> bool {
-        self.edge.waits.iter().any(|pending| pending.wait.advance)
-    }
-
-    /// As [`Driver::next_wake`], if every host is silent or not.
-    pub(super) fn next_wake_if(&self, host_is_silent: bool) -> (Wake, Option<Time>) {
+    /// When the loop must wake if no input arrives.
+    pub(super) fn wake(&self, host_is_silent: bool) -> Wake {
         if self.edge.write.is_some() {
-            return (Wake::Never, None);
+            return Wake::Never;
         }
-        let deadline = self.cell.deadline();
-        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
-        if let Some(limit) = advancing.map(|pending| pending.limit).min() {
-            let next = deadline.map_or(limit, |deadline| deadline.min(limit));
-            return (Wake::JumpAfter(Duration::ZERO), Some(next));
+        let (waits, clock) = (&self.edge.waits, &self.edge.clock);
+        if waits.iter().any(|pending| pending.wait.advance) {
+            return Wake::JumpAfter(Duration::ZERO);
         }
-        let wake = self.edge.clock.wake(deadline, host_is_silent);
-        let limit = self.edge.waits.iter().map(|pending| pending.limit).min();
+        let limit = waits.iter().map(|pending| pending.limit).min();
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
-        let left = limit.and_then(|limit| self.edge.clock.wall_time_until(limit));
-        (wake.min(left.map_or(Wake::Never, Wake::After)), deadline)
+        let left = limit.and_then(|limit| clock.wall_time_until(limit));
+        let wake = clock.wake(self.cell.deadline(), host_is_silent);
+        wake.min(left.map_or(Wake::Never, Wake::After))
+    }
+
+    /// Where time jumps to after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
+    pub(super) fn jump_target(&self) -> Option<Time> {
+        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
+        let limits = advancing.map(|pending| pending.limit);
+        self.cell.deadline().into_iter().chain(limits).min()
     }
 }

@@ -114,7 +114,7 @@ impl Driver {
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
-            let (wake, deadline) = self.next_wake();
+            let wake = self.wake(self.cell.controller.host_is_silent());
             let beats = self.edge.clock.gap_check_interval();
             let fine = self.edge.clock.needs_fine_timer();
             // The order matters: `auto` may jump only when there is no other work.
@@ -127,17 +127,17 @@ impl Driver {
                 () = clock_check(beats) => Work::ClockCheck,
             };
             self.skip_gap();
-            match (work, wake, deadline) {
-                (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {
-                    self.rotation.held = Some(Held::new(Work::Jump(deadline)));
-                }
-                (work @ Work::Inputs(_), ..) => {
-                    // The system is asked once what time it is, not at every step of a request.
-                    self.edge.clock.hold(Some(Instant::now()));
-                    self.perform(work).await;
-                    self.edge.clock.hold(None);
-                }
-                (work, ..) => self.perform(work).await,
+            if let (Work::Tick, Wake::JumpAfter(_)) = (&work, wake)
+                && let Some(target) = self.jump_target()
+            {
+                self.rotation.hold(Held::new(Work::Jump(target)));
+            } else if let Work::Inputs(_) = work {
+                // The system is asked once what time it is, not at every step of a request.
+                self.edge.clock.hold(Some(Instant::now()));
+                self.perform(work).await;
+                self.edge.clock.hold(None);
+            } else {
+                self.perform(work).await;
             }
             if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
                 yield_now().await;

@@ -585,9 +585,9 @@ fn wired_robots_with_different_deadlines_wait_in_real_time() {
         });
         let (wired, _handle) = wired::Wired::new(robots.into(), Vec::new());
         assert!(
-            matches!(wired.next_wake().0, Wake::After(_)),
+            matches!(wired.wake(), Wake::After(_)),
             "{moments:?}: {:?}",
-            wired.next_wake()
+            wired.wake()
         );
     }
 }

@@ -184,7 +184,7 @@ impl Wired {
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
-            let (wake, _) = self.next_wake();
+            let wake = self.wake();
             let clock = self.robots.first().map(|(driver, _)| &driver.edge.clock);
             let beats = clock.and_then(Clock::gap_check_interval);
             let fine = clock.is_some_and(Clock::needs_fine_timer);
@@ -197,8 +197,8 @@ impl Wired {
             };
             self.hold();
             self.drivers().for_each(Driver::skip_gap);
-            if matches!((&step, wake), (Step::Tick, Wake::JumpAfter(_)))
-                && let (_, Some(distance)) = self.next_wake()
+            if let (Step::Tick, Wake::JumpAfter(_)) = (&step, wake)
+                && let Some(distance) = self.jump_distance()
             {
                 // What has arrived anywhere is handled before. Where time passes during a silence it has come nearer.
                 self.jump = Some(distance);
@@ -501,27 +501,24 @@ impl Wired {
         }
     }
 
-    /// When to wake if no input arrives, and how far time then jumps.
-    pub(super) fn next_wake(&self) -> (Wake, Option<Duration>) {
+    /// When to wake if no input arrives.
+    pub(super) fn wake(&self) -> Wake {
         if self.is_storing() {
-            return (Wake::Never, None);
+            return Wake::Never;
         }
         let mut robots = self.robots.iter();
         let silent = robots.all(|(driver, _)| driver.cell.controller.host_is_silent());
-        let mut distance: Option<Duration> = None;
-        let mut wake = Wake::Never;
-        let mut advancing = false;
-        for (driver, _) in &self.robots {
-            let (of_driver, until) = driver.next_wake_if(silent);
-            let left = until.map(|until| until.since(driver.edge.clock.now()));
-            distance = left.into_iter().chain(distance).min();
-            advancing |= driver.is_advancing();
-            wake = wake.min(of_driver);
-        }
-        if advancing {
-            wake = Wake::JumpAfter(Duration::ZERO);
-        }
-        (wake, distance)
+        let wakes = self.robots.iter().map(|(driver, _)| driver.wake(silent));
+        wakes.fold(Wake::Never, Wake::min)
+    }
+
+    /// How far time jumps after [`Wake::JumpAfter`]: to what is due next at any robot.
+    fn jump_distance(&self) -> Option<Duration> {
+        let distance = |driver: &Driver| Some(driver.jump_target()?.since(driver.edge.clock.now()));
+        self.robots
+            .iter()
+            .filter_map(|(driver, _)| distance(driver))
+            .min()
     }
 }
 
