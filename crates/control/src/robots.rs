@@ -13,11 +13,15 @@ use axum::response::{IntoResponse, Response};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
 use ts3100_driver::driver::wired::WireHandle;
 use ts3100_proto::words::did_you_mean;
 
 /// What all paths of one robot begin with.
 const PREFIX: &str = "/robots/";
+/// Longest wall-clock time that a call for all robots waits for one of them, while those before it stand still.
+const MAX_GATHERING: Duration = Duration::from_secs(5);
 /// Most names that a message lists.
 const MAX_LISTED: usize = 8;
 
@@ -120,14 +124,30 @@ impl Scope {
         match self {
             Scope::One(handle) => Ok(vec![(String::new(), handle.clone())]),
             Scope::All(robots) => {
-                let mut started = Vec::new();
-                for name in robots.names() {
-                    let handle = start(robots.as_ref(), &name)?;
-                    started.push((name, handle));
-                }
-                Ok(started)
+                let named = |name: String| Ok((name.clone(), start(robots.as_ref(), &name)?));
+                robots.names().into_iter().map(named).collect()
             }
         }
+    }
+
+    /// As [`Scope::started`]. Several stand still at one moment, and serve nobody else, until their handles are dropped.
+    pub async fn together(&self) -> Result<Vec<(String, Handle)>, Problem> {
+        let mut robots = self.started()?;
+        if let Scope::All(_) = self {
+            // Every caller takes them in this order, so nobody waits for a robot of somebody who waits.
+            for (name, handle) in &mut robots {
+                let taken = timeout(MAX_GATHERING, handle.exclusive()).await;
+                *handle = taken.map_err(|_| {
+                    let told = format!("cannot stop all robots at one moment: {name} is busy; try again");
+                    Problem::new(StatusCode::SERVICE_UNAVAILABLE, told)
+                })??;
+            }
+            let moment = Instant::now();
+            for (_, handle) in &robots {
+                handle.stand_still(moment).await?;
+            }
+        }
+        Ok(robots)
     }
 }
 

@@ -87,6 +87,8 @@ pub struct Driver {
     cell: Cell,
     edge: Edge,
     requests: mpsc::Receiver<Request>,
+    /// The requests that are served alone.
+    exclusive: Option<mpsc::Receiver<Request>>,
     rotation: Rotation,
     /// Takes the result of an action that waits until a change of a file is stored.
     awaiting: Option<Reply<Result<(), ActionError>>>,
@@ -124,6 +126,7 @@ impl Driver {
                 write: None,
             },
             requests,
+            exclusive: None,
             rotation: Rotation::default(),
             awaiting: None,
             snapshot_store: SnapshotStore::default(),

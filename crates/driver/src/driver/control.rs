@@ -10,7 +10,7 @@ use crate::clock::{self, TimeMode, Wake};
 use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::Channel;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tracing::{error, info};
 use ts3100_controller::action::{Accepted, Action, ActionError, ActionErrorKind};
 use ts3100_controller::faults::FaultAction;
@@ -44,6 +44,7 @@ impl Driver {
                 self.feed(Input::Tick);
                 self.finish_writes().await;
                 let result = self.act_on_snapshots(task).await;
+                self.finish_writes().await;
                 reply(result, &self.view());
             }
             Request::Query(look) => {
@@ -66,6 +67,15 @@ impl Driver {
                 });
                 // It may have ended already.
                 self.feed(Input::Tick);
+            }
+            Request::Exclusive(requests) => self.exclusive = Some(requests),
+            Request::StandStill(moment, reply) => {
+                self.edge.clock.hold(Some(moment));
+                self.edge.begun = Instant::now();
+                let now = self.edge.clock.now();
+                let _ = self.cell.feed(now, Input::Tick, Side::Host, &mut self.edge);
+                self.finish_writes().await;
+                reply((), &self.view());
             }
         }
     }
@@ -211,7 +221,7 @@ impl Driver {
 
     /// When the loop must wake if no input arrives.
     pub(super) fn wake(&self, host_is_silent: bool) -> Wake {
-        if self.edge.write.is_some() {
+        if self.edge.write.is_some() || self.exclusive.is_some() {
             return Wake::Never;
         }
         let (waits, clock) = (&self.edge.waits, &self.edge.clock);

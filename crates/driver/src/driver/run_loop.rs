@@ -31,6 +31,8 @@ pub(super) const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 /// One unit of work.
 pub(super) enum Work {
     Request(Request),
+    /// Requests are no longer served alone.
+    Resume,
     /// What has come of an event on a port.
     Inputs(Vec<Input>),
     /// A write to the backing directory has ended.
@@ -156,6 +158,13 @@ impl Driver {
     pub(super) async fn perform(&mut self, work: Work) {
         match work {
             Work::Request(request) => self.serve_request(request).await,
+            Work::Resume => {
+                self.exclusive = None;
+                // Robots that share their time go on together.
+                if !self.edge.shares_time {
+                    self.edge.clock.hold(None);
+                }
+            }
             Work::Inputs(inputs) => {
                 self.edge.clock.note_activity();
                 inputs.into_iter().for_each(|input| self.feed(input));
@@ -181,6 +190,10 @@ impl Driver {
             && let Poll::Ready(written) = Pin::new(&mut write.task).poll(context)
         {
             return Poll::Ready(Work::Stored(written));
+        }
+        if let Some(requests) = self.exclusive.as_mut().filter(|_| !storing) {
+            let next = requests.poll_recv(context);
+            return next.map(|next| next.map_or(Work::Resume, Work::Request));
         }
         // Ends when nobody can send requests any more.
         if rotation.held.is_none()

@@ -17,7 +17,10 @@ impl Driver {
                 let controller = self.cell.controller.clone();
                 Ok(self.snapshot_store.insert(&name, controller)?)
             }
-            SnapshotTask::Restore(name) => self.replace_controller(self.snapshot_store.get(&name)?).await,
+            SnapshotTask::Restore(name) => {
+                let controller = self.snapshot_store.get(&name)?.clone();
+                self.replace_controller(controller).await
+            }
             SnapshotTask::Replace(controller) => self.replace_controller(*controller).await,
             SnapshotTask::Remove(name) => Ok(self.snapshot_store.remove(&name)?),
         }

@@ -8,6 +8,7 @@
 //! Start with [`Wired::run`].
 
 use super::Driver;
+use super::request::Request;
 use super::run_loop::{Held, WakeTimer, Work, clock_check};
 use crate::cell::Side;
 use crate::clock::{CATCH_UP_SLICE, Clock, Wake};
@@ -129,6 +130,8 @@ pub struct Wired {
     kept: Option<Step>,
     /// How many writes it has waited for.
     writes_awaited: u32,
+    /// Where time stands while requests are served alone.
+    standstill: Option<Instant>,
     last_yield: Instant,
     has_warned: bool,
 }
@@ -159,6 +162,7 @@ impl Wired {
             jump: None,
             kept: None,
             writes_awaited: 0,
+            standstill: None,
             last_yield: Instant::now(),
             has_warned: false,
         };
@@ -195,6 +199,11 @@ impl Wired {
                 () = timer.sleep(wake, fine) => Step::Tick,
                 () = clock_check(beats) => Step::ClockCheck,
             };
+            if !self.is_exclusive() {
+                self.standstill = None;
+            } else if let Step::Of(_, Work::Request(Request::StandStill(moment, _))) = &step {
+                self.standstill = Some(*moment);
+            }
             self.hold();
             self.drivers().for_each(Driver::skip_gap);
             if let (Step::Tick, Wake::JumpAfter(_)) = (&step, wake)
@@ -223,7 +232,7 @@ impl Wired {
 
     /// Wall-clock time stands still while a step is taken.
     fn hold(&mut self) {
-        let moment = Instant::now();
+        let moment = self.standstill.unwrap_or_else(Instant::now);
         for driver in self.drivers() {
             driver.edge.clock.hold(Some(moment));
             driver.edge.begin();
@@ -253,13 +262,23 @@ impl Wired {
         self.robots.iter().any(|(driver, _)| driver.edge.write.is_some())
     }
 
+    /// Whether a robot serves requests alone.
+    fn is_exclusive(&self) -> bool {
+        self.robots.iter().any(|(driver, _)| driver.exclusive.is_some())
+    }
+
     /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
+    /// While one serves requests alone, the others serve nothing but requests.
     fn poll_step(&mut self, context: &mut Context<'_>) -> Poll<Step> {
-        let (storing, count) = (self.is_storing(), self.robots.len());
+        let (storing, exclusive) = (self.is_storing(), self.is_exclusive());
+        let count = self.robots.len();
         if let Some(step) = self.kept.take_if(|_| !storing) {
             return Poll::Ready(step);
         }
-        if !storing && let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
+        if !storing
+            && !exclusive
+            && let Poll::Ready(Some(change)) = self.changes.poll_recv(context)
+        {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
@@ -272,7 +291,14 @@ impl Wired {
             if storing && driver.edge.write.is_none() {
                 continue;
             }
-            match driver.poll_work(context) {
+            let polled = if storing || !exclusive || driver.exclusive.is_some() {
+                driver.poll_work(context)
+            } else if let Poll::Ready(Some(request)) = driver.requests.poll_recv(context) {
+                Poll::Ready(Work::Request(request))
+            } else {
+                Poll::Pending
+            };
+            match polled {
                 Poll::Ready(Work::Jump(_)) => drained += 1,
                 Poll::Ready(work) => {
                     self.first = index + 1;
@@ -327,11 +353,15 @@ impl Wired {
                 for driver in self.drivers() {
                     driver.rotation.forget_jump();
                 }
+                let replaces = matches!(work, Work::Request(Request::Snapshot(..)));
                 if let Some((driver, span)) = self.robots.get_mut(index) {
                     driver.perform(work).instrument(span.clone()).await;
                 }
                 self.align(index);
-                self.carry(self.lateness());
+                // Of several robots that are replaced together, none sees what another was before.
+                if !(replaces && self.is_exclusive()) {
+                    self.carry(self.lateness());
+                }
             }
             Step::Outside((name, on, done)) => {
                 self.outside.insert(name, on);
@@ -503,7 +533,7 @@ impl Wired {
 
     /// When to wake if no input arrives.
     pub(super) fn wake(&self) -> Wake {
-        if self.is_storing() {
+        if self.is_storing() || self.is_exclusive() {
             return Wake::Never;
         }
         let mut robots = self.robots.iter();

@@ -1,11 +1,12 @@
 //! Tests of robots that are joined by wires.
 
-use super::super::request::{PendingWait, Request, View};
+use super::super::request::{PendingWait, View};
 use super::super::tests::{At, open_with, turns};
 use super::super::wait::Wait;
 use super::*;
 use crate::cell::{ActionSource, PlannedAction, Subscriber};
 use crate::clock::TimeMode;
+use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::{Backing, WhenFull};
 use crate::testing::TempDir;
@@ -159,6 +160,36 @@ fn wire(from: WireEnd) -> Wire {
     Wire { from, to }
 }
 
+/// Sends a request and waits until it is answered.
+async fn ask(requests: &mpsc::Sender<Request>, request: impl FnOnce(Box<dyn FnOnce() + Send>) -> Request) {
+    let (done, is_done) = oneshot::channel();
+    let request = request(Box::new(|| done.send(()).unwrap()));
+    requests.send(request).await.ok().unwrap();
+    is_done.await.unwrap();
+}
+
+async fn set_output(requests: &mpsc::Sender<Request>, on: bool) {
+    let action = Action::SetOutput { line: 5, on };
+    ask(requests, |done| {
+        Request::Action(action, Box::new(move |_, _| done()))
+    })
+    .await;
+}
+
+async fn on_snapshot(requests: &mpsc::Sender<Request>, task: SnapshotTask) {
+    let reply = |done: Box<dyn FnOnce() + Send>| {
+        Box::new(move |result: Result<(), _>, _: &View<'_>| {
+            result.unwrap();
+            done();
+        })
+    };
+    ask(requests, |done| Request::Snapshot(task, reply(done))).await;
+}
+
+async fn look(requests: &mpsc::Sender<Request>) {
+    ask(requests, |done| Request::Query(Box::new(|(), _| done()))).await;
+}
+
 #[test]
 fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
     // One alarm, and more of them than can be stored.
@@ -243,5 +274,58 @@ fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the
         };
         wired.serve(write).await;
         assert_eq!(changes.try_iter().collect::<Vec<_>>(), [due]);
+    });
+}
+
+#[test]
+fn robots_that_are_restored_together_see_nothing_of_each_other_as_they_were_before() {
+    runtime().block_on(async {
+        let (mut one, of_one) = open_with(|setup| setup.time = TimeMode::Real);
+        let (other, of_other) = open_with(|setup| setup.time = TimeMode::Real);
+        let (sender, changes) = std::sync::mpsc::channel();
+        one.cell().subscribe(Box::new(Changes(sender)));
+        let robots = [one, other].map(|driver| (driver, Span::none()));
+        let line = Wire {
+            from: WireEnd::Line { robot: 1, line: 5 },
+            to: WireEnd::Line { robot: 0, line: 7 },
+        };
+        let (mut wired, _handle) = Wired::new(robots.into(), vec![line]);
+        let requests = [of_one, of_other];
+        let restore = async {
+            set_output(&requests[1], true).await;
+            for requests in &requests {
+                on_snapshot(requests, SnapshotTask::Save("on".to_owned())).await;
+            }
+            set_output(&requests[1], false).await;
+            look(&requests[0]).await;
+            assert_eq!(changes.try_iter().count(), 2);
+            let mut alone = Vec::new();
+            for requests in &requests {
+                let (sender, private) = mpsc::channel(1);
+                requests.send(Request::Exclusive(private)).await.ok().unwrap();
+                look(&sender).await;
+                alone.push(sender);
+            }
+            let moment = Instant::now();
+            for requests in &alone {
+                ask(requests, |done| {
+                    Request::StandStill(moment, Box::new(|(), _| done()))
+                })
+                .await;
+            }
+            for requests in &alone {
+                on_snapshot(requests, SnapshotTask::Restore("on".to_owned())).await;
+            }
+            drop(alone);
+            for requests in &requests {
+                look(requests).await;
+            }
+        };
+        wired.serve(restore).await;
+        assert_eq!(changes.try_iter().count(), 0);
+        for driver in wired.drivers() {
+            let signals = driver.cell.controller.signals();
+            assert!(signals.input(7) || signals.output(5));
+        }
     });
 }
