@@ -43,9 +43,13 @@ pub trait Robots: Send + Sync {
     /// The way to a robot that has started.
     fn running(&self, name: &str) -> Option<Handle>;
     /// The wires between them, if there are some.
-    fn wires(&self) -> Option<Vec<WireInfo>>;
+    fn wires(&self) -> Option<Vec<WireInfo>> {
+        None
+    }
     /// Sets lines from outside.
-    fn wire_handle(&self) -> Option<&WireHandle>;
+    fn wire_handle(&self) -> Option<&WireHandle> {
+        None
+    }
 }
 
 /// A robot of this process.

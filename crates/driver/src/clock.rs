@@ -200,11 +200,10 @@ impl Clock {
     /// each wake.
     pub fn skip_gap(&mut self) -> Option<Duration> {
         // The driver calls this before each unit of work: the system clock is not asked in vain.
-        let skips = self.gap == TimeGap::Skip;
-        skips.then(|| self.skip_gap_at(self.wall())).flatten()
-    }
-
-    fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
+        if self.gap == TimeGap::CatchUp {
+            return None;
+        }
+        let wall = self.wall();
         let since = std::mem::replace(&mut self.last_check, wall).max(self.origin);
         let missed = wall.saturating_duration_since(since);
         let stopped = match self.mode {
@@ -212,7 +211,7 @@ impl Clock {
             TimeMode::Auto => self.idle,
             TimeMode::Real | TimeMode::Scaled(_) => false,
         };
-        if self.gap == TimeGap::CatchUp || stopped || missed < MIN_GAP {
+        if stopped || missed < MIN_GAP {
             return None;
         }
         self.origin += missed;
@@ -305,7 +304,21 @@ impl Clock {
 
     /// When to wake for `deadline` if no input arrives before.
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        self.wake_at(self.wall(), deadline, host_is_silent)
+        let Some(deadline) = deadline else {
+            return Wake::Never;
+        };
+        let wall = self.wall();
+        let left = deadline.since(self.at(wall));
+        match self.mode {
+            _ if left.is_zero() => Wake::After(Duration::ZERO),
+            TimeMode::Stepped => Wake::Never,
+            TimeMode::Auto if host_is_silent => {
+                let quiet = wall.saturating_duration_since(self.last_activity);
+                Wake::JumpAfter(self.silence.saturating_sub(quiet).min(left))
+            }
+            TimeMode::Real | TimeMode::Auto => Wake::After(left),
+            TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
+        }
     }
 
     /// Moves virtual time forward to `deadline`, after [`Wake::JumpAfter`]; never backward.
@@ -330,23 +343,6 @@ impl Clock {
             TimeMode::Real | TimeMode::Auto => self.base + whole_micros(passed),
             TimeMode::Scaled(factor) => self.base + whole_micros(scaled(passed, factor)),
             TimeMode::Stepped => self.base,
-        }
-    }
-
-    fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        let Some(deadline) = deadline else {
-            return Wake::Never;
-        };
-        let left = deadline.since(self.at(wall));
-        match self.mode {
-            _ if left.is_zero() => Wake::After(Duration::ZERO),
-            TimeMode::Stepped => Wake::Never,
-            TimeMode::Auto if host_is_silent => {
-                let quiet = wall.saturating_duration_since(self.last_activity);
-                Wake::JumpAfter(self.silence.saturating_sub(quiet).min(left))
-            }
-            TimeMode::Real | TimeMode::Auto => Wake::After(left),
-            TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
         }
     }
 }
@@ -384,6 +380,18 @@ mod tests {
 
     fn started(mode: TimeMode) -> Clock {
         Clock::start(mode, TimeGap::CatchUp, AUTO_GRACE)
+    }
+
+    impl Clock {
+        fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
+            let held = Some(wall);
+            Clock { held, ..self.clone() }.wake(deadline, host_is_silent)
+        }
+
+        fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
+            self.hold(Some(wall));
+            self.skip_gap()
+        }
     }
 
     #[test]

@@ -97,7 +97,7 @@ impl Driver {
         View {
             controller: &self.cell.controller,
             clock: &self.edge.clock,
-            ports: &self.edge.ports,
+            ports: self.ports(),
             serial_lines: &self.edge.serial_lines,
             backing: self.edge.backing.as_ref().map(Backing::status),
             snapshots: &self.snapshot_store,
@@ -169,7 +169,8 @@ impl Driver {
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
     async fn reset(&mut self) -> Result<(), StoreError> {
-        for input in self.edge.close_channels_for(&self.initial_controller) {
+        let network = self.initial_controller.network();
+        for input in self.edge.channels.close_for(network) {
             if let Input::Disconnected { port } = input {
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
             }
@@ -178,7 +179,6 @@ impl Driver {
         self.feed(Input::Tick);
         self.finish_writes().await;
         let mut next = self.initial_controller.clone();
-        let files_result = self.edge.replace_files(&self.cell.controller, &next);
         let wall_clock = matches!(self.edge.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
         let calendar = wall_clock.then(clock::system_calendar);
         if let Some(calendar) = calendar {
@@ -189,16 +189,12 @@ impl Driver {
             calendar,
         };
         self.cell.notify(self.cell.controller.now(), notice);
-        self.cell.controller = next;
         self.edge.clock.restart();
-        self.edge.clock.set(self.cell.controller.now());
-        self.edge.abandon_waits(Time::ZERO);
-        self.edge.save_history(&self.cell.controller);
-        self.finish_writes().await;
-        if let Err(reason) = self.edge.open_channels(&self.cell.controller) {
+        let files_result = self.take_over(next).await;
+        if let Err(reason) = self.edge.channels.open(self.cell.controller.network()) {
             error!("no port is open: {reason}");
         }
-        info!("reset; ports: {:?}", self.edge.ports);
+        info!("reset; ports: {:?}", self.ports());
         for input in self.edge.serial_lines.power_cycled(&self.cell.controller) {
             self.feed(input);
         }

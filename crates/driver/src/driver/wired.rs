@@ -15,7 +15,7 @@ use crate::clock::{CATCH_UP_SLICE, Clock, Wake};
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, oneshot};
@@ -78,7 +78,11 @@ pub struct WireHandle {
 impl WireHandle {
     /// The level of each wire.
     pub fn levels(&self) -> Vec<bool> {
-        self.levels.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<bool>> {
+        self.levels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether a wire begins at this outside line.
@@ -116,8 +120,8 @@ enum Step {
 pub struct Wired {
     /// Each with the span of its lines in the log.
     robots: Vec<(Box<Driver>, Span)>,
-    wires: Arc<[Wire]>,
-    levels: Arc<Mutex<Vec<bool>>>,
+    /// The wires and their levels, as other tasks see them.
+    shared: WireHandle,
     outside: BTreeMap<String, bool>,
     /// Waits until the line that it has set has its effect.
     setter: Option<oneshot::Sender<()>>,
@@ -144,17 +148,14 @@ impl Wired {
             driver.edge.shares_time = true;
         }
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
-        let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
-        let wires: Arc<[Wire]> = wires.into();
         let handle = WireHandle {
-            wires: Arc::clone(&wires),
-            levels: Arc::clone(&levels),
+            levels: Arc::new(Mutex::new(vec![false; wires.len()])),
+            wires: wires.into(),
             changes: sender,
         };
         let wired = Wired {
             robots,
-            wires,
-            levels,
+            shared: handle.clone(),
             outside: BTreeMap::new(),
             setter: None,
             changes,
@@ -469,7 +470,7 @@ impl Wired {
         let mut changes = 0;
         let mut carried = true;
         while std::mem::take(&mut carried) && !self.is_storing() {
-            for index in 0..self.wires.len() {
+            for index in 0..self.shared.wires.len() {
                 let Some((input, on)) = self.change_of(index) else {
                     continue;
                 };
@@ -497,7 +498,7 @@ impl Wired {
 
     /// Brings the level of a wire up to date. Returns the input that has to follow it, where there is one.
     fn change_of(&mut self, index: usize) -> Option<(Option<(usize, u16)>, bool)> {
-        let wire = self.wires.get(index)?;
+        let wire = self.shared.wires.get(index)?;
         let on = match &wire.from {
             WireEnd::Line { robot, line } => {
                 let controller = &self.robots.get(*robot)?.0.cell.controller;
@@ -505,8 +506,7 @@ impl Wired {
             }
             WireEnd::Outside(name) => self.outside.get(name).copied().unwrap_or(false),
         };
-        let mut levels = self.levels.lock().unwrap_or_else(PoisonError::into_inner);
-        let was = std::mem::replace(levels.get_mut(index)?, on);
+        let was = std::mem::replace(self.shared.lock().get_mut(index)?, on);
         match &wire.to {
             WireEnd::Line { robot, line } => {
                 let signals = self.robots.get(*robot)?.0.cell.controller.signals();

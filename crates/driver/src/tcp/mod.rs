@@ -48,6 +48,8 @@ pub struct Channels {
     shared: Option<SharedPorts>,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
+    /// TCP port of each server channel.
+    numbers: BTreeMap<Port, u16>,
     /// The plan by which they were opened.
     plan: Option<NetworkConfig>,
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
@@ -64,6 +66,7 @@ impl Channels {
             shared,
             options,
             channels: BTreeMap::new(),
+            numbers: BTreeMap::new(),
             plan: None,
             reserved: BTreeMap::new(),
         }
@@ -75,6 +78,7 @@ impl Channels {
     /// # Errors
     /// The first port that cannot be bound; then none is opened.
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
+        self.numbers.clear();
         let second = self.options.second;
         let mut opened = Vec::new();
         let mut ports = BTreeMap::new();
@@ -101,11 +105,18 @@ impl Channels {
             let channel = Channel::new(port, second, Source::Dialled(task, dialled));
             self.channels.insert(port, channel);
         }
+        self.numbers.clone_from(&ports);
         Ok(ports)
+    }
+
+    /// TCP port of each server channel that is open.
+    pub fn numbers(&self) -> &BTreeMap<Port, u16> {
+        &self.numbers
     }
 
     /// Closes every channel and connection; returns the resulting inputs.
     pub fn close(&mut self) -> Vec<Input> {
+        self.numbers.clear();
         for (_, reserved) in self.reserved.values_mut() {
             reserved.keep();
         }
@@ -121,6 +132,7 @@ impl Channels {
         if self.plan != Some(*plan) {
             return self.close();
         }
+        self.numbers.clear();
         let mut inputs = Vec::new();
         self.channels = std::mem::take(&mut self.channels)
             .into_iter()
