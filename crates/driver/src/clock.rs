@@ -8,6 +8,7 @@ use core::str::FromStr;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::words::UnexpectedWord;
 
 /// How long connections must be quiet before [`TimeMode::Auto`] jumps, unless the option `auto.silence` says otherwise:
 /// long enough to read an answer that is already on the loopback. It then jumps from deadline to deadline until a byte is
@@ -49,17 +50,13 @@ pub enum TimeGap {
     Skip,
 }
 
-/// A word that is not a time mode.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`"
-)]
-pub struct TimeModeError(String);
+/// The words of the time modes.
+const TIME_MODES: &str = "`real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`";
 
 impl FromStr for TimeMode {
-    type Err = TimeModeError;
+    type Err = UnexpectedWord;
 
-    fn from_str(word: &str) -> Result<TimeMode, TimeModeError> {
+    fn from_str(word: &str) -> Result<TimeMode, UnexpectedWord> {
         match word {
             "real" => Ok(TimeMode::Real),
             "stepped" => Ok(TimeMode::Stepped),
@@ -69,7 +66,7 @@ impl FromStr for TimeMode {
                 .and_then(|factor| factor.parse::<f64>().ok())
                 .filter(|factor| *factor > 0.0 && *factor <= MAX_SCALE)
                 .map(TimeMode::Scaled)
-                .ok_or_else(|| TimeModeError(word.to_owned())),
+                .ok_or_else(|| UnexpectedWord::new(TIME_MODES, word)),
         }
     }
 }
@@ -167,13 +164,6 @@ impl Clock {
     /// Wall-clock time, or the moment at which it is held.
     pub fn wall(&self) -> Instant {
         self.held.unwrap_or_else(Instant::now)
-    }
-
-    /// Takes over from a clock that passes together with this one how time passes.
-    pub fn follow(&mut self, other: &Clock) {
-        if self.mode != other.mode {
-            self.set_mode(other.mode);
-        }
     }
 
     /// When a host was last active, and how long connections must be quiet before automatic time jumps.

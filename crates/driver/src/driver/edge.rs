@@ -8,7 +8,6 @@ use crate::serial::SerialLines;
 use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::Channels;
-use std::task::Context;
 use std::time::Instant;
 use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tracing::{error, info, warn};
@@ -45,14 +44,6 @@ impl Edge {
     pub fn begin(&mut self) -> Time {
         self.begun = self.clock.wall();
         self.clock.now()
-    }
-
-    /// Who has connected before a command came on another port is known before it: the ports are not polled in that
-    /// order. Without a context the system itself is asked, whatever the runtime knows of the sockets.
-    pub fn arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
-        let mut inputs = self.channels.accept_arrived(context);
-        inputs.extend(self.serial_lines.open_arrived());
-        inputs
     }
 
     /// Begins to save the error history to the backing directory.

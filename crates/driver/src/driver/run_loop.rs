@@ -65,15 +65,6 @@ pub(super) struct Held {
 }
 
 impl Held {
-    pub(super) fn new(work: Work) -> Held {
-        Held {
-            work,
-            begun: Instant::now(),
-            served: BTreeSet::new(),
-            portions_left: MAX_DRAINED_PORTIONS,
-        }
-    }
-
     /// Notes that a port was served. Each port with data is served once, and again only for a short time: a host that
     /// sends without pause does not delay the work further. `None` if the work is void: time does not pass a host that has
     /// sent something.
@@ -90,8 +81,13 @@ impl Held {
 
 impl Rotation {
     /// Keeps work until the ports are drained.
-    pub(super) fn hold(&mut self, held: Held) {
-        self.held = Some(held);
+    pub(super) fn hold(&mut self, work: Work) {
+        self.held = Some(Held {
+            work,
+            begun: Instant::now(),
+            served: BTreeSet::new(),
+            portions_left: MAX_DRAINED_PORTIONS,
+        });
     }
 
     /// Time does not jump: somebody else had work.
@@ -132,7 +128,7 @@ impl Driver {
             if let (Work::Tick, Wake::JumpAfter(_)) = (&work, wake)
                 && let Some(target) = self.jump_target()
             {
-                self.rotation.hold(Held::new(Work::Jump(target)));
+                self.rotation.hold(Work::Jump(target));
             } else if let Work::Inputs(_) = work {
                 // The system is asked once what time it is, not at every step of a request.
                 self.edge.clock.hold(Some(Instant::now()));
@@ -202,7 +198,7 @@ impl Driver {
             if storing && matches!(request, Request::Query(_)) {
                 return Poll::Ready(Work::Request(request));
             }
-            rotation.held = Some(Held::new(Work::Request(request)));
+            rotation.hold(Work::Request(request));
         }
         let drains = rotation.held.is_some();
         let drained = rotation.held.as_ref().is_some_and(|held| held.portions_left == 0);
@@ -225,7 +221,9 @@ impl Driver {
                     // What the runtime has reported together came in its order. A read takes more than that from a host
                     // that does not wait for its answers: somebody may have connected between two texts.
                     let runtime = (!drains && texts <= 1).then_some(&mut *context);
-                    inputs.splice(..0, self.edge.arrived(runtime));
+                    let mut arrived = self.edge.channels.accept_arrived(runtime);
+                    arrived.extend(self.edge.serial_lines.open_arrived());
+                    inputs.splice(..0, arrived);
                 }
                 return Poll::Ready(Work::Inputs(inputs));
             }

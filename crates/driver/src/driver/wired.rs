@@ -9,7 +9,7 @@
 
 use super::Driver;
 use super::request::Request;
-use super::run_loop::{Held, WakeTimer, Work, clock_check};
+use super::run_loop::{WakeTimer, Work, clock_check};
 use crate::cell::Side;
 use crate::clock::{CATCH_UP_SLICE, Clock, Wake};
 use std::collections::BTreeMap;
@@ -214,7 +214,7 @@ impl Wired {
                 self.jump = Some(distance);
                 for driver in self.drivers() {
                     let at = driver.edge.clock.now() + distance;
-                    driver.rotation.hold(Held::new(Work::Jump(at)));
+                    driver.rotation.hold(Work::Jump(at));
                 }
             } else {
                 self.catch_up_and_perform(step).await;
@@ -332,19 +332,14 @@ impl Wired {
             return;
         }
         self.perform(step).await;
-        self.tell_setter();
-        if self.kept.is_none() {
-            self.writes_awaited = 0;
-        }
-    }
-
-    /// Tells who has set an outside line, as soon as everything that follows from it at once has happened.
-    fn tell_setter(&mut self) {
-        if !self.is_storing()
-            && let Some(done) = self.setter.take()
-        {
+        let storing = self.is_storing();
+        // Everything that follows from an outside line at once has happened.
+        if let Some(done) = self.setter.take_if(|_| !storing) {
             // Fails only when nobody waits for it.
             let _ = done.send(());
+        }
+        if self.kept.is_none() {
+            self.writes_awaited = 0;
         }
     }
 
@@ -402,16 +397,12 @@ impl Wired {
 
     /// Time passes for all as it does for one of them.
     fn align(&mut self, index: usize) {
-        let Some(clock) = self
-            .robots
-            .get(index)
-            .map(|(driver, _)| driver.edge.clock.clone())
-        else {
-            return;
-        };
+        let mode = self.robots.get(index).map(|(driver, _)| driver.edge.clock.mode());
         for driver in self.drivers() {
-            driver.edge.clock.follow(&clock);
-            driver.judge_pace();
+            if let Some(mode) = mode.filter(|mode| *mode != driver.edge.clock.mode()) {
+                driver.edge.clock.set_mode(mode);
+                driver.judge_pace();
+            }
         }
     }
 
