@@ -27,7 +27,7 @@ fn single_threaded() -> tokio::runtime::Runtime {
 }
 
 /// Selects a file that does not exist after an alarm.
-struct OnAlarm(Arc<AtomicBool>);
+pub(super) struct OnAlarm(pub(super) Arc<AtomicBool>);
 
 impl Subscriber for OnAlarm {
     fn output(&mut self, _at: Time, output: &Output) {

@@ -1,7 +1,7 @@
 //! Tests of robots that are joined by wires.
 
 use super::super::request::{PendingWait, View};
-use super::super::tests::{At, open_with, turns};
+use super::super::tests::{At, OnAlarm, open_with, turns};
 use super::super::wait::Wait;
 use super::*;
 use crate::cell::{ActionSource, PlannedAction, Subscriber};
@@ -11,6 +11,7 @@ use crate::store::Store;
 use crate::store::backing::{Backing, WhenFull};
 use crate::testing::TempDir;
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_controller::action::Action;
 
 const HOUR: Duration = Duration::from_secs(3_600);
@@ -252,7 +253,9 @@ fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the
         let directory = TempDir::new("wired");
         let (start, due) = (Time::from_millis(1_000), Time::from_millis(1_001));
         let plan = Together(due, ["alarms raise 1-102", "output 5 on"].into());
-        let (driver, _requests) = open_with_drive(&directory, TimeMode::Real, plan);
+        let (mut driver, _requests) = open_with_drive(&directory, TimeMode::Real, plan);
+        let raised = Arc::new(AtomicBool::new(false));
+        driver.cell().subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
         let mut other = open_with(|setup| setup.time = TimeMode::Real).0;
         let (sender, changes) = std::sync::mpsc::channel();
         other.cell().subscribe(Box::new(Changes(sender)));
@@ -266,7 +269,9 @@ fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the
         }
         wired.release();
         let write = async {
-            tokio::time::sleep(Duration::from_millis(5)).await;
+            while !raised.load(Ordering::Relaxed) {
+                turns().await;
+            }
             release.send(()).unwrap();
             while !handle.levels()[0] {
                 turns().await;
@@ -306,7 +311,10 @@ fn robots_that_are_restored_together_see_nothing_of_each_other_as_they_were_befo
                 look(&sender).await;
                 alone.push(sender);
             }
-            let moment = Instant::now();
+            let (sender, moment) = oneshot::channel();
+            let tell = |(): (), view: &View<'_>| sender.send(view.clock.wall()).unwrap();
+            alone[1].send(Request::Query(Box::new(tell))).await.ok().unwrap();
+            let moment = moment.await.unwrap();
             for requests in &alone {
                 ask(requests, |done| {
                     Request::StandStill(moment, Box::new(|(), _| done()))
