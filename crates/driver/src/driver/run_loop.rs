@@ -45,14 +45,14 @@ pub(super) enum Work {
     ClockCheck,
 }
 
-/// Which port is polled next, what waits for the ports, and when the driver last yielded.
+/// Which port is polled next, what waits for the ports, and how long the driver has worked.
+#[derive(Default)]
 pub(super) struct Rotation {
     port: usize,
     /// A request, or a jump of time.
     held: Option<Held>,
-    last_yield: Instant,
-    /// Nothing had work at the last poll.
-    idle: bool,
+    /// Since when other tasks had no turn; `None` if nothing had work at the last poll.
+    working_since: Option<Instant>,
 }
 
 /// Work before which the ports are drained: what hosts have sent is handled first. A test that sends a command and then
@@ -96,17 +96,6 @@ impl Rotation {
     }
 }
 
-impl Default for Rotation {
-    fn default() -> Rotation {
-        Rotation {
-            port: 0,
-            held: None,
-            last_yield: Instant::now(),
-            idle: true,
-        }
-    }
-}
-
 impl Driver {
     /// Runs the loop until `stop` completes.
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -137,9 +126,10 @@ impl Driver {
             } else {
                 self.perform(work).await;
             }
-            if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
+            let working_since = self.rotation.working_since;
+            if working_since.is_some_and(|since| since.elapsed() > MAX_TIME_WITHOUT_YIELD) {
                 yield_now().await;
-                self.rotation.last_yield = Instant::now();
+                self.rotation.working_since = None;
             }
         }
     }
@@ -178,9 +168,7 @@ impl Driver {
     /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
     pub(super) fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         let rotation = &mut self.rotation;
-        if std::mem::take(&mut rotation.idle) {
-            rotation.last_yield = Instant::now();
-        }
+        rotation.working_since.get_or_insert_with(Instant::now);
         let storing = self.edge.write.is_some();
         if let Some(write) = &mut self.edge.write
             && let Poll::Ready(written) = Pin::new(&mut write.task).poll(context)
@@ -231,7 +219,7 @@ impl Driver {
         match rotation.held.take_if(|_| !storing) {
             Some(held) => Poll::Ready(held.work),
             None => {
-                rotation.idle = true;
+                rotation.working_since = None;
                 Poll::Pending
             }
         }
