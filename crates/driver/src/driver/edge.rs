@@ -115,7 +115,6 @@ impl Effects for Edge {
     }
 
     fn settled(&mut self, controller: &Controller) -> Option<bool> {
-        self.serial_lines.note_room(controller);
         self.end_waits(controller);
         if !self.shares_time {
             self.clock.set_idle(self.is_idle(controller));

@@ -200,7 +200,7 @@ impl Driver {
             let runtime = (!drains).then_some(&mut *context);
             let polled = match self.edge.channels.get_mut(port) {
                 Some(channel) => channel.poll(READ_BUFFER, runtime),
-                None => self.edge.serial_lines.poll(port, runtime),
+                None => self.edge.serial_lines.poll(port, &self.cell.controller, runtime),
             };
             if let Poll::Ready(mut inputs) = polled {
                 rotation.port = index + 1;
