@@ -54,20 +54,19 @@ impl<T> Slot<T> {
 
 impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> Handle {
+    pub fn new(
+        driver: mpsc::Sender<Request>,
+        journal: Arc<Journal>,
+        record: RunRecord,
+        scenario: Option<Play>,
+    ) -> Handle {
         Handle {
             driver,
             journal,
             record,
-            scenario: None,
+            scenario,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
-    }
-
-    /// The same, of a robot to which this scenario is played.
-    #[must_use]
-    pub fn with_scenario(self, scenario: Option<Play>) -> Handle {
-        Handle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {

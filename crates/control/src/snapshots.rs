@@ -43,12 +43,6 @@ impl SnapshotList {
             snapshots: view.snapshots.list().into_iter().map(named).collect(),
         }
     }
-
-    fn shared_with(mut self, other: &SnapshotList) -> SnapshotList {
-        self.snapshots
-            .retain(|one| other.snapshots.iter().any(|same| same.name == one.name));
-        self
-    }
 }
 
 /// List the named snapshots
@@ -59,7 +53,9 @@ pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     let mut common: Option<SnapshotList> = None;
     for (_, handle) in scope.started()? {
         let of_robot = handle.query(SnapshotList::new).await?;
-        common = Some(common.map_or_else(|| of_robot.clone(), |common| common.shared_with(&of_robot)));
+        let common = common.get_or_insert_with(|| of_robot.clone());
+        let is_shared = |one: &SnapshotInfo| of_robot.snapshots.iter().any(|other| other.name == one.name);
+        common.snapshots.retain(is_shared);
     }
     Ok(Json(common.unwrap_or_default()))
 }

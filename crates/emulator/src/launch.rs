@@ -128,8 +128,8 @@ impl Launched {
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);
         let record = self.run_record.clone();
-        let handle = DriverHandle::new(self.requests.clone(), journal, record);
-        Some(handle.with_scenario(self.play.clone()))
+        let (requests, play) = (self.requests.clone(), self.play.clone());
+        Some(DriverHandle::new(requests, journal, record, play))
     }
 
     /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while
