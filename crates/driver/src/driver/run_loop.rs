@@ -165,6 +165,17 @@ impl Driver {
         }
     }
 
+    /// The next request, while nothing else is served.
+    pub(super) fn poll_request(&mut self, context: &mut Context<'_>) -> Poll<Work> {
+        if let Some(held) = self.rotation.held.take() {
+            return Poll::Ready(held.work);
+        }
+        match self.requests.poll_recv(context) {
+            Poll::Ready(Some(request)) => Poll::Ready(Work::Request(request)),
+            Poll::Ready(None) | Poll::Pending => Poll::Pending,
+        }
+    }
+
     /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
     pub(super) fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         let rotation = &mut self.rotation;

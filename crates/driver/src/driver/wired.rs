@@ -294,10 +294,8 @@ impl Wired {
             }
             let polled = if storing || !exclusive || driver.exclusive.is_some() {
                 driver.poll_work(context)
-            } else if let Poll::Ready(Some(request)) = driver.requests.poll_recv(context) {
-                Poll::Ready(Work::Request(request))
             } else {
-                Poll::Pending
+                driver.poll_request(context)
             };
             match polled {
                 Poll::Ready(Work::Jump(_)) => drained += 1,

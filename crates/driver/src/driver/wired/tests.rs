@@ -337,3 +337,35 @@ fn robots_that_are_restored_together_see_nothing_of_each_other_as_they_were_befo
         }
     });
 }
+
+#[test]
+fn a_request_that_came_during_a_write_is_answered_while_another_robot_serves_its_requests_alone() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (one, of_one) = open_with(|setup| setup.time = TimeMode::Real);
+        let alarm = Alarms(Time::from_micros(1), HOUR);
+        let (mut storing, of_storing) = open_with_drive(&directory, TimeMode::Real, alarm);
+        let raised = Arc::new(AtomicBool::new(false));
+        storing.cell().subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
+        let release = keep_disk_busy(&storing);
+        let robots = [one, storing].map(|driver| (driver, Span::none()));
+        let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
+        let requests = async {
+            while !raised.load(Ordering::Relaxed) {
+                turns().await;
+            }
+            let (alone, private) = mpsc::channel(1);
+            of_one.send(Request::Exclusive(private)).await.ok().unwrap();
+            let later = async {
+                turns().await;
+                release.send(()).unwrap();
+                look(&alone).await;
+            };
+            tokio::join!(set_output(&of_storing, true), later);
+        };
+        let served = wired.serve(requests);
+        tokio::time::timeout(Duration::from_secs(10), served)
+            .await
+            .unwrap();
+    });
+}
