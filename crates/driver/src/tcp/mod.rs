@@ -78,24 +78,24 @@ impl Channels {
     /// # Errors
     /// The first port that cannot be bound; then none is opened.
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
-        self.numbers.clear();
         let second = self.options.second;
         let mut opened = Vec::new();
-        let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            let number = if let Some(number) = self.listens_at(port) {
-                number
-            } else if let Some((claim, number)) = self.claim(channel.own_port) {
-                opened.push((port, Channel::new(port, second, Source::Claimed(claim))));
-                number
+            if self.numbers.contains_key(&port) {
+                continue;
+            }
+            let (channel, number) = if let Some((claim, number)) = self.claim(channel.own_port) {
+                (Channel::new(port, second, Source::Claimed(claim)), number)
             } else {
                 let (listener, number) = self.bind(port, channel.own_port)?;
-                opened.push((port, Channel::accepting(port, second, listener)));
-                number
+                (Channel::accepting(port, second, listener), number)
             };
-            ports.insert(port, number);
+            opened.push((port, channel, number));
         }
-        self.channels.extend(opened);
+        for (port, channel, number) in opened {
+            self.channels.insert(port, channel);
+            self.numbers.insert(port, number);
+        }
         self.plan = Some(*plan);
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
@@ -105,8 +105,7 @@ impl Channels {
             let channel = Channel::new(port, second, Source::Dialled(task, dialled));
             self.channels.insert(port, channel);
         }
-        self.numbers.clone_from(&ports);
-        Ok(ports)
+        Ok(self.numbers.clone())
     }
 
     /// TCP port of each server channel that is open.
@@ -132,7 +131,6 @@ impl Channels {
         if self.plan != Some(*plan) {
             return self.close();
         }
-        self.numbers.clear();
         let mut inputs = Vec::new();
         self.channels = std::mem::take(&mut self.channels)
             .into_iter()
@@ -142,12 +140,8 @@ impl Channels {
                 Some((port, listening?))
             })
             .collect();
+        self.numbers.retain(|port, _| self.channels.contains_key(port));
         inputs
-    }
-
-    /// The TCP port at which an open channel listens.
-    fn listens_at(&self, port: Port) -> Option<u16> {
-        self.channels.get(&port)?.acceptor()?.number()
     }
 
     /// The open channel of a port.
