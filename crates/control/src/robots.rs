@@ -4,6 +4,7 @@
 //! What runs a robot is not known here; see [`Robots`].
 
 use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
+use axum::Extension;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -90,16 +91,7 @@ pub struct RobotList {
 }
 
 /// All robots, as a parameter of a handler.
-pub struct Fleet(pub Arc<dyn Robots>);
-
-impl<S: Sync> FromRequestParts<S> for Fleet {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Fleet, Problem> {
-        let found = parts.extensions.get().cloned();
-        found.map(Fleet).ok_or_else(Problem::shutting_down)
-    }
-}
+pub type Fleet = Extension<Arc<dyn Robots>>;
 
 /// Whom a call is for that can also be for all robots.
 pub enum Scope {
@@ -112,13 +104,12 @@ pub enum Scope {
 impl<S: Sync> FromRequestParts<S> for Scope {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Scope, Problem> {
-        match parts.extensions.get::<Handle>() {
-            Some(handle) => Ok(Scope::One(handle.clone())),
-            None => Fleet::from_request_parts(parts, state)
-                .await
-                .map(|Fleet(robots)| Scope::All(robots)),
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Scope, Problem> {
+        if let Some(handle) = parts.extensions.get::<Handle>() {
+            return Ok(Scope::One(handle.clone()));
         }
+        let robots = parts.extensions.get().cloned();
+        robots.map(Scope::All).ok_or_else(Problem::shutting_down)
     }
 }
 
@@ -241,7 +232,7 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
 
 /// List the robots
 #[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
-pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
+pub async fn get_robots(Extension(robots): Fleet) -> Json<RobotList> {
     let names = robots.names();
     let robots = names.iter().filter_map(|name| robots.info(name)).collect();
     Json(RobotList { robots })
@@ -250,7 +241,7 @@ pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
 /// Get the addresses of a robot
 #[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
     responses((status = 200, body = RobotInfo)))]
-pub async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
+pub async fn get_robot(Extension(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
     info.map(Json)
         .ok_or_else(|| no_such_robot(robots.as_ref(), &name))

@@ -262,16 +262,6 @@ impl Clock {
         (self.idle, self.held) = (idle, held);
     }
 
-    /// Wall-clock time until `moment`; `None` if time stands still.
-    pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
-        let left = moment.since(self.now());
-        match self.mode {
-            TimeMode::Stepped => None,
-            TimeMode::Real | TimeMode::Auto => Some(left),
-            TimeMode::Scaled(factor) => Some(scaled(left, 1.0 / factor)),
-        }
-    }
-
     /// Notes that a byte was sent or received; `auto` waits for as much silence from now.
     pub fn note_activity(&mut self) {
         self.last_activity = self.wall();

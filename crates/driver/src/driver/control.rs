@@ -225,10 +225,9 @@ impl Driver {
             return Wake::JumpAfter(Duration::ZERO);
         }
         let limit = waits.iter().map(|pending| pending.limit).min();
-        // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
-        let left = limit.and_then(|limit| clock.wall_time_until(limit));
         let wake = clock.wake(self.cell.deadline(), host_is_silent);
-        wake.min(left.map_or(Wake::Never, Wake::After))
+        // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
+        wake.min(clock.wake(limit, false))
     }
 
     /// Where time jumps to after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
