@@ -87,7 +87,8 @@ impl WireHandle {
 
     /// Whether a wire begins at this outside line.
     pub fn can_set(&self, name: &str) -> bool {
-        self.wires.iter().any(|wire| is_outside(&wire.from, name))
+        let begins = |wire: &Wire| matches!(&wire.from, WireEnd::Outside(known) if known == name);
+        self.wires.iter().any(begins)
     }
 
     /// Sets an outside line. Everything that follows from it at once has happened when this returns; false if the robots
@@ -97,10 +98,6 @@ impl WireHandle {
         let sent = self.changes.send((name.to_owned(), on, done)).await;
         sent.is_ok() && is_done.await.is_ok()
     }
-}
-
-fn is_outside(end: &WireEnd, name: &str) -> bool {
-    matches!(end, WireEnd::Outside(known) if known == name)
 }
 
 /// One unit of work.
