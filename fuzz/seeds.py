@@ -64,7 +64,7 @@ def main(folder):
     for path in sorted((ROOT / "fixtures/transcripts").glob("*.txt")):
         (folder / "protocol" / path.stem).write_bytes(transcript(path.read_text()))
     for path in sorted((ROOT / "fuzz/parameters").glob("*.par")):
-        (folder / "parameters" / path.stem).write_bytes(path.read_bytes() + b"\x00\x03\x041200\x00")
+        (folder / "parameters" / path.stem).write_bytes(path.read_bytes())
 
 
 if __name__ == "__main__":

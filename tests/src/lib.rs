@@ -152,14 +152,19 @@ impl Robot {
         self.feed(Input::Panel(panel));
     }
 
-    /// A value of USER.PAR is changed on the drive; it acts after a power cycle.
+    /// The settings of HOST or COM1 are changed in USER.PAR; they act after a power cycle.
     ///
     /// # Panics
-    /// The file has no such value.
-    pub fn set_parameter(&mut self, section: &str, key: &str, value: &str) {
+    /// The file has no line of this port.
+    pub fn set_serial_line(&mut self, port: &str, settings: &str) {
         let content = self.cell.controller.drive().get("USER.PAR").unwrap();
-        let changed = ts3100_proto::parameter::rewrite(content, section, key, value).unwrap();
-        self.cell.controller.put_file("USER.PAR", &changed).unwrap();
+        let content = std::str::from_utf8(content).unwrap();
+        let begin = content.find(&format!("{{{port}}} =")).unwrap();
+        let (before, line) = content.split_at(begin);
+        let after = line.split_at(line.find(['\r', '\n']).unwrap()).1;
+        let changed = format!("{before}{{{port}}} = {settings}{after}");
+        let controller = &mut self.cell.controller;
+        controller.put_file("USER.PAR", changed.as_bytes()).unwrap();
     }
 
     /// Bytes come in on a port, as one segment.

@@ -450,7 +450,7 @@ fn second_point_behind_work(robot: &mut Robot) -> String {
 
 /// HOST set to even parity, and a host that sends with odd.
 fn text_with_wrong_parity(robot: &mut Robot) -> String {
-    robot.set_parameter("U06", "HOST", "9600 8 2 1");
+    robot.set_serial_line("HOST", "9600 8 2 1");
     robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Host);
     let host = HostSettings {

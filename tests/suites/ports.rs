@@ -46,7 +46,7 @@ fn host_of_a_scara_controller_is_served_at_300_and_600_bit_s() {
             model,
             ..Config::new(Dialect::Field)
         });
-        robot.set_parameter("U06", port, &format!("{speed} 8 0 1"));
+        robot.set_serial_line(port, &format!("{speed} 8 0 1"));
         robot.panel(PanelAction::PowerCycle);
         robot
     };

@@ -17,7 +17,7 @@ fn paced(u06: &str, change: impl Fn(&mut Options)) -> Robot {
     change(&mut config.options);
     let mut robot = Robot::with(config);
     for port in ["COM1", "HOST"] {
-        robot.set_parameter("U06", port, u06);
+        robot.set_serial_line(port, u06);
     }
     robot.panel(PanelAction::PowerCycle);
     robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));

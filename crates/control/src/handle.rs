@@ -8,10 +8,11 @@ use super::problem::Problem;
 use axum::http::StatusCode;
 use futures_util::future::BoxFuture;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::{Action, PanelAction};
+use ts3100_driver::driver::REQUEST_QUEUE;
 use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
@@ -53,20 +54,19 @@ impl<T> Slot<T> {
 
 impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>, record: RunRecord) -> Handle {
+    pub fn new(
+        driver: mpsc::Sender<Request>,
+        journal: Arc<Journal>,
+        record: RunRecord,
+        scenario: Option<Play>,
+    ) -> Handle {
         Handle {
             driver,
             journal,
             record,
-            scenario: None,
+            scenario,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
-    }
-
-    /// The same, of a robot to which this scenario is played.
-    #[must_use]
-    pub fn with_scenario(self, scenario: Option<Play>) -> Handle {
-        Handle { scenario, ..self }
     }
 
     async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {
@@ -137,6 +137,26 @@ impl Handle {
     ) -> Result<T, Problem> {
         self.request(|slot| Request::Query(Box::new(move |(), view| slot.fill(look(view)))))
             .await
+    }
+
+    /// A way to the same robot, which serves nobody else until that is dropped.
+    pub async fn exclusive(&self) -> Result<Handle, Problem> {
+        let (driver, requests) = mpsc::channel(REQUEST_QUEUE);
+        let sent = self.driver.send(Request::Exclusive(requests)).await;
+        sent.map_err(|_| Problem::shutting_down())?;
+        let handle = Handle {
+            driver,
+            ..self.clone()
+        };
+        // It is answered when everybody else waits.
+        handle.query(|_| ()).await?;
+        Ok(handle)
+    }
+
+    /// Lets time stand at this moment, as long as nobody else is served.
+    pub async fn stand_still(&self, moment: Instant) -> Result<(), Problem> {
+        let fill = |slot: Slot<()>| Request::StandStill(moment, Box::new(move |(), _| slot.fill(())));
+        self.request(fill).await
     }
 
     /// Waits for something, for at most so long on the wall.

@@ -160,12 +160,6 @@ pub struct EventBatch {
     pub next: u64,
 }
 
-impl Default for Journal {
-    fn default() -> Journal {
-        Journal::new(KEPT_EVENTS, Arc::default())
-    }
-}
-
 impl Journal {
     /// A journal of so many events that also serves this transcript, which the driver writes.
     pub fn new(kept: usize, transcript: Arc<TranscriptBuffer>) -> Journal {
@@ -355,9 +349,13 @@ mod tests {
     use super::*;
     use ts3100_controller::{Config, Controller, Dialect};
 
+    fn journal() -> Arc<Journal> {
+        Arc::new(Journal::new(KEPT_EVENTS, Arc::default()))
+    }
+
     #[test]
     fn what_is_forgotten_is_counted() {
-        let journal = Arc::new(Journal::default());
+        let journal = journal();
         assert_eq!(journal.events_from(1, 10).next, 1);
         for _ in 0..KEPT_EVENTS + 3 {
             JournalWriter(Arc::clone(&journal)).output(Time::ZERO, &Output::PowerOff);
@@ -376,7 +374,7 @@ mod tests {
 
     #[test]
     fn findings_stay_longer_than_other_events_until_a_reset() {
-        let journal = Arc::new(Journal::default());
+        let journal = journal();
         let mut writer = JournalWriter(Arc::clone(&journal));
         let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
         robot.feed(

@@ -16,7 +16,7 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
-use tokio::time::{Instant, Sleep};
+use tokio::time::{Sleep, sleep};
 
 /// Most connections at a time; further ones wait in the backlog of the socket.
 pub const MAX_CONNECTIONS: usize = 64;
@@ -50,7 +50,7 @@ async fn accept_retrying(listener: &TcpListener) -> (TcpStream, SocketAddr) {
     loop {
         match listener.accept().await {
             Ok(caller) => return caller,
-            Err(_) => tokio::time::sleep(ACCEPT_PAUSE).await,
+            Err(_) => sleep(ACCEPT_PAUSE).await,
         }
     }
 }
@@ -85,11 +85,17 @@ pub struct HttpConnection {
     _slot: OwnedSemaphorePermit,
     active_requests: Arc<AtomicUsize>,
     /// Runs while no request is being served.
-    idle: Pin<Box<Sleep>>,
-    /// A request was being served at the last poll, so the idle time starts anew.
-    was_busy: bool,
+    idle: IdleTimer,
     /// Runs while the peer does not read.
-    stalled: Option<Pin<Box<Sleep>>>,
+    stalled: IdleTimer,
+}
+
+/// Ends [`IDLE_TIMEOUT`] after it was asked first; `None` while it does not run.
+type IdleTimer = Option<Pin<Box<Sleep>>>;
+
+fn is_over(timer: &mut IdleTimer, context: &mut Context<'_>) -> bool {
+    let timer = timer.get_or_insert_with(|| Box::pin(sleep(IDLE_TIMEOUT)));
+    timer.as_mut().poll(context).is_ready()
 }
 
 impl HttpConnection {
@@ -100,28 +106,9 @@ impl HttpConnection {
             stream,
             _slot: place,
             active_requests: Arc::default(),
-            idle: Box::pin(tokio::time::sleep(IDLE_TIMEOUT)),
-            was_busy: false,
+            idle: None,
             stalled: None,
         }
-    }
-
-    fn idle_for_too_long(&mut self, context: &mut Context<'_>) -> bool {
-        if self.active_requests.load(Ordering::Relaxed) > 0 {
-            self.was_busy = true;
-            return false;
-        }
-        if std::mem::take(&mut self.was_busy) {
-            self.idle.as_mut().reset(Instant::now() + IDLE_TIMEOUT);
-        }
-        self.idle.as_mut().poll(context).is_ready()
-    }
-
-    fn stalled_for_too_long(&mut self, context: &mut Context<'_>) -> bool {
-        let stalled = self
-            .stalled
-            .get_or_insert_with(|| Box::pin(tokio::time::sleep(IDLE_TIMEOUT)));
-        stalled.as_mut().poll(context).is_ready()
     }
 }
 
@@ -132,7 +119,11 @@ impl AsyncRead for HttpConnection {
         context: &mut Context<'_>,
         buffer: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        let late = self.idle_for_too_long(context);
+        let is_busy = self.active_requests.load(Ordering::Relaxed) > 0;
+        if is_busy {
+            self.idle = None;
+        }
+        let late = !is_busy && is_over(&mut self.idle, context);
         match Pin::new(&mut self.stream).poll_read(context, buffer) {
             Poll::Pending if late => Poll::Ready(Err(io::ErrorKind::TimedOut.into())),
             other => other,
@@ -149,7 +140,7 @@ impl AsyncWrite for HttpConnection {
         let written = Pin::new(&mut self.stream).poll_write(context, bytes);
         if written.is_ready() {
             self.stalled = None;
-        } else if self.stalled_for_too_long(context) {
+        } else if is_over(&mut self.stalled, context) {
             return Poll::Ready(Err(io::ErrorKind::TimedOut.into()));
         }
         written

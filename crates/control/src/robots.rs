@@ -4,6 +4,7 @@
 //! What runs a robot is not known here; see [`Robots`].
 
 use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
+use axum::Extension;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
@@ -13,11 +14,15 @@ use axum::response::{IntoResponse, Response};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
 use ts3100_driver::driver::wired::WireHandle;
 use ts3100_proto::words::did_you_mean;
 
 /// What all paths of one robot begin with.
 const PREFIX: &str = "/robots/";
+/// Longest wall-clock time that a call for all robots waits for one of them, while those before it stand still.
+const MAX_GATHERING: Duration = Duration::from_secs(5);
 /// Most names that a message lists.
 const MAX_LISTED: usize = 8;
 
@@ -39,9 +44,13 @@ pub trait Robots: Send + Sync {
     /// The way to a robot that has started.
     fn running(&self, name: &str) -> Option<Handle>;
     /// The wires between them, if there are some.
-    fn wires(&self) -> Option<Vec<WireInfo>>;
+    fn wires(&self) -> Option<Vec<WireInfo>> {
+        None
+    }
     /// Sets lines from outside.
-    fn wire_handle(&self) -> Option<&WireHandle>;
+    fn wire_handle(&self) -> Option<&WireHandle> {
+        None
+    }
 }
 
 /// A robot of this process.
@@ -82,16 +91,7 @@ pub struct RobotList {
 }
 
 /// All robots, as a parameter of a handler.
-pub struct Fleet(pub Arc<dyn Robots>);
-
-impl<S: Sync> FromRequestParts<S> for Fleet {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Fleet, Problem> {
-        let found = parts.extensions.get().cloned();
-        found.map(Fleet).ok_or_else(Problem::shutting_down)
-    }
-}
+pub type Fleet = Extension<Arc<dyn Robots>>;
 
 /// Whom a call is for that can also be for all robots.
 pub enum Scope {
@@ -104,13 +104,12 @@ pub enum Scope {
 impl<S: Sync> FromRequestParts<S> for Scope {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Scope, Problem> {
-        match parts.extensions.get::<Handle>() {
-            Some(handle) => Ok(Scope::One(handle.clone())),
-            None => Fleet::from_request_parts(parts, state)
-                .await
-                .map(|Fleet(robots)| Scope::All(robots)),
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Scope, Problem> {
+        if let Some(handle) = parts.extensions.get::<Handle>() {
+            return Ok(Scope::One(handle.clone()));
         }
+        let robots = parts.extensions.get().cloned();
+        robots.map(Scope::All).ok_or_else(Problem::shutting_down)
     }
 }
 
@@ -120,14 +119,30 @@ impl Scope {
         match self {
             Scope::One(handle) => Ok(vec![(String::new(), handle.clone())]),
             Scope::All(robots) => {
-                let mut started = Vec::new();
-                for name in robots.names() {
-                    let handle = start(robots.as_ref(), &name)?;
-                    started.push((name, handle));
-                }
-                Ok(started)
+                let named = |name: String| Ok((name.clone(), start(robots.as_ref(), &name)?));
+                robots.names().into_iter().map(named).collect()
             }
         }
+    }
+
+    /// As [`Scope::started`]. Several stand still at one moment, and serve nobody else, until their handles are dropped.
+    pub async fn together(&self) -> Result<Vec<(String, Handle)>, Problem> {
+        let mut robots = self.started()?;
+        if let Scope::All(_) = self {
+            // Every caller takes them in this order, so nobody waits for a robot of somebody who waits.
+            for (name, handle) in &mut robots {
+                let taken = timeout(MAX_GATHERING, handle.exclusive()).await;
+                *handle = taken.map_err(|_| {
+                    let told = format!("cannot stop all robots at one moment: {name} is busy; try again");
+                    Problem::new(StatusCode::SERVICE_UNAVAILABLE, told)
+                })??;
+            }
+            let moment = Instant::now();
+            for (_, handle) in &robots {
+                handle.stand_still(moment).await?;
+            }
+        }
+        Ok(robots)
     }
 }
 
@@ -217,7 +232,7 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
 
 /// List the robots
 #[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
-pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
+pub async fn get_robots(Extension(robots): Fleet) -> Json<RobotList> {
     let names = robots.names();
     let robots = names.iter().filter_map(|name| robots.info(name)).collect();
     Json(RobotList { robots })
@@ -226,7 +241,7 @@ pub async fn get_robots(Fleet(robots): Fleet) -> Json<RobotList> {
 /// Get the addresses of a robot
 #[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
     responses((status = 200, body = RobotInfo)))]
-pub async fn get_robot(Fleet(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
+pub async fn get_robot(Extension(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
     info.map(Json)
         .ok_or_else(|| no_such_robot(robots.as_ref(), &name))

@@ -3,7 +3,6 @@
 //!
 //! The settings are enforced for each request in [`super::guard`].
 
-use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 use ts3100_proto::words::UnexpectedWord;
@@ -35,15 +34,6 @@ impl FromStr for ControlChoice {
         port.or_else(|_| text.parse())
             .map(ControlChoice::Address)
             .map_err(|_| UnexpectedWord::new("`off`, ADDRESS:PORT or a port of 127.0.0.1", text))
-    }
-}
-
-impl fmt::Display for ControlChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ControlChoice::Off => f.write_str("off"),
-            ControlChoice::Address(address) => address.fmt(f),
-        }
     }
 }
 

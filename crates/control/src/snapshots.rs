@@ -43,12 +43,6 @@ impl SnapshotList {
             snapshots: view.snapshots.list().into_iter().map(named).collect(),
         }
     }
-
-    fn shared_with(mut self, other: &SnapshotList) -> SnapshotList {
-        self.snapshots
-            .retain(|one| other.snapshots.iter().any(|same| same.name == one.name));
-        self
-    }
 }
 
 /// List the named snapshots
@@ -59,21 +53,35 @@ pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     let mut common: Option<SnapshotList> = None;
     for (_, handle) in scope.started()? {
         let of_robot = handle.query(SnapshotList::new).await?;
-        common = Some(common.map_or_else(|| of_robot.clone(), |common| common.shared_with(&of_robot)));
+        let common = common.get_or_insert_with(|| of_robot.clone());
+        let is_shared = |one: &SnapshotInfo| of_robot.snapshots.iter().any(|other| other.name == one.name);
+        common.snapshots.retain(is_shared);
     }
     Ok(Json(common.unwrap_or_default()))
 }
 
-/// Does something about a snapshot of each robot; the answer is that of the last.
+/// Does something about a snapshot of each robot. The answer is that of the last, or why one does not have all of it.
 async fn change(
-    robots: Vec<(String, Handle)>,
+    robots: &[(String, Handle)],
     tasks: impl Iterator<Item = SnapshotTask>,
 ) -> Answer<SnapshotList> {
-    let mut last = SnapshotList::default();
-    for ((_, handle), task) in robots.into_iter().zip(tasks) {
-        last = handle.change(Request::Snapshot, task, SnapshotList::new).await?;
+    let mut answer = Ok(SnapshotList::default());
+    for ((_, handle), task) in robots.iter().zip(tasks) {
+        let changed = handle.change(Request::Snapshot, task, SnapshotList::new);
+        answer = answer.and(changed.await);
     }
-    Ok(Json(last))
+    answer.map(Json)
+}
+
+/// Does something about the snapshot of this name of each robot, or of none if one refuses it.
+async fn change_named(scope: Scope, name: String, task: fn(String) -> SnapshotTask) -> Answer<SnapshotList> {
+    let robots = scope.together().await?;
+    let mut tasks = repeat_with(|| task(name.clone()));
+    for ((_, handle), task) in robots.iter().zip(&mut tasks) {
+        let refused = handle.query(move |view| view.snapshots.check(&task)).await?;
+        refused.map_err(SnapshotRequestError::from)?;
+    }
+    change(&robots, tasks).await
 }
 
 /// Save the current state under a name
@@ -82,7 +90,7 @@ async fn change(
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(scope.started()?, repeat_with(|| SnapshotTask::Save(name.clone()))).await
+    change_named(scope, name, SnapshotTask::Save).await
 }
 
 /// Restore a named snapshot
@@ -92,30 +100,14 @@ pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> 
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    // All or none: a robot without it would stay as it is.
-    for (_, handle) in scope.started()? {
-        let wanted = name.clone();
-        let found = handle
-            .query(move |view| view.snapshots.get(&wanted).map(drop))
-            .await?;
-        found.map_err(SnapshotRequestError::from)?;
-    }
-    change(
-        scope.started()?,
-        repeat_with(|| SnapshotTask::Restore(name.clone())),
-    )
-    .await
+    change_named(scope, name, SnapshotTask::Restore).await
 }
 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change(
-        scope.started()?,
-        repeat_with(|| SnapshotTask::Remove(name.clone())),
-    )
-    .await
+    change_named(scope, name, SnapshotTask::Remove).await
 }
 
 /// States as a file has them: that of one robot, or of each by its name.
@@ -136,7 +128,9 @@ pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl In
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
         let wanted = name.clone();
-        let named = handle.query(move |view| view.snapshots.get(&wanted)).await?;
+        let named = handle
+            .query(move |view| view.snapshots.get(&wanted).cloned())
+            .await?;
         states.push((robot, named.map_err(SnapshotRequestError::from)?));
     }
     Ok(snapshot_file(&scope, &states))
@@ -147,10 +141,13 @@ pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl In
 /// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
 pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
+    let robots = scope.together().await?;
     let mut states = Vec::new();
-    for (robot, handle) in scope.started()? {
-        states.push((robot, handle.query(|view| view.controller.clone()).await?));
+    for (robot, handle) in &robots {
+        let state = handle.query(|view| view.controller.clone()).await?;
+        states.push((robot.clone(), state));
     }
+    drop(robots);
     Ok(snapshot_file(&scope, &states))
 }
 
@@ -159,16 +156,13 @@ pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
 /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
 pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
-    let robots = scope.started()?;
     let states = match &scope {
-        Scope::One(_) => vec![snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?],
-        Scope::All(_) => {
-            let names: Vec<String> = robots.iter().map(|(name, _)| name.clone()).collect();
-            snapshot::cell::from_json(&text, &names).map_err(SnapshotRequestError::Parse)?
-        }
+        Scope::One(_) => snapshot::from_json(&text).map(|state| vec![state]),
+        Scope::All(robots) => snapshot::cell::from_json(&text, &robots.names()),
     };
-    let states = states.into_iter().map(Box::new);
-    change(robots, states.map(SnapshotTask::Replace)).await
+    let states = states.map_err(SnapshotRequestError::Parse)?.into_iter();
+    let tasks = states.map(|state| SnapshotTask::Replace(Box::new(state)));
+    change(&scope.together().await?, tasks).await
 }
 
 impl From<SnapshotRequestError> for Problem {

@@ -116,10 +116,6 @@ impl VariableInfo {
         }
     }
 
-    fn may_be_position(&self) -> bool {
-        self.kind.is_none_or(|Kind(kind)| kind == ValueKind::Position)
-    }
-
     /// Looks for a variable, or for a position only.
     fn find(text: String, position: bool) -> impl FnOnce(&View<'_>) -> Result<VariableInfo, Problem> {
         let expected = if position {
@@ -127,13 +123,15 @@ impl VariableInfo {
         } else {
             "a variable of GLOBAL or DATA of the selected file"
         };
+        let fits =
+            move |kind: Option<Kind>| !position || kind.is_none_or(|kind| kind == Kind(ValueKind::Position));
         move |view| {
             let name =
                 VariableName::parse(&text).map_err(|error| Problem::not_found("name", expected, error))?;
             let found = view.controller.variable(&name.name, &name.subscripts);
             let mut document = found
                 .map(VariableInfo::new)
-                .filter(|document| !position || document.may_be_position())
+                .filter(|document| fits(document.kind))
                 .ok_or_else(|| Problem::not_found("name", expected, text))?;
             if let [bound] = document.bounds.as_slice() {
                 let elements = view.controller.elements(&document.name, *bound);

@@ -4,6 +4,7 @@
 
 use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema};
 use super::robots::{Fleet, Robots, WireInfo};
+use axum::Extension;
 
 /// The wires.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -28,7 +29,7 @@ fn list(robots: &dyn Robots) -> WireList {
 
 /// List the wires
 #[utoipa::path(get, path = "/wires", responses((status = 200, body = WireList)))]
-pub async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
+pub async fn get_wires(Extension(robots): Fleet) -> Json<WireList> {
     Json(list(robots.as_ref()))
 }
 
@@ -38,7 +39,7 @@ pub async fn get_wires(Fleet(robots): Fleet) -> Json<WireList> {
 #[utoipa::path(put, path = "/wires/outside/{name}", params(("name" = String, Path, description = "Name of the line")),
     request_body = SetOutside, responses((status = 200, body = WireList)))]
 pub async fn put_outside(
-    Fleet(robots): Fleet,
+    Extension(robots): Fleet,
     Path(name): Path<String>,
     Json(body): Json<SetOutside>,
 ) -> Answer<WireList> {

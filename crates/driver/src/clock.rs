@@ -8,6 +8,7 @@ use core::str::FromStr;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::words::UnexpectedWord;
 
 /// How long connections must be quiet before [`TimeMode::Auto`] jumps, unless the option `auto.silence` says otherwise:
 /// long enough to read an answer that is already on the loopback. It then jumps from deadline to deadline until a byte is
@@ -49,17 +50,13 @@ pub enum TimeGap {
     Skip,
 }
 
-/// A word that is not a time mode.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`"
-)]
-pub struct TimeModeError(String);
+/// The words of the time modes.
+const TIME_MODES: &str = "`real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`";
 
 impl FromStr for TimeMode {
-    type Err = TimeModeError;
+    type Err = UnexpectedWord;
 
-    fn from_str(word: &str) -> Result<TimeMode, TimeModeError> {
+    fn from_str(word: &str) -> Result<TimeMode, UnexpectedWord> {
         match word {
             "real" => Ok(TimeMode::Real),
             "stepped" => Ok(TimeMode::Stepped),
@@ -69,7 +66,7 @@ impl FromStr for TimeMode {
                 .and_then(|factor| factor.parse::<f64>().ok())
                 .filter(|factor| *factor > 0.0 && *factor <= MAX_SCALE)
                 .map(TimeMode::Scaled)
-                .ok_or_else(|| TimeModeError(word.to_owned())),
+                .ok_or_else(|| UnexpectedWord::new(TIME_MODES, word)),
         }
     }
 }
@@ -169,13 +166,6 @@ impl Clock {
         self.held.unwrap_or_else(Instant::now)
     }
 
-    /// Takes over from a clock that passes together with this one how time passes.
-    pub fn follow(&mut self, other: &Clock) {
-        if self.mode != other.mode {
-            self.set_mode(other.mode);
-        }
-    }
-
     /// When a host was last active, and how long connections must be quiet before automatic time jumps.
     pub fn silence(&self) -> (Instant, Duration) {
         (self.last_activity, self.silence)
@@ -200,11 +190,10 @@ impl Clock {
     /// each wake.
     pub fn skip_gap(&mut self) -> Option<Duration> {
         // The driver calls this before each unit of work: the system clock is not asked in vain.
-        let skips = self.gap == TimeGap::Skip;
-        skips.then(|| self.skip_gap_at(self.wall())).flatten()
-    }
-
-    fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
+        if self.gap == TimeGap::CatchUp {
+            return None;
+        }
+        let wall = self.wall();
         let since = std::mem::replace(&mut self.last_check, wall).max(self.origin);
         let missed = wall.saturating_duration_since(since);
         let stopped = match self.mode {
@@ -212,7 +201,7 @@ impl Clock {
             TimeMode::Auto => self.idle,
             TimeMode::Real | TimeMode::Scaled(_) => false,
         };
-        if self.gap == TimeGap::CatchUp || stopped || missed < MIN_GAP {
+        if stopped || missed < MIN_GAP {
             return None;
         }
         self.origin += missed;
@@ -273,16 +262,6 @@ impl Clock {
         (self.idle, self.held) = (idle, held);
     }
 
-    /// Wall-clock time until `moment`; `None` if time stands still.
-    pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
-        let left = moment.since(self.now());
-        match self.mode {
-            TimeMode::Stepped => None,
-            TimeMode::Real | TimeMode::Auto => Some(left),
-            TimeMode::Scaled(factor) => Some(scaled(left, 1.0 / factor)),
-        }
-    }
-
     /// Notes that a byte was sent or received; `auto` waits for as much silence from now.
     pub fn note_activity(&mut self) {
         self.last_activity = self.wall();
@@ -305,7 +284,21 @@ impl Clock {
 
     /// When to wake for `deadline` if no input arrives before.
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        self.wake_at(self.wall(), deadline, host_is_silent)
+        let Some(deadline) = deadline else {
+            return Wake::Never;
+        };
+        let wall = self.wall();
+        let left = deadline.since(self.at(wall));
+        match self.mode {
+            _ if left.is_zero() => Wake::After(Duration::ZERO),
+            TimeMode::Stepped => Wake::Never,
+            TimeMode::Auto if host_is_silent => {
+                let quiet = wall.saturating_duration_since(self.last_activity);
+                Wake::JumpAfter(self.silence.saturating_sub(quiet).min(left))
+            }
+            TimeMode::Real | TimeMode::Auto => Wake::After(left),
+            TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
+        }
     }
 
     /// Moves virtual time forward to `deadline`, after [`Wake::JumpAfter`]; never backward.
@@ -330,23 +323,6 @@ impl Clock {
             TimeMode::Real | TimeMode::Auto => self.base + whole_micros(passed),
             TimeMode::Scaled(factor) => self.base + whole_micros(scaled(passed, factor)),
             TimeMode::Stepped => self.base,
-        }
-    }
-
-    fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        let Some(deadline) = deadline else {
-            return Wake::Never;
-        };
-        let left = deadline.since(self.at(wall));
-        match self.mode {
-            _ if left.is_zero() => Wake::After(Duration::ZERO),
-            TimeMode::Stepped => Wake::Never,
-            TimeMode::Auto if host_is_silent => {
-                let quiet = wall.saturating_duration_since(self.last_activity);
-                Wake::JumpAfter(self.silence.saturating_sub(quiet).min(left))
-            }
-            TimeMode::Real | TimeMode::Auto => Wake::After(left),
-            TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
         }
     }
 }
@@ -384,6 +360,18 @@ mod tests {
 
     fn started(mode: TimeMode) -> Clock {
         Clock::start(mode, TimeGap::CatchUp, AUTO_GRACE)
+    }
+
+    impl Clock {
+        fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
+            let held = Some(wall);
+            Clock { held, ..self.clone() }.wake(deadline, host_is_silent)
+        }
+
+        fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
+            self.hold(Some(wall));
+            self.skip_gap()
+        }
     }
 
     #[test]

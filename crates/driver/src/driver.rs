@@ -87,6 +87,8 @@ pub struct Driver {
     cell: Cell,
     edge: Edge,
     requests: mpsc::Receiver<Request>,
+    /// The requests that are served alone.
+    exclusive: Option<mpsc::Receiver<Request>>,
     rotation: Rotation,
     /// Takes the result of an action that waits until a change of a file is stored.
     awaiting: Option<Reply<Result<(), ActionError>>>,
@@ -118,12 +120,12 @@ impl Driver {
                 clock,
                 shares_time: false,
                 backing: setup.backing,
-                ports: BTreeMap::new(),
                 waits: Vec::new(),
                 begun: Instant::now(),
                 write: None,
             },
             requests,
+            exclusive: None,
             rotation: Rotation::default(),
             awaiting: None,
             snapshot_store: SnapshotStore::default(),
@@ -136,7 +138,7 @@ impl Driver {
         driver.judge_pace();
         // A snapshot can hold a controller that is powered off; it has no open ports.
         if driver.cell.controller.state().powered {
-            driver.edge.open_channels(&driver.cell.controller)?;
+            driver.edge.channels.open(driver.cell.controller.network())?;
         }
         driver.edge.serial_lines.open(&driver.cell.controller)?;
         driver.start();
@@ -145,7 +147,7 @@ impl Driver {
 
     /// TCP port of each server channel.
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
-        &self.edge.ports
+        self.edge.channels.numbers()
     }
 
     /// Endpoint (path or address) of each open serial line.

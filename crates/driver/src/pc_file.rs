@@ -1,5 +1,6 @@
 //! Files of the PC as files of the drive: their names and their line ends.
 
+use crate::files::extension;
 use std::path::{Path, PathBuf};
 use ts3100_controller::limits;
 use ts3100_proto::name::FileName;
@@ -28,17 +29,12 @@ pub fn drive_name(path: &Path) -> Result<String, NameError> {
         path: path.to_path_buf(),
         reason,
     };
-    let is_parameter = path
-        .extension()
-        .is_some_and(|ending| ending.eq_ignore_ascii_case("par"));
-    let part = if is_parameter {
-        path.file_name()
-    } else {
-        path.file_stem()
+    let part = match extension(path).as_str() {
+        "par" => path.file_name(),
+        _ => path.file_stem(),
     };
-    let text = part
-        .and_then(|part| part.to_str())
-        .ok_or_else(|| name_error("it is no text".to_owned()))?;
+    let text = part.and_then(|part| part.to_str());
+    let text = text.ok_or_else(|| name_error("it is no text".to_owned()))?;
     let name = FileName::parse(text).map_err(|error| name_error(error.to_string()))?;
     Ok(name.as_str().to_owned())
 }

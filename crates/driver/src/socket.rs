@@ -15,20 +15,10 @@ pub async fn ready(stream: &TcpStream, interest: Interest) -> io::Result<Ready> 
     stream.ready(interest).await
 }
 
-/// Waits until the socket is readable. Cancel safe.
-pub async fn readable(stream: &TcpStream) -> io::Result<()> {
-    ready(stream, Interest::READABLE).await.map(drop)
-}
-
-/// Waits until the socket is writable. Cancel safe.
-pub async fn writable(stream: &TcpStream) -> io::Result<()> {
-    ready(stream, Interest::WRITABLE).await.map(drop)
-}
-
 /// Writes all bytes.
 pub async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {
-        writable(stream).await?;
+        ready(stream, Interest::WRITABLE).await?;
         match stream.try_write(bytes) {
             Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
             Ok(written) => bytes = bytes.get(written..).unwrap_or_default(),

@@ -10,12 +10,11 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::warn;
 use ts3100_control::journal::{Journal, JournalWriter, KEPT_EVENTS};
-use ts3100_control::robots::{CannotStart, RobotInfo, Robots, WireInfo};
+use ts3100_control::robots::{CannotStart, RobotInfo, Robots};
 use ts3100_control::{ControlSettings, DriverHandle};
 use ts3100_controller::Port;
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::driver::self_check::connectable;
-use ts3100_driver::driver::wired::WireHandle;
 use ts3100_driver::driver::{Driver, Setup};
 use ts3100_driver::tcp::SharedPorts;
 use ts3100_recording::reports::RunRecord;
@@ -129,8 +128,8 @@ impl Launched {
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);
         let record = self.run_record.clone();
-        let handle = DriverHandle::new(self.requests.clone(), journal, record);
-        Some(handle.with_scenario(self.play.clone()))
+        let (requests, play) = (self.requests.clone(), self.play.clone());
+        Some(DriverHandle::new(requests, journal, record, play))
     }
 
     /// Opens the control interface if the settings configure one, and returns its address. Requests are answered while
@@ -215,13 +214,5 @@ impl Robots for OnlyRobot {
 
     fn running(&self, name: &str) -> Option<DriverHandle> {
         (name == self.info.name).then(|| self.handle.clone())
-    }
-
-    fn wires(&self) -> Option<Vec<WireInfo>> {
-        None
-    }
-
-    fn wire_handle(&self) -> Option<&WireHandle> {
-        None
     }
 }

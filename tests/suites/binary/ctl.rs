@@ -187,6 +187,15 @@ fn the_exit_code_says_how_it_ended() {
     }
     let late = ["clock", "advance-until", "output", "3", "on", "--within", "1"];
     assert_eq!(code(&serve, &late), Some(4));
+    // Time stands still, so only the wall-clock limit ends the wait.
+    let never = ["wait", "output", "3", "on", "--within", "1", "--wall", "0.1"];
+    let ended = ctl(&serve, &never);
+    assert_eq!(ended.status.code(), Some(4));
+    assert!(
+        stderr(&ended).contains("has not ended within 0.1 s"),
+        "{}",
+        stderr(&ended)
+    );
     assert_eq!(
         run(&["ctl", "--url", "http://127.0.0.1:1", "state"])
             .status

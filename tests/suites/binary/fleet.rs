@@ -166,6 +166,51 @@ fn the_cell_is_saved_and_restored_as_a_whole() {
 }
 
 #[test]
+fn a_snapshot_of_several_robots_is_of_one_moment() {
+    let directory = TempDir::new("fleet");
+    let wired = directory.file(
+        "cell.toml",
+        "[[robot]]\nname = \"robot-1\"\n[[robot]]\nname = \"robot-2\"\n\
+         [[wire]]\nfrom = \"robot-1.dout.5\"\nto = \"robot-2.din.1\"\n",
+    );
+    for robots in [["--robots", "2"], ["--config", &wired]] {
+        let serve = Serve::start(&[&robots[..], &["--time", "x1000"]].concat());
+        let distance = |state: Value| {
+            let [one, other] =
+                ["robot-1", "robot-2"].map(|name| state["robots"][name]["now"].as_i64().unwrap());
+            one - other
+        };
+        let distances: Vec<_> = (0..10)
+            .map(|_| distance(answer(&serve, &["snapshot", "show"])))
+            .collect();
+        // Times are rounded down to a microsecond.
+        let spread = distances.iter().max().unwrap() - distances.iter().min().unwrap();
+        assert!(spread <= 1, "{robots:?} {distances:?}");
+    }
+}
+
+#[test]
+fn a_call_about_the_snapshots_of_all_robots_that_one_refuses_changes_none() {
+    let serve = Serve::start(&["--robots", "2"]);
+    let url = serve.control.as_deref().unwrap();
+    let client = ts3100_emulator::client::Client::new(url, None).unwrap();
+    let refused = |method, status| {
+        let (found, text) = client.call(method, "/snapshots/one", None).unwrap();
+        assert_eq!(found, status, "{text}");
+    };
+    let kept = || answer(&serve, &["--robot", "robot-1", "snapshot"])["snapshots"].clone();
+    for number in 0..64 {
+        let path = format!("/robots/robot-2/snapshots/n{number}");
+        assert_eq!(client.call("PUT", &path, None).unwrap().0, 200);
+    }
+    refused("PUT", 409);
+    assert_eq!(kept(), json!([]), "robot-2 has as many as it can");
+    answer(&serve, &["--robot", "robot-1", "snapshot", "take", "one"]);
+    refused("DELETE", 404);
+    assert_eq!(kept()[0]["name"], "one", "robot-2 does not have it");
+}
+
+#[test]
 fn each_robot_has_a_seed_of_its_own() {
     let directory = TempDir::new("fleet");
     let path = directory.path().join("{robot}.txt").to_str().unwrap().to_owned();

@@ -10,7 +10,7 @@ use crate::clock::{self, TimeMode, Wake};
 use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::Channel;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tracing::{error, info};
 use ts3100_controller::action::{Accepted, Action, ActionError, ActionErrorKind};
 use ts3100_controller::faults::FaultAction;
@@ -44,6 +44,7 @@ impl Driver {
                 self.feed(Input::Tick);
                 self.finish_writes().await;
                 let result = self.act_on_snapshots(task).await;
+                self.finish_writes().await;
                 reply(result, &self.view());
             }
             Request::Query(look) => {
@@ -67,6 +68,15 @@ impl Driver {
                 // It may have ended already.
                 self.feed(Input::Tick);
             }
+            Request::Exclusive(requests) => self.exclusive = Some(requests),
+            Request::StandStill(moment, reply) => {
+                self.edge.clock.hold(Some(moment));
+                self.edge.begun = Instant::now();
+                let now = self.edge.clock.now();
+                let _ = self.cell.feed(now, Input::Tick, Side::Host, &mut self.edge);
+                self.finish_writes().await;
+                reply((), &self.view());
+            }
         }
     }
 
@@ -87,7 +97,7 @@ impl Driver {
         View {
             controller: &self.cell.controller,
             clock: &self.edge.clock,
-            ports: &self.edge.ports,
+            ports: self.ports(),
             serial_lines: &self.edge.serial_lines,
             backing: self.edge.backing.as_ref().map(Backing::status),
             snapshots: &self.snapshot_store,
@@ -159,7 +169,8 @@ impl Driver {
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
     async fn reset(&mut self) -> Result<(), StoreError> {
-        for input in self.edge.close_channels_for(&self.initial_controller) {
+        let network = self.initial_controller.network();
+        for input in self.edge.channels.close_for(network) {
             if let Input::Disconnected { port } = input {
                 self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
             }
@@ -168,7 +179,6 @@ impl Driver {
         self.feed(Input::Tick);
         self.finish_writes().await;
         let mut next = self.initial_controller.clone();
-        let files_result = self.edge.replace_files(&self.cell.controller, &next);
         let wall_clock = matches!(self.edge.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
         let calendar = wall_clock.then(clock::system_calendar);
         if let Some(calendar) = calendar {
@@ -179,16 +189,12 @@ impl Driver {
             calendar,
         };
         self.cell.notify(self.cell.controller.now(), notice);
-        self.cell.controller = next;
         self.edge.clock.restart();
-        self.edge.clock.set(self.cell.controller.now());
-        self.edge.abandon_waits(Time::ZERO);
-        self.edge.save_history(&self.cell.controller);
-        self.finish_writes().await;
-        if let Err(reason) = self.edge.open_channels(&self.cell.controller) {
+        let files_result = self.take_over(next).await;
+        if let Err(reason) = self.edge.channels.open(self.cell.controller.network()) {
             error!("no port is open: {reason}");
         }
-        info!("reset; ports: {:?}", self.edge.ports);
+        info!("reset; ports: {:?}", self.ports());
         for input in self.edge.serial_lines.power_cycled(&self.cell.controller) {
             self.feed(input);
         }
@@ -209,31 +215,25 @@ impl Driver {
         }
     }
 
-    /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
-    pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
-        self.next_wake_if(self.cell.controller.host_is_silent())
-    }
-
-    /// Whether a wait moves time.
-    pub(super) fn is_advancing(&self) -> bool {
-        self.edge.waits.iter().any(|pending| pending.wait.advance)
-    }
-
-    /// As [`Driver::next_wake`], if every host is silent or not.
-    pub(super) fn next_wake_if(&self, host_is_silent: bool) -> (Wake, Option<Time>) {
-        if self.edge.write.is_some() {
-            return (Wake::Never, None);
+    /// When the loop must wake if no input arrives.
+    pub(super) fn wake(&self, host_is_silent: bool) -> Wake {
+        if self.edge.write.is_some() || self.exclusive.is_some() {
+            return Wake::Never;
         }
-        let deadline = self.cell.deadline();
-        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
-        if let Some(limit) = advancing.map(|pending| pending.limit).min() {
-            let next = deadline.map_or(limit, |deadline| deadline.min(limit));
-            return (Wake::JumpAfter(Duration::ZERO), Some(next));
+        let (waits, clock) = (&self.edge.waits, &self.edge.clock);
+        if waits.iter().any(|pending| pending.wait.advance) {
+            return Wake::JumpAfter(Duration::ZERO);
         }
-        let wake = self.edge.clock.wake(deadline, host_is_silent);
-        let limit = self.edge.waits.iter().map(|pending| pending.limit).min();
+        let limit = waits.iter().map(|pending| pending.limit).min();
+        let wake = clock.wake(self.cell.deadline(), host_is_silent);
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
-        let left = limit.and_then(|limit| self.edge.clock.wall_time_until(limit));
-        (wake.min(left.map_or(Wake::Never, Wake::After)), deadline)
+        wake.min(clock.wake(limit, false))
+    }
+
+    /// Where time jumps to after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
+    pub(super) fn jump_target(&self) -> Option<Time> {
+        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
+        let limits = advancing.map(|pending| pending.limit);
+        self.cell.deadline().into_iter().chain(limits).min()
     }
 }

@@ -7,10 +7,8 @@ use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::serial::SerialLines;
 use crate::store::StoreError;
 use crate::store::backing::Backing;
-use crate::tcp::{ChannelError, Channels};
-use std::collections::BTreeMap;
-use std::task::Context;
-use std::time::{Duration, Instant};
+use crate::tcp::Channels;
+use std::time::Instant;
 use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tracing::{error, info, warn};
 use ts3100_controller::{Bytes, Controller, Event, Input, Output, PersistError, Port, Time};
@@ -34,8 +32,6 @@ pub(super) struct Edge {
     pub channels: Channels,
     pub serial_lines: SerialLines,
     pub backing: Option<Backing>,
-    /// TCP port of each server channel.
-    pub ports: BTreeMap<Port, u16>,
     pub waits: Vec<PendingWait>,
     /// Wall-clock time at which the present input came.
     pub begun: Instant,
@@ -48,43 +44,6 @@ impl Edge {
     pub fn begin(&mut self) -> Time {
         self.begun = self.clock.wall();
         self.clock.now()
-    }
-
-    /// Who has connected before a command came on another port is known before it: the ports are not polled in that
-    /// order. Without a context the system itself is asked, whatever the runtime knows of the sockets.
-    pub fn arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
-        let mut inputs = self.channels.accept_arrived(context);
-        inputs.extend(self.serial_lines.open_arrived());
-        inputs
-    }
-
-    /// Opens the channels of the controller's network parameters.
-    pub fn open_channels(&mut self, controller: &Controller) -> Result<(), ChannelError> {
-        self.ports.clear();
-        self.ports = self.channels.open(controller.network())?;
-        Ok(())
-    }
-
-    /// Closes every channel; returns the resulting inputs.
-    pub fn close_channels(&mut self) -> Vec<Input> {
-        self.ports.clear();
-        self.channels.close()
-    }
-
-    /// Closes every connection, and every channel that is not the same under the network parameters of `next`; returns
-    /// the resulting inputs.
-    pub fn close_channels_for(&mut self, next: &Controller) -> Vec<Input> {
-        self.ports.clear();
-        self.channels.close_for(next.network())
-    }
-
-    /// Replaces the files of the backing directory by those of `next`.
-    ///
-    /// # Errors
-    /// Why some of the files were not saved.
-    pub fn replace_files(&mut self, current: &Controller, next: &Controller) -> Result<(), StoreError> {
-        let backing = self.backing.as_mut();
-        backing.map_or(Ok(()), |backing| backing.replace_files(current.files(), next))
     }
 
     /// Begins to save the error history to the backing directory.
@@ -110,13 +69,6 @@ impl Edge {
         };
         let kept = backing.finish(write.at, file, written);
         kept.map_err(|reason| PersistError::Refused(reason.to_string()))
-    }
-
-    /// Ends every wait unreached: they refer to the time of another controller.
-    pub fn abandon_waits(&mut self, at: Time) {
-        for pending in std::mem::take(&mut self.waits) {
-            pending.end(false, at, Duration::ZERO);
-        }
     }
 
     /// Answers the waits that have ended and drops those whose caller is gone.
@@ -163,7 +115,6 @@ impl Effects for Edge {
     }
 
     fn settled(&mut self, controller: &Controller) -> Option<bool> {
-        self.serial_lines.note_room(controller);
         self.end_waits(controller);
         if !self.shares_time {
             self.clock.set_idle(self.is_idle(controller));
@@ -191,13 +142,13 @@ impl Effects for Edge {
             }
             Output::PowerOff => {
                 info!("power off; no port is open");
-                return self.close_channels();
+                return self.channels.close();
             }
             Output::PowerCycled => {
                 let mut inputs = self.serial_lines.power_cycled(controller);
-                inputs.extend(self.close_channels());
-                match self.open_channels(controller) {
-                    Ok(()) => info!("power cycled; ports: {:?}", self.ports),
+                inputs.extend(self.channels.close());
+                match self.channels.open(controller.network()) {
+                    Ok(ports) => info!("power cycled; ports: {ports:?}"),
                     Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
                 return inputs;

@@ -9,8 +9,8 @@ use crate::serial::SerialLines;
 use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
 use crate::store::backing;
 use std::collections::BTreeMap;
-use std::time::Duration;
-use tokio::sync::oneshot;
+use std::time::{Duration, Instant};
+use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::Controller;
 use ts3100_controller::action::{Action, ActionError};
 use ts3100_controller::input::PanelAction;
@@ -34,6 +34,12 @@ pub enum Request {
     Query(Reply<()>),
     /// Waits until a condition is met; drop the receiver to cancel the wait.
     Wait(Wait, oneshot::Sender<WaitResult>),
+    /// Serves these requests alone, until nobody can send more of them: no host, no other caller, no deadline is served.
+    /// So several robots are read or replaced together. A caller that wants several has to ask them in the same order as
+    /// every other caller.
+    Exclusive(mpsc::Receiver<Request>),
+    /// Among those requests: everything that is due until this moment happens, and time stands there as long as they last.
+    StandStill(Instant, Reply<()>),
 }
 
 /// An action around the controller: on a connection, on time, or a reset.

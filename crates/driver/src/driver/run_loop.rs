@@ -31,6 +31,8 @@ pub(super) const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 /// One unit of work.
 pub(super) enum Work {
     Request(Request),
+    /// Requests are no longer served alone.
+    Resume,
     /// What has come of an event on a port.
     Inputs(Vec<Input>),
     /// A write to the backing directory has ended.
@@ -43,14 +45,14 @@ pub(super) enum Work {
     ClockCheck,
 }
 
-/// Which port is polled next, what waits for the ports, and when the driver last yielded.
+/// Which port is polled next, what waits for the ports, and how long the driver has worked.
+#[derive(Default)]
 pub(super) struct Rotation {
     port: usize,
     /// A request, or a jump of time.
     held: Option<Held>,
-    last_yield: Instant,
-    /// Nothing had work at the last poll.
-    idle: bool,
+    /// Since when other tasks had no turn; `None` if nothing had work at the last poll.
+    working_since: Option<Instant>,
 }
 
 /// Work before which the ports are drained: what hosts have sent is handled first. A test that sends a command and then
@@ -63,15 +65,6 @@ pub(super) struct Held {
 }
 
 impl Held {
-    pub(super) fn new(work: Work) -> Held {
-        Held {
-            work,
-            begun: Instant::now(),
-            served: BTreeSet::new(),
-            portions_left: MAX_DRAINED_PORTIONS,
-        }
-    }
-
     /// Notes that a port was served. Each port with data is served once, and again only for a short time: a host that
     /// sends without pause does not delay the work further. `None` if the work is void: time does not pass a host that has
     /// sent something.
@@ -88,8 +81,13 @@ impl Held {
 
 impl Rotation {
     /// Keeps work until the ports are drained.
-    pub(super) fn hold(&mut self, held: Held) {
-        self.held = Some(held);
+    pub(super) fn hold(&mut self, work: Work) {
+        self.held = Some(Held {
+            work,
+            begun: Instant::now(),
+            served: BTreeSet::new(),
+            portions_left: MAX_DRAINED_PORTIONS,
+        });
     }
 
     /// Time does not jump: somebody else had work.
@@ -98,23 +96,12 @@ impl Rotation {
     }
 }
 
-impl Default for Rotation {
-    fn default() -> Rotation {
-        Rotation {
-            port: 0,
-            held: None,
-            last_yield: Instant::now(),
-            idle: true,
-        }
-    }
-}
-
 impl Driver {
     /// Runs the loop until `stop` completes.
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
-            let (wake, deadline) = self.next_wake();
+            let wake = self.wake(self.cell.controller.host_is_silent());
             let beats = self.edge.clock.gap_check_interval();
             let fine = self.edge.clock.needs_fine_timer();
             // The order matters: `auto` may jump only when there is no other work.
@@ -127,21 +114,22 @@ impl Driver {
                 () = clock_check(beats) => Work::ClockCheck,
             };
             self.skip_gap();
-            match (work, wake, deadline) {
-                (Work::Tick, Wake::JumpAfter(_), Some(deadline)) => {
-                    self.rotation.held = Some(Held::new(Work::Jump(deadline)));
-                }
-                (work @ Work::Inputs(_), ..) => {
-                    // The system is asked once what time it is, not at every step of a request.
-                    self.edge.clock.hold(Some(Instant::now()));
-                    self.perform(work).await;
-                    self.edge.clock.hold(None);
-                }
-                (work, ..) => self.perform(work).await,
+            if let (Work::Tick, Wake::JumpAfter(_)) = (&work, wake)
+                && let Some(target) = self.jump_target()
+            {
+                self.rotation.hold(Work::Jump(target));
+            } else if let Work::Inputs(_) = work {
+                // The system is asked once what time it is, not at every step of a request.
+                self.edge.clock.hold(Some(Instant::now()));
+                self.perform(work).await;
+                self.edge.clock.hold(None);
+            } else {
+                self.perform(work).await;
             }
-            if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
+            let working_since = self.rotation.working_since;
+            if working_since.is_some_and(|since| since.elapsed() > MAX_TIME_WITHOUT_YIELD) {
                 yield_now().await;
-                self.rotation.last_yield = Instant::now();
+                self.rotation.working_since = None;
             }
         }
     }
@@ -156,6 +144,13 @@ impl Driver {
     pub(super) async fn perform(&mut self, work: Work) {
         match work {
             Work::Request(request) => self.serve_request(request).await,
+            Work::Resume => {
+                self.exclusive = None;
+                // Robots that share their time go on together.
+                if !self.edge.shares_time {
+                    self.edge.clock.hold(None);
+                }
+            }
             Work::Inputs(inputs) => {
                 self.edge.clock.note_activity();
                 inputs.into_iter().for_each(|input| self.feed(input));
@@ -170,17 +165,30 @@ impl Driver {
         }
     }
 
+    /// The next request, while nothing else is served.
+    pub(super) fn poll_request(&mut self, context: &mut Context<'_>) -> Poll<Work> {
+        if let Some(held) = self.rotation.held.take() {
+            return Poll::Ready(held.work);
+        }
+        match self.requests.poll_recv(context) {
+            Poll::Ready(Some(request)) => Poll::Ready(Work::Request(request)),
+            Poll::Ready(None) | Poll::Pending => Poll::Pending,
+        }
+    }
+
     /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
     pub(super) fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         let rotation = &mut self.rotation;
-        if std::mem::take(&mut rotation.idle) {
-            rotation.last_yield = Instant::now();
-        }
+        rotation.working_since.get_or_insert_with(Instant::now);
         let storing = self.edge.write.is_some();
         if let Some(write) = &mut self.edge.write
             && let Poll::Ready(written) = Pin::new(&mut write.task).poll(context)
         {
             return Poll::Ready(Work::Stored(written));
+        }
+        if let Some(requests) = self.exclusive.as_mut().filter(|_| !storing) {
+            let next = requests.poll_recv(context);
+            return next.map(|next| next.map_or(Work::Resume, Work::Request));
         }
         // Ends when nobody can send requests any more.
         if rotation.held.is_none()
@@ -189,7 +197,7 @@ impl Driver {
             if storing && matches!(request, Request::Query(_)) {
                 return Poll::Ready(Work::Request(request));
             }
-            rotation.held = Some(Held::new(Work::Request(request)));
+            rotation.hold(Work::Request(request));
         }
         let drains = rotation.held.is_some();
         let drained = rotation.held.as_ref().is_some_and(|held| held.portions_left == 0);
@@ -203,7 +211,7 @@ impl Driver {
             let runtime = (!drains).then_some(&mut *context);
             let polled = match self.edge.channels.get_mut(port) {
                 Some(channel) => channel.poll(READ_BUFFER, runtime),
-                None => self.edge.serial_lines.poll(port, runtime),
+                None => self.edge.serial_lines.poll(port, &self.cell.controller, runtime),
             };
             if let Poll::Ready(mut inputs) = polled {
                 rotation.port = index + 1;
@@ -212,7 +220,9 @@ impl Driver {
                     // What the runtime has reported together came in its order. A read takes more than that from a host
                     // that does not wait for its answers: somebody may have connected between two texts.
                     let runtime = (!drains && texts <= 1).then_some(&mut *context);
-                    inputs.splice(..0, self.edge.arrived(runtime));
+                    let mut arrived = self.edge.channels.accept_arrived(runtime);
+                    arrived.extend(self.edge.serial_lines.open_arrived());
+                    inputs.splice(..0, arrived);
                 }
                 return Poll::Ready(Work::Inputs(inputs));
             }
@@ -220,7 +230,7 @@ impl Driver {
         match rotation.held.take_if(|_| !storing) {
             Some(held) => Poll::Ready(held.work),
             None => {
-                rotation.idle = true;
+                rotation.working_since = None;
                 Poll::Pending
             }
         }

@@ -8,6 +8,7 @@ use crate::socket;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::time::Duration;
+use tokio::io::Interest;
 use tokio::net::TcpStream;
 use ts3100_controller::port::Port;
 use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
@@ -34,7 +35,7 @@ impl Driver {
     /// # Errors
     /// SU was not answered, or the ports could not be opened again afterwards.
     pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), OpenError> {
-        let Some(number) = self.edge.ports.get(&Port::Ip0) else {
+        let Some(number) = self.ports().get(&Port::Ip0) else {
             return Ok(());
         };
         let address = SocketAddr::new(connectable(listen), *number);
@@ -55,7 +56,7 @@ impl Driver {
         self.cell = before;
         self.edge.clock.set(self.cell.controller.now());
         self.edge.clock.set_idle(self.edge.is_idle(&self.cell.controller));
-        self.edge.open_channels(&self.cell.controller)?;
+        self.edge.channels.open(self.cell.controller.network())?;
         result.map_err(OpenError::SelfCheck)
     }
 }
@@ -67,7 +68,7 @@ async fn exchange_su(address: SocketAddr, checksum: Checksum) -> io::Result<()> 
     let mut answer = Vec::new();
     let mut piece = [0; MAX_ANSWER];
     while !answer.contains(&ETX) && answer.len() < MAX_ANSWER {
-        socket::readable(&stream).await?;
+        socket::ready(&stream, Interest::READABLE).await?;
         match stream.try_read(&mut piece) {
             Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => answer.extend(piece.iter().take(count)),

@@ -27,7 +27,7 @@ fn single_threaded() -> tokio::runtime::Runtime {
 }
 
 /// Selects a file that does not exist after an alarm.
-struct OnAlarm(Arc<AtomicBool>);
+pub(super) struct OnAlarm(pub(super) Arc<AtomicBool>);
 
 impl Subscriber for OnAlarm {
     fn output(&mut self, _at: Time, output: &Output) {
@@ -585,9 +585,9 @@ fn wired_robots_with_different_deadlines_wait_in_real_time() {
         });
         let (wired, _handle) = wired::Wired::new(robots.into(), Vec::new());
         assert!(
-            matches!(wired.next_wake().0, Wake::After(_)),
+            matches!(wired.wake(), Wake::After(_)),
             "{moments:?}: {:?}",
-            wired.next_wake()
+            wired.wake()
         );
     }
 }

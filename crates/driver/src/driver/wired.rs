@@ -8,13 +8,14 @@
 //! Start with [`Wired::run`].
 
 use super::Driver;
-use super::run_loop::{Held, WakeTimer, Work, clock_check};
+use super::request::Request;
+use super::run_loop::{WakeTimer, Work, clock_check};
 use crate::cell::Side;
 use crate::clock::{CATCH_UP_SLICE, Clock, Wake};
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, oneshot};
@@ -76,12 +77,17 @@ pub struct WireHandle {
 impl WireHandle {
     /// The level of each wire.
     pub fn levels(&self) -> Vec<bool> {
-        self.levels.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<bool>> {
+        self.levels.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether a wire begins at this outside line.
     pub fn can_set(&self, name: &str) -> bool {
-        self.wires.iter().any(|wire| is_outside(&wire.from, name))
+        let begins = |wire: &Wire| matches!(&wire.from, WireEnd::Outside(known) if known == name);
+        self.wires.iter().any(begins)
     }
 
     /// Sets an outside line. Everything that follows from it at once has happened when this returns; false if the robots
@@ -91,10 +97,6 @@ impl WireHandle {
         let sent = self.changes.send((name.to_owned(), on, done)).await;
         sent.is_ok() && is_done.await.is_ok()
     }
-}
-
-fn is_outside(end: &WireEnd, name: &str) -> bool {
-    matches!(end, WireEnd::Outside(known) if known == name)
 }
 
 /// One unit of work.
@@ -114,8 +116,8 @@ enum Step {
 pub struct Wired {
     /// Each with the span of its lines in the log.
     robots: Vec<(Box<Driver>, Span)>,
-    wires: Arc<[Wire]>,
-    levels: Arc<Mutex<Vec<bool>>>,
+    /// The wires and their levels, as other tasks see them.
+    shared: WireHandle,
     outside: BTreeMap<String, bool>,
     /// Waits until the line that it has set has its effect.
     setter: Option<oneshot::Sender<()>>,
@@ -128,6 +130,8 @@ pub struct Wired {
     kept: Option<Step>,
     /// How many writes it has waited for.
     writes_awaited: u32,
+    /// Where time stands while requests are served alone.
+    standstill: Option<Instant>,
     last_yield: Instant,
     has_warned: bool,
 }
@@ -147,17 +151,14 @@ impl Wired {
             }
         }
         let (sender, changes) = mpsc::channel(OUTSIDE_QUEUE);
-        let levels = Arc::new(Mutex::new(vec![false; wires.len()]));
-        let wires: Arc<[Wire]> = wires.into();
         let handle = WireHandle {
-            wires: Arc::clone(&wires),
-            levels: Arc::clone(&levels),
+            levels: Arc::new(Mutex::new(vec![false; wires.len()])),
+            wires: wires.into(),
             changes: sender,
         };
         let wired = Wired {
             robots,
-            wires,
-            levels,
+            shared: handle.clone(),
             outside: BTreeMap::new(),
             setter: None,
             changes,
@@ -165,6 +166,7 @@ impl Wired {
             jump: None,
             kept: None,
             writes_awaited: 0,
+            standstill: None,
             last_yield: Instant::now(),
             has_warned: false,
         };
@@ -190,7 +192,7 @@ impl Wired {
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let (mut stop, mut timer) = (pin!(stop), WakeTimer::default());
         loop {
-            let (wake, _) = self.next_wake();
+            let wake = self.wake();
             let clock = self.robots.first().map(|(driver, _)| &driver.edge.clock);
             let beats = clock.and_then(Clock::gap_check_interval);
             let fine = clock.is_some_and(Clock::needs_fine_timer);
@@ -201,16 +203,21 @@ impl Wired {
                 () = timer.sleep(wake, fine) => Step::Tick,
                 () = clock_check(beats) => Step::ClockCheck,
             };
+            if !self.is_exclusive() {
+                self.standstill = None;
+            } else if let Step::Of(_, Work::Request(Request::StandStill(moment, _))) = &step {
+                self.standstill = Some(*moment);
+            }
             self.hold();
             self.drivers().for_each(Driver::skip_gap);
-            if matches!((&step, wake), (Step::Tick, Wake::JumpAfter(_)))
-                && let (_, Some(distance)) = self.next_wake()
+            if let (Step::Tick, Wake::JumpAfter(_)) = (&step, wake)
+                && let Some(distance) = self.jump_distance()
             {
                 // What has arrived anywhere is handled before. Where time passes during a silence it has come nearer.
                 self.jump = Some(distance);
                 for driver in self.drivers() {
                     let at = driver.edge.clock.now() + distance;
-                    driver.rotation.hold(Held::new(Work::Jump(at)));
+                    driver.rotation.hold(Work::Jump(at));
                 }
             } else {
                 self.catch_up_and_perform(step).await;
@@ -229,7 +236,7 @@ impl Wired {
 
     /// Wall-clock time stands still while a step is taken.
     fn hold(&mut self) {
-        let moment = Instant::now();
+        let moment = self.standstill.unwrap_or_else(Instant::now);
         for driver in self.drivers() {
             driver.edge.clock.hold(Some(moment));
             driver.edge.begin();
@@ -259,13 +266,23 @@ impl Wired {
         self.robots.iter().any(|(driver, _)| driver.edge.write.is_some())
     }
 
+    /// Whether a robot serves requests alone.
+    fn is_exclusive(&self) -> bool {
+        self.robots.iter().any(|(driver, _)| driver.exclusive.is_some())
+    }
+
     /// The next unit of work. While a robot stores something, the others wait for it: what it does next may reach them.
+    /// While one serves requests alone, the others serve nothing but requests.
     fn poll_step(&mut self, context: &mut Context<'_>) -> Poll<Step> {
-        let (storing, count) = (self.is_storing(), self.robots.len());
+        let (storing, exclusive) = (self.is_storing(), self.is_exclusive());
+        let count = self.robots.len();
         if let Some(step) = self.kept.take_if(|_| !storing) {
             return Poll::Ready(step);
         }
-        if !storing && let Poll::Ready(Some(change)) = self.changes.poll_recv(context) {
+        if !storing
+            && !exclusive
+            && let Poll::Ready(Some(change)) = self.changes.poll_recv(context)
+        {
             self.jump = None;
             return Poll::Ready(Step::Outside(change));
         }
@@ -278,7 +295,12 @@ impl Wired {
             if storing && driver.edge.write.is_none() {
                 continue;
             }
-            match driver.poll_work(context) {
+            let polled = if storing || !exclusive || driver.exclusive.is_some() {
+                driver.poll_work(context)
+            } else {
+                driver.poll_request(context)
+            };
+            match polled {
                 Poll::Ready(Work::Jump(_)) => drained += 1,
                 Poll::Ready(work) => {
                     self.first = index + 1;
@@ -311,20 +333,14 @@ impl Wired {
             return;
         }
         self.perform(step).await;
-        self.carry(Duration::ZERO);
-        self.tell_setter();
-        if self.kept.is_none() {
-            self.writes_awaited = 0;
-        }
-    }
-
-    /// Tells who has set an outside line, as soon as everything that follows from it at once has happened.
-    fn tell_setter(&mut self) {
-        if !self.is_storing()
-            && let Some(done) = self.setter.take()
-        {
+        let storing = self.is_storing();
+        // Everything that follows from an outside line at once has happened.
+        if let Some(done) = self.setter.take_if(|_| !storing) {
             // Fails only when nobody waits for it.
             let _ = done.send(());
+        }
+        if self.kept.is_none() {
+            self.writes_awaited = 0;
         }
     }
 
@@ -334,14 +350,20 @@ impl Wired {
                 for driver in self.drivers() {
                     driver.rotation.forget_jump();
                 }
+                let replaces = matches!(work, Work::Request(Request::Snapshot(..)));
                 if let Some((driver, span)) = self.robots.get_mut(index) {
                     driver.perform(work).instrument(span.clone()).await;
                 }
                 self.align(index);
+                // Of several robots that are replaced together, none sees what another was before.
+                if !(replaces && self.is_exclusive()) {
+                    self.carry(self.lateness());
+                }
             }
             Step::Outside((name, on, done)) => {
                 self.outside.insert(name, on);
                 self.setter = Some(done);
+                self.carry(Duration::ZERO);
             }
             Step::Jump => {
                 let distance = self.jump.take().unwrap_or_default();
@@ -357,26 +379,31 @@ impl Wired {
         }
     }
 
-    /// Every robot does what is due now.
+    /// Every robot does what is due now. If one stores something first, the others wait for it.
     fn tick(&mut self) {
         for index in 0..self.robots.len() {
-            self.step(index, Duration::ZERO, Input::Tick);
-            self.carry(Duration::ZERO);
+            if !self.is_storing() {
+                self.step(index, Duration::ZERO, Input::Tick);
+                self.carry(Duration::ZERO);
+            }
         }
+    }
+
+    /// How long ago the moment is that the robots have reached: time passes while one of them stores something.
+    fn lateness(&self) -> Duration {
+        let robots = self.robots.iter();
+        let late = robots.map(|(driver, _)| driver.edge.clock.now().since(driver.cell.controller.now()));
+        late.min().unwrap_or_default()
     }
 
     /// Time passes for all as it does for one of them.
     fn align(&mut self, index: usize) {
-        let Some(clock) = self
-            .robots
-            .get(index)
-            .map(|(driver, _)| driver.edge.clock.clone())
-        else {
-            return;
-        };
+        let mode = self.robots.get(index).map(|(driver, _)| driver.edge.clock.mode());
         for driver in self.drivers() {
-            driver.edge.clock.follow(&clock);
-            driver.judge_pace();
+            if let Some(mode) = mode.filter(|mode| *mode != driver.edge.clock.mode()) {
+                driver.edge.clock.set_mode(mode);
+                driver.judge_pace();
+            }
         }
     }
 
@@ -435,7 +462,7 @@ impl Wired {
         let mut changes = 0;
         let mut carried = true;
         while std::mem::take(&mut carried) && !self.is_storing() {
-            for index in 0..self.wires.len() {
+            for index in 0..self.shared.wires.len() {
                 let Some((input, on)) = self.change_of(index) else {
                     continue;
                 };
@@ -463,7 +490,7 @@ impl Wired {
 
     /// Brings the level of a wire up to date. Returns the input that has to follow it, where there is one.
     fn change_of(&mut self, index: usize) -> Option<(Option<(usize, u16)>, bool)> {
-        let wire = self.wires.get(index)?;
+        let wire = self.shared.wires.get(index)?;
         let on = match &wire.from {
             WireEnd::Line { robot, line } => {
                 let controller = &self.robots.get(*robot)?.0.cell.controller;
@@ -471,8 +498,7 @@ impl Wired {
             }
             WireEnd::Outside(name) => self.outside.get(name).copied().unwrap_or(false),
         };
-        let mut levels = self.levels.lock().unwrap_or_else(PoisonError::into_inner);
-        let was = std::mem::replace(levels.get_mut(index)?, on);
+        let was = std::mem::replace(self.shared.lock().get_mut(index)?, on);
         match &wire.to {
             WireEnd::Line { robot, line } => {
                 let signals = self.robots.get(*robot)?.0.cell.controller.signals();
@@ -496,27 +522,24 @@ impl Wired {
         }
     }
 
-    /// When to wake if no input arrives, and how far time then jumps.
-    pub(super) fn next_wake(&self) -> (Wake, Option<Duration>) {
-        if self.is_storing() {
-            return (Wake::Never, None);
+    /// When to wake if no input arrives.
+    pub(super) fn wake(&self) -> Wake {
+        if self.is_storing() || self.is_exclusive() {
+            return Wake::Never;
         }
         let mut robots = self.robots.iter();
         let silent = robots.all(|(driver, _)| driver.cell.controller.host_is_silent());
-        let mut distance: Option<Duration> = None;
-        let mut wake = Wake::Never;
-        let mut advancing = false;
-        for (driver, _) in &self.robots {
-            let (of_driver, until) = driver.next_wake_if(silent);
-            let left = until.map(|until| until.since(driver.edge.clock.now()));
-            distance = left.into_iter().chain(distance).min();
-            advancing |= driver.is_advancing();
-            wake = wake.min(of_driver);
-        }
-        if advancing {
-            wake = Wake::JumpAfter(Duration::ZERO);
-        }
-        (wake, distance)
+        let wakes = self.robots.iter().map(|(driver, _)| driver.wake(silent));
+        wakes.fold(Wake::Never, Wake::min)
+    }
+
+    /// How far time jumps after [`Wake::JumpAfter`]: to what is due next at any robot.
+    fn jump_distance(&self) -> Option<Duration> {
+        let distance = |driver: &Driver| Some(driver.jump_target()?.since(driver.edge.clock.now()));
+        self.robots
+            .iter()
+            .filter_map(|(driver, _)| distance(driver))
+            .min()
     }
 }
 

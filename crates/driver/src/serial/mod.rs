@@ -133,8 +133,6 @@ trait Line: Send {
 struct OpenLine {
     line: Box<dyn Line>,
     endpoint: SerialEndpoint,
-    /// How many bytes the controller has room for.
-    room: usize,
     peer: Option<String>,
     host: HostEnd,
 }
@@ -174,13 +172,11 @@ impl SerialLines {
             let line = OpenLine {
                 line,
                 endpoint,
-                room: 0,
                 peer: None,
                 host: HostEnd::default(),
             };
             self.open.insert(port, line);
         }
-        self.note_room(robot);
         Ok(())
     }
 
@@ -239,9 +235,15 @@ impl SerialLines {
     /// The inputs of the controller that result from the next event on a port's line. A host that sends without pause
     /// waits: no more is read than the controller has room for. Without a context the system itself is asked,
     /// whatever the runtime knows of the line.
-    pub fn poll(&mut self, port: Port, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
+    pub fn poll(
+        &mut self,
+        port: Port,
+        robot: &Controller,
+        context: Option<&mut Context<'_>>,
+    ) -> Poll<Vec<Input>> {
+        let room = robot.line_room(port).unwrap_or(0);
         let open = self.open.get_mut(&port);
-        open.map_or(Poll::Pending, |open| open.poll(open.room, context))
+        open.map_or(Poll::Pending, |open| open.poll(room, context))
     }
 
     /// What has arrived at lines without a host: who has opened one before a command came on another port.
@@ -253,13 +255,6 @@ impl SerialLines {
             Poll::Pending => Vec::new(),
         });
         arrived.collect()
-    }
-
-    /// Notes how much room the controller has for each line.
-    pub fn note_room(&mut self, robot: &Controller) {
-        for (port, line) in &mut self.open {
-            line.room = robot.line_room(*port).unwrap_or(0);
-        }
     }
 
     /// Sends bytes that came off the line to the host.
@@ -314,8 +309,6 @@ impl OpenLine {
             self.host = HostEnd::default();
         } else if let Input::SerialOpened { host, .. } = input {
             self.host = *host;
-        } else if let Input::Received { bytes, .. } = input {
-            self.room = self.room.saturating_sub(bytes.len());
         } else if let Input::Disconnected { port } = input
             && let Some(peer) = self.peer.take()
             && is_terminal

@@ -148,11 +148,19 @@ pub enum NamedError {
 pub struct SnapshotStore(BTreeMap<String, Controller>);
 
 impl SnapshotStore {
-    /// Stores a snapshot; replaces one with the same name.
+    /// Checks that a task about them would not be refused.
     ///
     /// # Errors
-    /// [`NamedError::Name`] or [`NamedError::Full`].
-    pub fn insert(&mut self, name: &str, controller: Controller) -> Result<(), NamedError> {
+    /// Those of [`SnapshotStore::insert`], [`SnapshotStore::get`] and [`SnapshotStore::remove`].
+    pub fn check(&self, task: &SnapshotTask) -> Result<(), NamedError> {
+        match task {
+            SnapshotTask::Save(name) => self.check_new(name),
+            SnapshotTask::Restore(name) | SnapshotTask::Remove(name) => self.get(name).map(drop),
+            SnapshotTask::Replace(_) => Ok(()),
+        }
+    }
+
+    fn check_new(&self, name: &str) -> Result<(), NamedError> {
         let letter = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
         if name.is_empty() || name.len() > MAX_NAME || !name.bytes().all(letter) {
             return Err(NamedError::Name(name.chars().take(MAX_NAME).collect()));
@@ -160,16 +168,25 @@ impl SnapshotStore {
         if self.0.len() >= MAX_NAMED && !self.0.contains_key(name) {
             return Err(NamedError::Full);
         }
+        Ok(())
+    }
+
+    /// Stores a snapshot; replaces one with the same name.
+    ///
+    /// # Errors
+    /// [`NamedError::Name`] or [`NamedError::Full`].
+    pub fn insert(&mut self, name: &str, controller: Controller) -> Result<(), NamedError> {
+        self.check_new(name)?;
         self.0.insert(name.to_owned(), controller);
         Ok(())
     }
 
-    /// Returns a copy of the snapshot with this name.
+    /// The snapshot with this name.
     ///
     /// # Errors
     /// [`NamedError::Unknown`].
-    pub fn get(&self, name: &str) -> Result<Controller, NamedError> {
-        self.0.get(name).cloned().ok_or_else(|| self.unknown(name))
+    pub fn get(&self, name: &str) -> Result<&Controller, NamedError> {
+        self.0.get(name).ok_or_else(|| self.unknown(name))
     }
 
     /// Removes the snapshot with this name.

@@ -103,7 +103,7 @@ impl Channel {
         let context = context.unwrap_or(&mut unheard);
         let incoming = match &mut self.source {
             Source::Accepted(acceptor) => acceptor.poll(self.port, context).map(Some),
-            Source::Claimed(claim) => claim.poll(context),
+            Source::Claimed(claim) => claim.connections.poll_recv(context),
             Source::Dialled(_, dialled) => dialled.poll_recv(context),
         };
         if let Poll::Ready(Some(incoming)) = incoming {

@@ -224,7 +224,7 @@ impl Connection {
     pub(super) fn finish(mut self) {
         let flush = async move {
             while !self.unsent.writes.is_empty() {
-                socket::writable(&self.stream).await?;
+                socket::ready(&self.stream, Interest::WRITABLE).await?;
                 let (stream, unsent) = (&self.stream, &mut self.unsent);
                 match stream.try_io(Interest::WRITABLE, || unsent.write_to(stream)) {
                     Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error),

@@ -227,11 +227,6 @@ impl Acceptor {
         }
     }
 
-    /// The TCP port.
-    pub(super) fn number(&self) -> Option<u16> {
-        self.listener.local_addr().ok().map(|address| address.port())
-    }
-
     /// A connection that has arrived, whether or not the runtime knows of it.
     pub(super) fn accept_now(&self, port: Port) -> Option<NewConnection> {
         if self.pause.is_some() || !has_arrived(std::iter::once(self)) {

@@ -48,6 +48,8 @@ pub struct Channels {
     shared: Option<SharedPorts>,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
+    /// TCP port of each server channel.
+    numbers: BTreeMap<Port, u16>,
     /// The plan by which they were opened.
     plan: Option<NetworkConfig>,
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
@@ -64,6 +66,7 @@ impl Channels {
             shared,
             options,
             channels: BTreeMap::new(),
+            numbers: BTreeMap::new(),
             plan: None,
             reserved: BTreeMap::new(),
         }
@@ -77,21 +80,22 @@ impl Channels {
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
         let second = self.options.second;
         let mut opened = Vec::new();
-        let mut ports = BTreeMap::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            let number = if let Some(number) = self.listens_at(port) {
-                number
-            } else if let Some((claim, number)) = self.claim(channel.own_port) {
-                opened.push((port, Channel::new(port, second, Source::Claimed(claim))));
-                number
+            if self.numbers.contains_key(&port) {
+                continue;
+            }
+            let (channel, number) = if let Some((claim, number)) = self.claim(channel.own_port) {
+                (Channel::new(port, second, Source::Claimed(claim)), number)
             } else {
                 let (listener, number) = self.bind(port, channel.own_port)?;
-                opened.push((port, Channel::accepting(port, second, listener)));
-                number
+                (Channel::accepting(port, second, listener), number)
             };
-            ports.insert(port, number);
+            opened.push((port, channel, number));
         }
-        self.channels.extend(opened);
+        for (port, channel, number) in opened {
+            self.channels.insert(port, channel);
+            self.numbers.insert(port, number);
+        }
         self.plan = Some(*plan);
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
@@ -101,11 +105,17 @@ impl Channels {
             let channel = Channel::new(port, second, Source::Dialled(task, dialled));
             self.channels.insert(port, channel);
         }
-        Ok(ports)
+        Ok(self.numbers.clone())
+    }
+
+    /// TCP port of each server channel that is open.
+    pub fn numbers(&self) -> &BTreeMap<Port, u16> {
+        &self.numbers
     }
 
     /// Closes every channel and connection; returns the resulting inputs.
     pub fn close(&mut self) -> Vec<Input> {
+        self.numbers.clear();
         for (_, reserved) in self.reserved.values_mut() {
             reserved.keep();
         }
@@ -130,12 +140,8 @@ impl Channels {
                 Some((port, listening?))
             })
             .collect();
+        self.numbers.retain(|port, _| self.channels.contains_key(port));
         inputs
-    }
-
-    /// The TCP port at which an open channel listens.
-    fn listens_at(&self, port: Port) -> Option<u16> {
-        self.channels.get(&port)?.acceptor()?.number()
     }
 
     /// The open channel of a port.

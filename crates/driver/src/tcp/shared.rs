@@ -9,10 +9,7 @@ use super::connection::prepare;
 use super::listen::{ACCEPT_PAUSE, ChannelError, accept, listen_at_all};
 use socket2::SockRef;
 use std::collections::{BTreeMap, HashMap};
-use std::future::Future;
-use std::io;
 use std::net::{IpAddr, SocketAddr};
-use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::task::{Context, Poll, Waker};
 use std::time::Duration;
@@ -129,17 +126,16 @@ impl SharedPorts {
         let Some((port, listener)) = self.0.listeners.get(&number) else {
             return;
         };
-        let next = || -> io::Result<(TcpStream, SocketAddr)> {
+        let next = || {
             if ask_system {
-                return accept(listener);
+                return accept(listener).ok();
             }
-            let mut unheard = Context::from_waker(Waker::noop());
-            match pin!(listener.accept()).poll(&mut unheard) {
-                Poll::Ready(accepted) => accepted,
-                Poll::Pending => Err(io::ErrorKind::WouldBlock.into()),
+            match listener.poll_accept(&mut Context::from_waker(Waker::noop())) {
+                Poll::Ready(accepted) => accepted.ok(),
+                Poll::Pending => None,
             }
         };
-        while let Ok(accepted) = next() {
+        while let Some(accepted) = next() {
             self.hand_over(*port, accepted);
         }
     }
@@ -155,15 +151,10 @@ pub(super) fn reset(stream: &TcpStream) {
 pub(super) struct Claim {
     ports: SharedPorts,
     address: SocketAddr,
-    connections: mpsc::Receiver<NewConnection>,
+    pub(super) connections: mpsc::Receiver<NewConnection>,
 }
 
 impl Claim {
-    /// The next connection.
-    pub(super) fn poll(&mut self, context: &mut Context<'_>) -> Poll<Option<NewConnection>> {
-        self.connections.poll_recv(context)
-    }
-
     /// A connection that has arrived; if the system is asked, whether or not the runtime knows of it.
     pub(super) fn arrived(&mut self, ask_system: bool) -> Option<NewConnection> {
         self.ports.hand_over_arrived(self.address.port(), ask_system);

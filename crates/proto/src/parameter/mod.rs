@@ -6,12 +6,10 @@
 
 mod ethernet;
 mod reader;
-mod rewrite;
 mod user;
 
 pub use ethernet::{EthernetParameters, OpenMode};
 pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Section};
-pub use rewrite::{RewriteError, rewrite};
 pub use user::{Edition, Parity, SerialSettings, UserParameters};
 
 use crate::prelude::*;

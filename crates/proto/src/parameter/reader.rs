@@ -4,7 +4,6 @@
 //! have.
 
 use crate::prelude::*;
-use core::ops::Range;
 
 /// Sections that are read of a file; further ones are dropped.
 pub const MAX_SECTIONS: usize = 64;
@@ -53,8 +52,6 @@ pub struct Assignment {
     pub line: u32,
     /// The value after the `=`, trimmed, with its quotes.
     pub value: String,
-    /// Byte range of the value in the file; valid if the file is UTF-8.
-    pub span: Range<usize>,
 }
 
 impl ParameterFile {
@@ -86,19 +83,10 @@ impl ParameterFile {
                 '=' => {
                     let line = reader.line;
                     reader.skip_blanks();
-                    let start = text.len() - reader.rest.len();
                     let value = reader.value();
-                    let through = text.len() - reader.rest.len();
-                    let written = text.get(start..through).unwrap_or_default().trim_end();
-                    let span = start..start + written.len();
                     let key = core::mem::take(&mut key);
                     if keep {
-                        file.assign(Assignment {
-                            key,
-                            line,
-                            value,
-                            span,
-                        });
+                        file.assign(Assignment { key, line, value });
                     }
                 }
                 _ => {}

@@ -65,7 +65,8 @@ async fn forward(
 ) -> Result<(), ResetBy> {
     let mut buffer = [0; READ_BUFFER];
     loop {
-        socket::readable(from).await.map_err(|_| ResetBy(by))?;
+        let ready = socket::ready(from, Interest::READABLE).await;
+        ready.map_err(|_| ResetBy(by))?;
         match from.try_read(&mut buffer) {
             Ok(0) => break,
             Ok(length) => {

@@ -1,14 +1,17 @@
 //! Tests of robots that are joined by wires.
 
-use super::super::request::{PendingWait, Request, View};
-use super::super::tests::{At, open_with, turns};
+use super::super::request::{PendingWait, View};
+use super::super::tests::{At, OnAlarm, open_with, turns};
 use super::super::wait::Wait;
 use super::*;
-use crate::cell::{ActionSource, PlannedAction};
+use crate::cell::{ActionSource, PlannedAction, Subscriber};
 use crate::clock::TimeMode;
+use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::{Backing, WhenFull};
 use crate::testing::TempDir;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_controller::action::Action;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -76,7 +79,8 @@ fn what_is_sent_at_one_robot_ends_the_silence_of_all_and_the_longest_counts() {
         for driver in wired.drivers() {
             driver.edge.clock.hold(Some(sent + later));
         }
-        assert_eq!(wired.next_wake(), (Wake::JumpAfter(left), Some(HOUR)));
+        assert_eq!(wired.wake(), Wake::JumpAfter(left));
+        assert_eq!(wired.jump_distance(), Some(HOUR));
     }
 }
 
@@ -98,11 +102,36 @@ impl ActionSource for Alarms {
     }
 }
 
-/// A driver that raises alarms, and keeps them in a directory.
-fn open_with_alarms(
+/// Actions at one time.
+struct Together(Time, VecDeque<&'static str>);
+
+impl ActionSource for Together {
+    fn deadline(&self) -> Option<Time> {
+        (!self.1.is_empty()).then_some(self.0)
+    }
+
+    fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
+        let action = self.1.pop_front_if(|_| self.0 <= now)?.parse().unwrap();
+        Some((self.0, PlannedAction::Input(Input::Action(action))))
+    }
+}
+
+/// When an input line changes.
+struct Changes(std::sync::mpsc::Sender<Time>);
+
+impl Subscriber for Changes {
+    fn input(&mut self, at: Time, input: &Input, _by: Side) {
+        if let Input::Panel(PanelAction::InputLine { .. }) = input {
+            self.0.send(at).unwrap();
+        }
+    }
+}
+
+/// A driver with a plan, and a directory in which it keeps alarms.
+fn open_with_drive(
     directory: &TempDir,
     time: TimeMode,
-    distance: Duration,
+    plan: impl ActionSource + 'static,
 ) -> (Box<Driver>, mpsc::Sender<Request>) {
     let (store, _) = Store::open(directory.path()).unwrap();
     let (mut driver, requests) = open_with(|setup| {
@@ -110,10 +139,57 @@ fn open_with_alarms(
         setup.controller.persist_outside(true);
         setup.backing = Some(Backing::new(store, WhenFull::Refuse));
     });
-    driver
-        .cell()
-        .plan(Box::new(Alarms(Time::from_micros(1), distance)));
+    driver.cell().plan(Box::new(plan));
     (driver, requests)
+}
+
+/// Writes of this driver wait for the store, which a thread has until it is told to let go.
+fn keep_disk_busy(driver: &Driver) -> std::sync::mpsc::Sender<()> {
+    let store = driver.edge.backing.as_ref().unwrap().store();
+    let (locked, is_locked) = std::sync::mpsc::channel();
+    let (release, is_released) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let _store = store.lock().unwrap();
+        locked.send(()).unwrap();
+        is_released.recv().unwrap();
+    });
+    is_locked.recv().unwrap();
+    release
+}
+
+fn wire(from: WireEnd) -> Wire {
+    let to = WireEnd::Line { robot: 1, line: 7 };
+    Wire { from, to }
+}
+
+/// Sends a request and waits until it is answered.
+async fn ask(requests: &mpsc::Sender<Request>, request: impl FnOnce(Box<dyn FnOnce() + Send>) -> Request) {
+    let (done, is_done) = oneshot::channel();
+    let request = request(Box::new(|| done.send(()).unwrap()));
+    requests.send(request).await.ok().unwrap();
+    is_done.await.unwrap();
+}
+
+async fn set_output(requests: &mpsc::Sender<Request>, on: bool) {
+    let action = Action::SetOutput { line: 5, on };
+    ask(requests, |done| {
+        Request::Action(action, Box::new(move |_, _| done()))
+    })
+    .await;
+}
+
+async fn on_snapshot(requests: &mpsc::Sender<Request>, task: SnapshotTask) {
+    let reply = |done: Box<dyn FnOnce() + Send>| {
+        Box::new(move |result: Result<(), _>, _: &View<'_>| {
+            result.unwrap();
+            done();
+        })
+    };
+    ask(requests, |done| Request::Snapshot(task, reply(done))).await;
+}
+
+async fn look(requests: &mpsc::Sender<Request>) {
+    ask(requests, |done| Request::Query(Box::new(|(), _| done()))).await;
 }
 
 #[test]
@@ -125,7 +201,8 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
     ] {
         runtime().block_on(async {
             let directory = TempDir::new("wired");
-            let (driver, requests) = open_with_alarms(&directory, time, distance);
+            let (driver, requests) =
+                open_with_drive(&directory, time, Alarms(Time::from_micros(1), distance));
             let other = open_with(|setup| setup.time = time).0;
             let robots = [driver, other].map(|driver| (driver, Span::none()));
             let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
@@ -149,24 +226,13 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
 fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_changed() {
     runtime().block_on(async {
         let directory = TempDir::new("wired");
-        let (driver, _requests) = open_with_alarms(&directory, TimeMode::Real, HOUR);
+        let (driver, _requests) =
+            open_with_drive(&directory, TimeMode::Real, Alarms(Time::from_micros(1), HOUR));
         let other = open_with(|setup| setup.time = TimeMode::Real).0;
-        let store = driver.edge.backing.as_ref().unwrap().store();
+        let release = keep_disk_busy(&driver);
         let robots = [driver, other].map(|driver| (driver, Span::none()));
-        let wire = Wire {
-            from: WireEnd::Outside("lid".to_owned()),
-            to: WireEnd::Line { robot: 1, line: 7 },
-        };
-        let (mut wired, handle) = Wired::new(robots.into(), vec![wire]);
-        // The write waits for the store, which another thread has until it is told to let go.
-        let (locked, is_locked) = std::sync::mpsc::channel();
-        let (release, is_released) = std::sync::mpsc::channel();
-        let disk = std::thread::spawn(move || {
-            let _store = store.lock().unwrap();
-            locked.send(()).unwrap();
-            is_released.recv().unwrap();
-        });
-        is_locked.recv().unwrap();
+        let lid = wire(WireEnd::Outside("lid".to_owned()));
+        let (mut wired, handle) = Wired::new(robots.into(), vec![lid]);
         let set = async {
             turns().await;
             let later = async {
@@ -179,7 +245,129 @@ fn who_sets_an_outside_line_while_something_is_stored_is_told_when_it_has_change
         wired.serve(set).await;
         let signals = wired.robots[1].0.cell.controller.signals();
         assert!(handle.levels()[0] && signals.input(7));
-        disk.join().unwrap();
+    });
+}
+
+#[test]
+fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the_same_time() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (start, due) = (Time::from_millis(1_000), Time::from_millis(1_001));
+        let plan = Together(due, ["alarms raise 1-102", "output 5 on"].into());
+        let (mut driver, _requests) = open_with_drive(&directory, TimeMode::Real, plan);
+        let raised = Arc::new(AtomicBool::new(false));
+        driver.cell().subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
+        let mut other = open_with(|setup| setup.time = TimeMode::Real).0;
+        let (sender, changes) = std::sync::mpsc::channel();
+        other.cell().subscribe(Box::new(Changes(sender)));
+        let release = keep_disk_busy(&driver);
+        let robots = [driver, other].map(|driver| (driver, Span::none()));
+        let line = wire(WireEnd::Line { robot: 0, line: 5 });
+        let (mut wired, handle) = Wired::new(robots.into(), vec![line]);
+        wired.hold();
+        for driver in wired.drivers() {
+            driver.edge.clock.set(start);
+        }
+        wired.release();
+        let write = async {
+            while !raised.load(Ordering::Relaxed) {
+                turns().await;
+            }
+            release.send(()).unwrap();
+            while !handle.levels()[0] {
+                turns().await;
+            }
+        };
+        wired.serve(write).await;
+        assert_eq!(changes.try_iter().collect::<Vec<_>>(), [due]);
+    });
+}
+
+#[test]
+fn robots_that_are_restored_together_see_nothing_of_each_other_as_they_were_before() {
+    runtime().block_on(async {
+        let (mut one, of_one) = open_with(|setup| setup.time = TimeMode::Real);
+        let (other, of_other) = open_with(|setup| setup.time = TimeMode::Real);
+        let (sender, changes) = std::sync::mpsc::channel();
+        one.cell().subscribe(Box::new(Changes(sender)));
+        let robots = [one, other].map(|driver| (driver, Span::none()));
+        let line = Wire {
+            from: WireEnd::Line { robot: 1, line: 5 },
+            to: WireEnd::Line { robot: 0, line: 7 },
+        };
+        let (mut wired, _handle) = Wired::new(robots.into(), vec![line]);
+        let requests = [of_one, of_other];
+        let restore = async {
+            set_output(&requests[1], true).await;
+            for requests in &requests {
+                on_snapshot(requests, SnapshotTask::Save("on".to_owned())).await;
+            }
+            set_output(&requests[1], false).await;
+            look(&requests[0]).await;
+            assert_eq!(changes.try_iter().count(), 2);
+            let mut alone = Vec::new();
+            for requests in &requests {
+                let (sender, private) = mpsc::channel(1);
+                requests.send(Request::Exclusive(private)).await.ok().unwrap();
+                look(&sender).await;
+                alone.push(sender);
+            }
+            let (sender, moment) = oneshot::channel();
+            let tell = |(): (), view: &View<'_>| sender.send(view.clock.wall()).unwrap();
+            alone[1].send(Request::Query(Box::new(tell))).await.ok().unwrap();
+            let moment = moment.await.unwrap();
+            for requests in &alone {
+                ask(requests, |done| {
+                    Request::StandStill(moment, Box::new(|(), _| done()))
+                })
+                .await;
+            }
+            for requests in &alone {
+                on_snapshot(requests, SnapshotTask::Restore("on".to_owned())).await;
+            }
+            drop(alone);
+            for requests in &requests {
+                look(requests).await;
+            }
+        };
+        wired.serve(restore).await;
+        assert_eq!(changes.try_iter().count(), 0);
+        for driver in wired.drivers() {
+            let signals = driver.cell.controller.signals();
+            assert!(signals.input(7) || signals.output(5));
+        }
+    });
+}
+
+#[test]
+fn a_request_that_came_during_a_write_is_answered_while_another_robot_serves_its_requests_alone() {
+    runtime().block_on(async {
+        let directory = TempDir::new("wired");
+        let (one, of_one) = open_with(|setup| setup.time = TimeMode::Real);
+        let alarm = Alarms(Time::from_micros(1), HOUR);
+        let (mut storing, of_storing) = open_with_drive(&directory, TimeMode::Real, alarm);
+        let raised = Arc::new(AtomicBool::new(false));
+        storing.cell().subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
+        let release = keep_disk_busy(&storing);
+        let robots = [one, storing].map(|driver| (driver, Span::none()));
+        let (mut wired, _handle) = Wired::new(robots.into(), Vec::new());
+        let requests = async {
+            while !raised.load(Ordering::Relaxed) {
+                turns().await;
+            }
+            let (alone, private) = mpsc::channel(1);
+            of_one.send(Request::Exclusive(private)).await.ok().unwrap();
+            let later = async {
+                turns().await;
+                release.send(()).unwrap();
+                look(&alone).await;
+            };
+            tokio::join!(set_output(&of_storing, true), later);
+        };
+        let served = wired.serve(requests);
+        tokio::time::timeout(Duration::from_secs(10), served)
+            .await
+            .unwrap();
     });
 }
 

@@ -21,6 +21,9 @@ use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
 
+/// The status of a wait whose wall-clock time is over.
+const WAIT_ENDED: u16 = 408;
+
 /// Makes the call and shows the answer.
 pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
     let call = Call::from_command(&args.command, args.json)?;
@@ -48,7 +51,8 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
     let body = call.body.as_ref().map(ToString::to_string);
     let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
     if status >= 400 {
-        return Ok(refused(args.json, &text));
+        let code = refused(args.json, &text);
+        return Ok(if status == WAIT_ENDED { NOT_REACHED } else { code });
     }
     let answer = serde_json::from_str::<Value>(&text).ok();
     // A transcript and a snapshot are shown as they come, a file by its text.

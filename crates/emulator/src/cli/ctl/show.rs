@@ -68,28 +68,23 @@ fn decimal(value: f64) -> String {
     }
 }
 
+/// A plain value, or a list of such, on one line; `None` for what needs several.
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-fn is_plain(value: &Value) -> bool {
+fn on_line(value: &Value) -> Option<String> {
+    // Between blanks on one line nobody would see where a text ends.
+    let is_word = |value: &Value| match value {
+        Value::Array(_) | Value::Object(_) => false,
+        value => value.as_str().is_none_or(|text| !text.contains(' ')),
+    };
     match value {
-        Value::Array(list) => list.iter().all(|value| match value {
-            Value::Array(_) | Value::Object(_) => false,
-            // Between blanks on one line nobody would see where it ends.
-            Value::String(text) => !text.contains(' '),
-            _ => true,
-        }),
-        Value::Object(fields) => fields.is_empty(),
-        _ => true,
-    }
-}
-
-/// A plain value or a list of such on one line.
-#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-fn on_line(value: &Value) -> String {
-    match value {
-        Value::Array(list) if list.is_empty() => "none".to_owned(),
-        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join(" "),
-        Value::Null => "none".to_owned(),
-        value => plain(value),
+        Value::Array(list) if list.is_empty() => Some("none".to_owned()),
+        Value::Array(list) if list.iter().all(is_word) => {
+            Some(list.iter().map(plain).collect::<Vec<_>>().join(" "))
+        }
+        Value::Object(fields) if fields.is_empty() => Some(plain(value)),
+        Value::Array(_) | Value::Object(_) => None,
+        Value::Null => Some("none".to_owned()),
+        value => Some(plain(value)),
     }
 }
 
@@ -99,8 +94,7 @@ fn write(text: &mut String, value: &Value, depth: usize) {
     match value {
         Value::Object(fields) => {
             for (name, value) in fields {
-                let line = is_plain(value).then(|| on_line(value));
-                match line.filter(|line| line.len() <= WIDTH && !line.contains('\n')) {
+                match on_line(value).filter(|line| line.len() <= WIDTH && !line.contains('\n')) {
                     Some(line) => text.push_str(&format!("{indent}{name}: {line}\n")),
                     None => {
                         text.push_str(&format!("{indent}{name}:\n"));
@@ -111,8 +105,8 @@ fn write(text: &mut String, value: &Value, depth: usize) {
         }
         Value::Array(list) => {
             for value in list {
-                if is_plain(value) {
-                    text.push_str(&format!("{indent}- {}\n", on_line(value)));
+                if let Some(line) = on_line(value) {
+                    text.push_str(&format!("{indent}- {line}\n"));
                 } else {
                     let mut item = String::new();
                     write(&mut item, value, depth + 1);
@@ -122,7 +116,7 @@ fn write(text: &mut String, value: &Value, depth: usize) {
             }
         }
         value => {
-            for line in on_line(value).lines() {
+            for line in on_line(value).unwrap_or_default().lines() {
                 text.push_str(&format!("{indent}{line}\n"));
             }
         }
