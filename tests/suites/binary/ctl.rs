@@ -206,12 +206,17 @@ fn the_exit_code_says_how_it_ended() {
         run(&["ctl", "--url", "https://a:1", "state"]).status.code(),
         Some(2)
     );
+    // As it was called before; drivers of test rigs still do.
+    expect_code(
+        &run(&["ctl", "--at", serve.control.as_deref().unwrap(), "state"]),
+        0,
+    );
 }
 
 #[test]
 fn people_get_names_and_values_and_files_as_they_are() {
     let directory = TempDir::new("binary");
-    let program = directory.file("p.scol", "PROGRAM P\nEND\n");
+    let program = directory.file("p.scol", "PROGRAM P\nEND\n\x1a");
     let serve = Serve::start(&[]);
     ctl(&serve, &["file", "put", "P", &program]);
     assert_eq!(stdout(&ctl(&serve, &["file", "get", "P"])), "PROGRAM P\nEND\n");

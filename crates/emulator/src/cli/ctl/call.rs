@@ -19,6 +19,7 @@ use ts3100_controller::Condition;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::time::parse_duration;
 use ts3100_proto::escape::{Escaped, hex_byte};
+use ts3100_proto::text::EOF;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
@@ -370,9 +371,11 @@ fn read(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
     input::read(path, most).with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// The content of a file, as text where it is one.
+/// The content of a file, as text where it is one. An EOF at its end is not part of it, as for `--load`.
 fn read_content(path: &Path) -> anyhow::Result<Value> {
-    Ok(match String::from_utf8(read(path, MAX_FILE)?) {
+    let mut content = read(path, MAX_FILE)?;
+    content.pop_if(|last| *last == EOF);
+    Ok(match String::from_utf8(content) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": ts3100_control::event::hex(error.as_bytes())}),
     })
