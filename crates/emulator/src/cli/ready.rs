@@ -6,6 +6,7 @@
 
 use super::ctl::target::{self, TargetError};
 use super::exit::{NO_ANSWER, NOT_REACHED};
+use super::output;
 use crate::config::args::FIRST_PORT;
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
@@ -15,7 +16,6 @@ use clap::Args;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fmt;
-use std::io::Write as _;
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 use ts3100_control::URL_VARIABLE;
@@ -83,9 +83,7 @@ pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
         // An emulator that starts meanwhile says by its state file where it is.
         let target = Target::find(args, &environment, instances::running())?;
         let Err(reason) = target.ask() else {
-            // A closed pipe is not an error.
-            let _ = writeln!(std::io::stdout(), "{target} is ready");
-            return Ok(0);
+            return output::print(format!("{target} is ready\n")).map(|()| 0);
         };
         if Instant::now() >= until {
             print_error(format_args!("{target} is not ready: {reason:#}"));

@@ -6,7 +6,7 @@ mod page;
 
 use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
 use super::serve::stop_signal;
-use super::tap;
+use super::{output, tap};
 use crate::config::args;
 use crate::embed::single_threaded;
 use crate::log::{print_error, print_note};
@@ -154,21 +154,12 @@ pub(super) fn run(args: &SurveyArgs) -> anyhow::Result<u8> {
         None => ask_controller(&args.target, args.out.as_deref()),
         Some(SurveyCommand::Show { file, html }) => {
             let report = read(file)?;
-            print(&if *html {
-                page::html(&report)
-            } else {
-                page::text(&report)
-            })
+            let page = if *html { page::html } else { page::text };
+            output::print(page(&report)).map(|()| 0)
         }
         Some(SurveyCommand::Diff { first, second }) => compare(first, second),
         Some(SurveyCommand::Infer { recording, out }) => infer(recording, out.as_deref()),
     }
-}
-
-fn print(text: &str) -> anyhow::Result<u8> {
-    // A closed pipe is not an error.
-    let _ = io::stdout().lock().write_all(text.as_bytes());
-    Ok(0)
 }
 
 /// Reads a file of a survey.
@@ -241,11 +232,11 @@ fn consents(plan: &Plan) -> bool {
     if !plan.probes().any(|probe| probe.class == Class::Motion) {
         return true;
     }
-    eprint!(
+    output::tell(format_args!(
         "The class motion {}. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
          Type {CONSENT} to go on: ",
         explained(Class::Motion)
-    );
+    ));
     let mut line = String::new();
     let read = io::stdin().lock().read_line(&mut line);
     read.is_ok() && line.trim() == CONSENT
@@ -501,5 +492,5 @@ pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
     for evidence in Evidence::ALL {
         out += &format!("{:>4} {}\n", ledger::count(*evidence), evidence.word());
     }
-    print(&out)
+    output::print(out).map(|()| 0)
 }

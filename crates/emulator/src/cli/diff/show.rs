@@ -2,9 +2,9 @@
 //!
 //! The differences themselves are found in [`ts3100_recording::diff`].
 
+use super::super::output;
 use super::suggest::Suggestion;
 use serde_json::{Value, json};
-use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 use ts3100_proto::escape::Escaped;
@@ -18,18 +18,12 @@ const MAX_SHOWN: usize = 200;
 ///
 /// # Errors
 /// stdout.
-pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    let written = if as_json {
-        writeln!(stdout, "{:#}", report_json(path, report, closer))
+pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> anyhow::Result<()> {
+    output::print(if as_json {
+        format!("{:#}\n", report_json(path, report, closer))
     } else {
-        stdout.write_all((report_text(path, report) + &suggestion_lines(closer)).as_bytes())
-    };
-    match written.and_then(|()| stdout.flush()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
-    }
+        report_text(path, report) + &suggestion_lines(closer)
+    })
 }
 
 /// The kinds of differences, in the order of the summary.
