@@ -121,7 +121,7 @@ struct TargetArgs {
 /// Asks the questions of `survey`. A question passes if the answer is a reading of the manual that is known; with --strict only
 /// if it is the one that this emulator has by default.
 ///
-/// Exit codes: 0 all passed; 1 one failed; 2 wrong usage; 3 no answer.
+/// Exit codes: 0 all passed; 1 one failed, or stopped by Ctrl-C; 2 wrong usage; 3 no answer.
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
 pub(super) struct ConformArgs {
@@ -299,6 +299,10 @@ fn asked(
             made_by: MADE_BY.to_owned(),
             ..report
         }),
+        Err(error) if plan.stop.load(Ordering::Relaxed) => {
+            print_error(format_args!("stopped: {error}"));
+            Ok(NEGATIVE)
+        }
         Err(error) => {
             let whom = target.address.iter().chain(&target.serial).next();
             print_error(format_args!(
