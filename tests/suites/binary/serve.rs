@@ -26,6 +26,31 @@ fn a_host_is_served_in_the_framing_it_uses() {
     host.write_all(b"\x02OK\r\x03").unwrap();
 }
 
+#[test]
+fn the_last_lines_reach_a_slow_reader() {
+    let serve = Serve::start(&["-vv"]);
+    let mut host = serve.dial(0);
+    for _ in 0..900 {
+        host.exchange(b"\x02QQ\r\x03", b"\x02NG\r\x03");
+    }
+    let mut child = serve.signalled("TERM");
+    let mut log = child.stderr.take().unwrap();
+    let (mut piece, mut read) = ([0; 4_096], Vec::new());
+    while let Ok(length @ 1..) = log.read(&mut piece) {
+        read.extend_from_slice(&piece[..length]);
+        std::thread::sleep(std::time::Duration::from_millis(30));
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let read = String::from_utf8(read).unwrap();
+    assert!(
+        read.contains(" INFO ended\n"),
+        "{}: {:?}",
+        read.len(),
+        read.lines().last()
+    );
+    assert!(!read.contains("lines dropped"));
+}
+
 // clause: ETH-06
 #[test]
 fn a_second_host_is_turned_away_and_the_first_stays() {
