@@ -4,7 +4,7 @@ use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
-use ts3100_tests::testing::TempDir;
+use ts3100_tests::testing::{TempDir, eventually};
 
 const PICK: &str = "PROGRAM PICK\nX = 0\nINPUT IP1, X\nDELAY X\nPRINT IP1, \"AT\", X, CR\nEND\n";
 
@@ -35,11 +35,11 @@ fn the_last_lines_reach_a_slow_reader() {
     }
     let mut child = serve.signalled("TERM");
     let mut log = child.stderr.take().unwrap();
-    let (mut piece, mut read) = ([0; 4_096], Vec::new());
-    while let Ok(length @ 1..) = log.read(&mut piece) {
-        read.extend_from_slice(&piece[..length]);
-        std::thread::sleep(std::time::Duration::from_millis(30));
-    }
+    let mut read = Vec::new();
+    eventually("the log ends", || {
+        let length = log.by_ref().take(4_096).read_to_end(&mut read).unwrap();
+        (length == 0).then_some(())
+    });
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let read = String::from_utf8(read).unwrap();
     assert!(

@@ -2,7 +2,7 @@
 
 use super::support::{Serve, kill, run, stderr, stdout, ts3100};
 use serde_json::Value;
-use ts3100_tests::testing::TempDir;
+use ts3100_tests::testing::{TempDir, eventually};
 
 const UNTIDY: &str = "program t\nn=1\nprint ip1,n,cr ' Count\nend\n";
 const TIDY: &str = "PROGRAM T\n  N = 1\n  PRINT IP1, N, CR ' Count\nEND\n";
@@ -180,9 +180,10 @@ fn a_robot_needs_nobody_to_read_its_banner() {
     let mut child = command.stderr(closed_pipe()).spawn().unwrap();
     // It is written just before the banner.
     let state = format!("{}/ts3100/{}.json", env!("CARGO_TARGET_TMPDIR"), child.id());
-    while child.try_wait().unwrap().is_none() && !std::path::Path::new(&state).exists() {
-        std::thread::sleep(std::time::Duration::from_millis(10));
-    }
+    eventually("it is announced", || {
+        let is_there = child.try_wait().unwrap().is_some() || std::path::Path::new(&state).exists();
+        is_there.then_some(())
+    });
     kill("TERM", child.id());
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
