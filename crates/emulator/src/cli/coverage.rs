@@ -41,12 +41,8 @@ struct MergeArgs {
 /// Merges the reports; the exit code.
 pub(super) fn run(args: &CoverageArgs) -> anyhow::Result<u8> {
     let CoverageCommand::Merge(args) = &args.action;
-    let reports: Result<Vec<CoverageReport>, _> = args
-        .reports
-        .iter()
-        .map(|path| CoverageReport::read(path))
-        .collect();
-    let merged = CoverageReport::merged(reports?);
+    let reports = args.reports.iter().map(|path| CoverageReport::read(path));
+    let merged = CoverageReport::merged(reports.collect::<Result<Vec<_>, _>>()?);
     for path in &args.out {
         write_report(path, &coverage_text(&merged, path))?;
     }

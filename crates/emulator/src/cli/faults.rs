@@ -65,24 +65,23 @@ fn kinds_json() -> Value {
 }
 
 fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> anyhow::Result<u8> {
-    let mut found: Vec<Fault> = Vec::new();
-    let mut exit_code = 0;
-    for path in files {
-        match faults::read(path) {
+    let of_file = |path: &PathBuf| {
+        faults::read(path).map_err(|error| match error {
+            FaultFileError::File(_) => (UNUSABLE, error.to_string()),
+            FaultFileError::Toml { .. } | FaultFileError::Content { .. } => (NEGATIVE, error.to_string()),
+        })
+    };
+    let of_spec = |spec: &String| match spec.parse() {
+        Ok(fault) => Ok(vec![fault]),
+        Err(error) => Err((NEGATIVE, format!("{spec}: {error}"))),
+    };
+    let (mut found, mut exit_code) = (Vec::<Fault>::new(), 0);
+    for read in files.iter().map(of_file).chain(specs.iter().map(of_spec)) {
+        match read {
             Ok(faults) => found.extend(faults),
-            Err(error) => {
-                let unread = matches!(error, FaultFileError::File(_));
-                exit_code = exit_code.max(if unread { UNUSABLE } else { NEGATIVE });
+            Err((code, error)) => {
                 print_error(error);
-            }
-        }
-    }
-    for spec in specs {
-        match spec.parse() {
-            Ok(fault) => found.push(fault),
-            Err(error) => {
-                print_error(format_args!("{spec}: {error}"));
-                exit_code = exit_code.max(NEGATIVE);
+                exit_code = exit_code.max(code);
             }
         }
     }

@@ -26,23 +26,17 @@ pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json:
     })
 }
 
-/// The kinds of differences, in the order of the summary.
-const KINDS: [&str; 5] = ["bytes", "time", "missing", "surplus", "ended"];
-
-fn kind_of(difference: &Difference) -> &'static str {
-    match difference.kind {
-        DifferenceKind::Bytes { .. } => "bytes",
-        DifferenceKind::Time { .. } => "time",
-        DifferenceKind::Missing { .. } => "missing",
-        DifferenceKind::Surplus { .. } => "surplus",
-        DifferenceKind::Ended { .. } => "ended",
-    }
-}
-
-/// How many differences there are of each of [`KINDS`].
+/// How many differences there are of each kind, in the order of the summary.
 fn counts(report: &Report) -> [usize; 5] {
-    let kinds = || report.differences.iter().map(kind_of);
-    KINDS.map(|kind| kinds().filter(|other| *other == kind).count())
+    let differences = || report.differences.iter();
+    let count = |is: fn(&DifferenceKind) -> bool| differences().filter(|other| is(&other.kind)).count();
+    [
+        count(|kind| matches!(kind, DifferenceKind::Bytes { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Time { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Missing { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Surplus { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Ended { .. })),
+    ]
 }
 
 fn report_text(path: &Path, report: &Report) -> String {

@@ -40,7 +40,7 @@ pub(in crate::cli) struct HostArgs {
 
 /// A word that is no number of seconds.
 #[derive(Debug, thiserror::Error)]
-#[error("expected a number of seconds above 0, at most 86400")]
+#[error("expected a number of seconds, more than 0 and at most 86400")]
 pub(in crate::cli) struct SecondsError;
 
 /// A number of seconds of a command line: more than 0, at most a day.
