@@ -134,7 +134,8 @@ fn running_in(directories: &[PathBuf]) -> Vec<Instance> {
 /// The emulator of a state file; one that has ended is removed.
 fn read(path: &Path) -> Option<Instance> {
     let lock = path.with_extension("lock");
-    let alive = match File::open(&lock).map(|file| file.try_lock()) {
+    // Shared with others who look: each would take another one for the emulator.
+    let alive = match File::open(&lock).map(|file| file.try_lock_shared()) {
         Ok(Err(TryLockError::WouldBlock)) => true,
         Ok(Ok(())) => false,
         // Whether it lives cannot be told.
@@ -238,6 +239,8 @@ mod tests {
         )
         .unwrap();
         fs::write(place.join("99.lock"), "").unwrap();
+        let looking = File::open(place.join("99.lock")).unwrap();
+        looking.try_lock_shared().unwrap();
         assert_eq!(running_in(place), [second]);
         assert_eq!(fs::read_dir(place).unwrap().count(), 2);
         drop(kept.0);

@@ -163,7 +163,8 @@ pub fn rests_on<'a>(
         add(RESTS_ON, letters);
     }
     for program in programs {
-        for line in String::from_utf8_lossy(program).lines() {
+        // Lines end with CR on a drive that a real host has written.
+        for line in String::from_utf8_lossy(program).split(['\r', '\n']) {
             // No strings, and no comments.
             let code = line.split('"').step_by(2).collect::<Vec<_>>().join(" ");
             let code = code.split('\'').next().unwrap_or_default().to_ascii_uppercase();
@@ -292,10 +293,9 @@ mod tests {
         for (word, ids) in PROGRAMS_REST_ON {
             count(rests_on([], [word.as_bytes()]).collect(), ids, word);
         }
-        assert_eq!(
-            rests_on(["SU", "VR"], [b"R = 1 'WAIT\nPRINT \"IF\"".as_slice()]).count(),
-            1
-        );
+        for program in ["R = 1 'WAIT\nPRINT \"IF\"", "R = 1 'WAIT\rPRINT \"IF\"\r"] {
+            assert_eq!(rests_on(["SU", "VR"], [program.as_bytes()]).count(), 1);
+        }
     }
 
     #[test]

@@ -73,6 +73,16 @@ fn nobody_there_is_3_and_not_in_time_is_4() {
 }
 
 #[test]
+fn who_takes_the_connection_and_says_nothing_is_waited_for_no_longer_than_was_asked() {
+    let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}", silent.local_addr().unwrap());
+    let output = ready(&[], &["--url", &url, "--wait", "200ms"]);
+    expect_code(&output, 4);
+    let errors = stderr(&output);
+    assert!(errors.contains("not answered within 0."), "{errors}");
+}
+
+#[test]
 fn it_finds_the_one_emulator_of_this_machine_by_its_state_file() {
     let directory = concat!(env!("CARGO_TARGET_TMPDIR"), "/ready");
     std::fs::create_dir_all(directory).unwrap();

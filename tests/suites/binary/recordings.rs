@@ -280,6 +280,10 @@ fn what_diff_and_tap_cannot_use_is_said() {
         (vec!["diff", &fine, "--value-tolerance=-1"], "--value-tolerance"),
         (vec!["diff", &fine, "--time-tolerance", "5"], "us, ms or s"),
         (
+            vec!["diff", &fine, "--patience", "0.5s"],
+            "expected a whole number of us, ms or s, such as 250ms, found \"0.5s\"",
+        ),
+        (
             vec!["tap", "127.0.0.1", "--ports", "auto", "--ready-json"],
             "--transcript",
         ),

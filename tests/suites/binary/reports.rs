@@ -241,6 +241,20 @@ fn a_run_without_sockets_writes_the_same_lines() {
 }
 
 #[test]
+fn a_run_names_the_file_that_it_was_given_whatever_the_file_is_called() {
+    let directory = TempDir::new("binary");
+    for name in [
+        "pick and place.scol",
+        "a_name_longer_than_those_of_the_drive.scol",
+    ] {
+        let (file, info) = (directory.file(name, PICK), directory.file("run.info", ""));
+        expect_code(&run(&["run", &file, "--lcov", &info]), 0);
+        let trace = std::fs::read_to_string(&info).unwrap();
+        assert!(trace.contains(&format!("SF:{file}\n")), "{trace}");
+    }
+}
+
+#[test]
 fn the_reports_are_keys_of_the_file_and_the_environment_too() {
     let directory = TempDir::new("binary");
     let config = directory.file(

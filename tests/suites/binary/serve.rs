@@ -4,7 +4,7 @@ use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
-use ts3100_tests::testing::TempDir;
+use ts3100_tests::testing::{TempDir, eventually};
 
 const PICK: &str = "PROGRAM PICK\nX = 0\nINPUT IP1, X\nDELAY X\nPRINT IP1, \"AT\", X, CR\nEND\n";
 
@@ -24,6 +24,31 @@ fn a_host_is_served_in_the_framing_it_uses() {
     let expected = b"\x02FL,MODE:external(ethernet)/cycle FILE:";
     assert!(status.starts_with(expected), "{}", status.escape_ascii());
     host.write_all(b"\x02OK\r\x03").unwrap();
+}
+
+#[test]
+fn the_last_lines_reach_a_slow_reader() {
+    let serve = Serve::start(&["-vv"]);
+    let mut host = serve.dial(0);
+    for _ in 0..900 {
+        host.exchange(b"\x02QQ\r\x03", b"\x02NG\r\x03");
+    }
+    let mut child = serve.signalled("TERM");
+    let mut log = child.stderr.take().unwrap();
+    let mut read = Vec::new();
+    eventually("the log ends", || {
+        let length = log.by_ref().take(4_096).read_to_end(&mut read).unwrap();
+        (length == 0).then_some(())
+    });
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let read = String::from_utf8(read).unwrap();
+    assert!(
+        read.contains(" INFO ended\n"),
+        "{}: {:?}",
+        read.len(),
+        read.lines().last()
+    );
+    assert!(!read.contains("lines dropped"));
 }
 
 // clause: ETH-06

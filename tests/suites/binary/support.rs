@@ -154,10 +154,15 @@ impl Serve {
     }
 
     /// Ends it by a signal (`TERM`, `INT`, `KILL`) and waits.
-    pub fn signal(mut self, name: &str) -> Output {
+    pub fn signal(self, name: &str) -> Output {
+        self.signalled(name).wait_with_output().unwrap()
+    }
+
+    /// Sends it a signal.
+    pub fn signalled(mut self, name: &str) -> Child {
         let child = self.child.take().unwrap();
         kill(name, child.id());
-        child.wait_with_output().unwrap()
+        child
     }
 }
 

@@ -201,6 +201,25 @@ fn at_ctrl_c_what_was_changed_is_put_back() {
 
 #[cfg(unix)]
 #[test]
+fn at_ctrl_c_before_the_first_answer_nobody_is_told_to_look_for_the_address() {
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = silent.local_addr().unwrap().to_string();
+    for words in [["survey", &address], ["conform", &address]] {
+        let mut command = ts3100(&words);
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let survey = command.spawn().unwrap();
+        // It listens for signals before it connects.
+        let _asked = silent.accept().unwrap();
+        kill("INT", survey.id());
+        let output = survey.wait_with_output().unwrap();
+        expect_code(&output, 1);
+        let errors = stderr(&output);
+        assert!(errors.contains("error: stopped: it was interrupted"), "{errors}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
 fn a_serial_line_is_surveyed_at_a_terminal() {
     let lines = TempDir::new("survey");
     let folder = lines.path().to_str().unwrap();

@@ -1,8 +1,8 @@
 //! The tools for programs from outside: `check` as documents, `fmt`.
 
-use super::support::{run, stderr, stdout, ts3100};
+use super::support::{Serve, kill, run, stderr, stdout, ts3100};
 use serde_json::Value;
-use ts3100_tests::testing::TempDir;
+use ts3100_tests::testing::{TempDir, eventually};
 
 const UNTIDY: &str = "program t\nn=1\nprint ip1,n,cr ' Count\nend\n";
 const TIDY: &str = "PROGRAM T\n  N = 1\n  PRINT IP1, N, CR ' Count\nEND\n";
@@ -108,4 +108,99 @@ fn every_subcommand_has_a_manual_page() {
     let output = run(&["man", "/dev/null/man1"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).starts_with("error: cannot write the manual pages to /dev/null/man1: "));
+}
+
+/// A pipe whose reader has gone.
+#[cfg(target_os = "linux")]
+fn closed_pipe() -> std::process::Stdio {
+    std::io::pipe().unwrap().1.into()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_reader_that_has_gone_is_no_error_and_a_full_disk_is_one() {
+    let directory = TempDir::new("binary");
+    let serve = Serve::start(&[]);
+    let (ip0, url) = (serve.address(0), serve.control.clone().unwrap());
+    let program = directory.file("t.scol", "PROGRAM T\n  PRINT IP1, 1, CR\nEND\n");
+    let untidy = directory.file("untidy.scol", UNTIDY);
+    let wrong = directory.file("wrong.scol", "PROGRAM T\nGOTO NOWHERE\nEND\n");
+    for (words, code) in [
+        (&["fidelity"][..], 0),
+        (&["config", "schema"], 0),
+        (&["completions", "bash"], 0),
+        (&["serve", "--set", "help"], 0),
+        (&["faults", "list"], 0),
+        (&["faults", "list", "--json"], 0),
+        (&["faults", "check", "ng"], 0),
+        (&["faults", "check", "ng", "--json"], 0),
+        (&["check", &program], 0),
+        (&["check", &wrong], 1),
+        (&["check", "--format", "json", &wrong], 1),
+        (&["fmt", "--check", &untidy], 1),
+        (&["run", &program], 0),
+        (&["run", "--json", &program], 0),
+        (&["ready", "--url", &url], 0),
+        (&["host", &ip0, "so"], 0),
+        (&["host", &ip0, "su"], 0),
+        (&["host", &ip0, "ul", "DEMO"], 0),
+        (&["host", &ip0, "sl", "ABSENT"], 1),
+    ] {
+        let output = ts3100(words).stdout(closed_pipe()).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {}", stderr(&output));
+        assert!(
+            !stderr(&output).contains("rror: cannot"),
+            "{words:?}: {}",
+            stderr(&output)
+        );
+        let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = ts3100(words).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {}", stderr(&output));
+        let expected = "cannot write to stdout: No space left on device";
+        assert!(
+            stderr(&output).contains(expected),
+            "{words:?}: {}",
+            stderr(&output)
+        );
+    }
+    for (words, code) in [
+        (&["run", "--trace", &program][..], 0),
+        (&["run", &wrong], 2),
+        (&["host", &ip0, "sl"], 2),
+    ] {
+        let output = ts3100(words).stderr(closed_pipe()).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{words:?}");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_robot_needs_nobody_to_read_its_banner() {
+    let mut command = ts3100(&["serve", "--ports", "auto"]);
+    let mut child = command.stderr(closed_pipe()).spawn().unwrap();
+    // It is written just before the banner.
+    let state = format!("{}/ts3100/{}.json", env!("CARGO_TARGET_TMPDIR"), child.id());
+    eventually("it is announced", || {
+        let is_there = child.try_wait().unwrap().is_some() || std::path::Path::new(&state).exists();
+        is_there.then_some(())
+    });
+    kill("TERM", child.id());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn a_fault_file_that_cannot_be_read_is_no_fault_that_is_wrong() {
+    let directory = TempDir::new("binary");
+    let wrong = directory.file("wrong.toml", "[[fault]]\nkind = \"ngg\"\n");
+    assert_eq!(
+        run(&["faults", "check", "--faults", &wrong]).status.code(),
+        Some(1)
+    );
+    for words in [
+        &["--faults", "absent.toml"][..],
+        &["--faults", "absent.toml", "ngg"],
+    ] {
+        let output = run(&[&["faults", "check"], words].concat());
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+    }
 }

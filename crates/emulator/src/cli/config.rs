@@ -1,8 +1,8 @@
 //! `ts3100 config schema`: the JSON schemas of the files that people write.
 
+use super::output;
 use crate::config::schema::{faults, scenario, schema};
 use clap::{Args, Subcommand, ValueEnum};
-use std::io::{self, Write as _};
 
 /// Print the JSON schemas of configuration, scenarios and faults.
 #[derive(Debug, Args)]
@@ -40,7 +40,5 @@ pub(super) fn run(args: &ConfigArgs) -> anyhow::Result<u8> {
         SchemaOf::Scenario => scenario::schema(),
         SchemaOf::Faults => faults::schema(),
     };
-    // A closed pipe is not an error.
-    let _ = writeln!(io::stdout(), "{document:#}");
-    Ok(0)
+    output::print(format!("{document:#}\n")).map(|()| 0)
 }

@@ -4,10 +4,9 @@
 //! chosen.
 
 use super::exit::BELOW_COVERAGE;
+use super::output;
 use crate::log::print_error;
-use anyhow::Context as _;
 use clap::{Args, Subcommand};
-use std::io::Write as _;
 use std::path::PathBuf;
 use ts3100_recording::reports::{CoverageReport, coverage_text, write_report};
 
@@ -42,22 +41,15 @@ struct MergeArgs {
 /// Merges the reports; the exit code.
 pub(super) fn run(args: &CoverageArgs) -> anyhow::Result<u8> {
     let CoverageCommand::Merge(args) = &args.action;
-    let reports: Result<Vec<CoverageReport>, _> = args
-        .reports
-        .iter()
-        .map(|path| CoverageReport::read(path))
-        .collect();
-    let merged = CoverageReport::merged(reports?);
+    let reports = args.reports.iter().map(|path| CoverageReport::read(path));
+    let merged = CoverageReport::merged(reports.collect::<Result<Vec<_>, _>>()?);
     for path in &args.out {
         write_report(path, &coverage_text(&merged, path))?;
     }
-    let mut stdout = std::io::stdout().lock();
-    writeln!(
-        stdout,
-        "{:.1} % ({} of {} cells)",
+    output::print(format!(
+        "{:.1} % ({} of {} cells)\n",
         merged.percent, merged.reached, merged.reachable
-    )
-    .context("cannot write to stdout")?;
+    ))?;
     if let Some(least) = args.min_coverage.filter(|least| merged.percent < *least) {
         let percent = merged.percent;
         print_error(format_args!(

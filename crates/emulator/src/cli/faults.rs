@@ -3,14 +3,15 @@
 //! The kinds and their parameters are in the controller's `faults` module; reading fault files is
 //! [`ts3100_recording::faults`].
 
-use super::exit::NEGATIVE;
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::output;
 use crate::log::print_error;
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::variation::VARIATIONS;
-use ts3100_recording::faults;
+use ts3100_recording::faults::{self, FaultFileError};
 
 /// List the kinds of faults, or check fault specifications.
 #[derive(Debug, Args)]
@@ -27,7 +28,7 @@ enum FaultsCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Check faults and print them with all their parameters; exit code 1 if one is wrong
+    /// Check faults and print them with all their parameters; exit code 1 if one is wrong, 2 if a file cannot be read
     Check {
         /// Faults, KIND:key=value,...
         #[arg(value_name = "SPEC")]
@@ -44,9 +45,9 @@ enum FaultsCommand {
 /// Runs it.
 pub(super) fn run(args: &FaultsArgs) -> anyhow::Result<u8> {
     match &args.command {
-        FaultsCommand::List { json: true } => println!("{:#}", kinds_json()),
-        FaultsCommand::List { json: false } => print!("{}", faults::kinds_text()),
-        FaultsCommand::Check { specs, faults, json } => return Ok(check(specs, faults, *json)),
+        FaultsCommand::List { json: true } => output::print(format!("{:#}\n", kinds_json()))?,
+        FaultsCommand::List { json: false } => output::print(faults::kinds_text())?,
+        FaultsCommand::Check { specs, faults, json } => return check(specs, faults, *json),
     }
     Ok(0)
 }
@@ -63,34 +64,32 @@ fn kinds_json() -> Value {
     })
 }
 
-fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> u8 {
-    let mut found: Vec<Fault> = Vec::new();
-    let mut exit_code = 0;
-    for path in files {
-        match faults::read(path) {
+fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> anyhow::Result<u8> {
+    let of_file = |path: &PathBuf| {
+        faults::read(path).map_err(|error| match error {
+            FaultFileError::File(_) => (UNUSABLE, error.to_string()),
+            FaultFileError::Toml { .. } | FaultFileError::Content { .. } => (NEGATIVE, error.to_string()),
+        })
+    };
+    let of_spec = |spec: &String| match spec.parse() {
+        Ok(fault) => Ok(vec![fault]),
+        Err(error) => Err((NEGATIVE, format!("{spec}: {error}"))),
+    };
+    let (mut found, mut exit_code) = (Vec::<Fault>::new(), 0);
+    for read in files.iter().map(of_file).chain(specs.iter().map(of_spec)) {
+        match read {
             Ok(faults) => found.extend(faults),
-            Err(error) => {
+            Err((code, error)) => {
                 print_error(error);
-                exit_code = NEGATIVE;
+                exit_code = exit_code.max(code);
             }
         }
     }
-    for spec in specs {
-        match spec.parse() {
-            Ok(fault) => found.push(fault),
-            Err(error) => {
-                print_error(format_args!("{spec}: {error}"));
-                exit_code = NEGATIVE;
-            }
-        }
-    }
-    if as_json {
+    output::print(if as_json {
         let faults: Vec<_> = found.iter().map(faults::fault_json).collect();
-        println!("{:#}", json!({ "version": 1, "faults": faults }));
+        format!("{:#}\n", json!({ "version": 1, "faults": faults }))
     } else {
-        for fault in &found {
-            println!("{fault}");
-        }
-    }
-    exit_code
+        found.iter().map(|fault| format!("{fault}\n")).collect()
+    })?;
+    Ok(exit_code)
 }

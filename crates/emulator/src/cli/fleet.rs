@@ -358,9 +358,12 @@ fn check_addresses(addresses: impl Iterator<Item = IpAddr>) -> anyhow::Result<()
         (true, false) => format!("\n  sudo ifconfig en0 alias {address}"),
         (false, _) => format!("\n  sudo ip address add {address} dev eth0"),
     };
+    let others = match missing.len() - 1 {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
     anyhow::bail!(
-        "{first} is not an address of this computer, and {} more. Add them, or use --port-step 10 or --ports auto:{}",
-        missing.len() - 1,
+        "{first} is not an address of this computer{others}. Add what is missing, or use --port-step 10 or --ports auto:{}",
         missing.iter().map(add).collect::<String>()
     )
 }
@@ -399,4 +402,25 @@ fn raise_file_limit(robots: usize, ports: Ports) -> anyhow::Result<()> {
 #[cfg(not(unix))]
 fn raise_file_limit(_robots: usize, _ports: Ports) -> anyhow::Result<()> {
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_that_are_missing_are_counted() {
+        let said = |addresses: &[&str]| {
+            let addresses = addresses.iter().map(|address| address.parse().unwrap());
+            check_addresses(addresses).map_err(|error| error.to_string())
+        };
+        assert_eq!(said(&["127.0.0.1"]), Ok(()));
+        let one = said(&["203.0.113.7"]).unwrap_err();
+        assert!(
+            one.starts_with("203.0.113.7 is not an address of this computer. Add"),
+            "{one}"
+        );
+        let two = said(&["203.0.113.7", "127.0.0.1", "203.0.113.8"]).unwrap_err();
+        assert!(two.contains("of this computer, and 1 more. Add"), "{two}");
+    }
 }

@@ -4,9 +4,10 @@
 
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
+use super::output;
 use crate::log::print_error;
+use anyhow::anyhow;
 use clap::Args;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
@@ -31,7 +32,7 @@ pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
     let mut worst = 0;
     for path in &args.files {
         let outcome = format_file(path, args.check).unwrap_or_else(|error| {
-            print_error(format_args!("cannot format {}: {error}", path.display()));
+            print_error(format_args!("cannot format {}: {error:#}", path.display()));
             UNUSABLE
         });
         worst = worst.max(outcome);
@@ -40,20 +41,20 @@ pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
 }
 
 /// Formats a file; the exit code.
-fn format_file(path: &Path, check: bool) -> io::Result<u8> {
+fn format_file(path: &Path, check: bool) -> anyhow::Result<u8> {
     let source = String::from_utf8(input::read(path, MAX_PC_FILE)?)
-        .map_err(|_| io::Error::other("not text in ASCII or UTF-8; the file is left as it is"))?;
+        .map_err(|_| anyhow!("not text in ASCII or UTF-8; the file is left as it is"))?;
     let formatted = scol_mini::format(&source);
     let changed = formatted != source;
     if check && changed {
-        println!("{}: not formatted", path.display());
+        output::print(format!("{}: not formatted\n", path.display()))?;
         return Ok(NEGATIVE);
     }
     if check {
         return Ok(0);
     }
     if is_stdin(path) {
-        io::stdout().lock().write_all(formatted.as_bytes())?;
+        output::print(formatted)?;
     } else if changed {
         files::replace(path, formatted.as_bytes())?;
     }

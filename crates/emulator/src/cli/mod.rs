@@ -21,6 +21,7 @@ mod input;
 mod junit_stub;
 mod man;
 mod mcp;
+mod output;
 mod ready;
 mod run;
 mod serve;
@@ -36,7 +37,6 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use help::Extent;
 use std::ffi::OsString;
-use std::io::Write as _;
 use std::process::ExitCode;
 
 /// Emulator of the Toshiba Machine TS3100 / TSL3100 robot controller.
@@ -129,9 +129,7 @@ fn run(command: Command) -> ExitCode {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
-            // A closed pipe is not an error.
-            let _ = std::io::stdout().write_all(&script);
-            Ok(0)
+            output::print(script).map(|()| 0)
         }
         Command::Man(args) => man::run(&args),
         Command::Coverage(args) => coverage::run(&args),

@@ -6,6 +6,7 @@
 
 use super::ctl::target::{self, TargetError};
 use super::exit::{NO_ANSWER, NOT_REACHED};
+use super::output;
 use crate::config::args::FIRST_PORT;
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
@@ -15,7 +16,6 @@ use clap::Args;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fmt;
-use std::io::Write as _;
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 use ts3100_control::URL_VARIABLE;
@@ -78,16 +78,15 @@ impl fmt::Display for Target {
 /// Asks, until an emulator answers or the wait is over.
 pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
     let environment = config::environment();
-    let until = Instant::now() + args.wait.unwrap_or_default();
+    let until = Instant::now() + args.wait.unwrap_or(QUESTION_TIMEOUT);
     loop {
         // An emulator that starts meanwhile says by its state file where it is.
         let target = Target::find(args, &environment, instances::running())?;
-        let Err(reason) = target.ask() else {
-            // A closed pipe is not an error.
-            let _ = writeln!(std::io::stdout(), "{target} is ready");
-            return Ok(0);
+        let left = until.saturating_duration_since(Instant::now());
+        let Err(reason) = target.ask(left.clamp(PAUSE, QUESTION_TIMEOUT)) else {
+            return output::print(format!("{target} is ready\n")).map(|()| 0);
         };
-        if Instant::now() >= until {
+        if args.wait.is_none() || Instant::now() >= until {
             print_error(format_args!("{target} is not ready: {reason:#}"));
             return Ok(args.wait.map_or(NO_ANSWER, |_| NOT_REACHED));
         }
@@ -150,11 +149,11 @@ impl Target {
         address.map_or(Target::NotFound, |address| Target::Ip0(*address))
     }
 
-    /// One question.
-    fn ask(&self) -> anyhow::Result<()> {
+    /// One question, which takes at most this long.
+    fn ask(&self, limit: Duration) -> anyhow::Result<()> {
         match self {
             Target::Control(url, token) => {
-                let client = Client::new(url, token.clone())?.with_timeout(QUESTION_TIMEOUT);
+                let client = Client::new(url, token.clone())?.with_timeout(limit);
                 let (status, body) = client.call("GET", "/health", None)?;
                 let answer = serde_json::from_str::<Value>(&body).unwrap_or_default();
                 match status {
@@ -165,7 +164,7 @@ impl Target {
                 }
             }
             Target::Ip0(address) => {
-                TcpStream::connect_timeout(address, QUESTION_TIMEOUT)?;
+                TcpStream::connect_timeout(address, limit)?;
                 Ok(())
             }
             Target::NotFound => bail!("no emulator of this user runs on this machine"),

@@ -7,7 +7,7 @@
 use super::ending::Ending;
 use super::exit::UNUSABLE;
 use super::fleet::Fleet;
-use super::junit_stub;
+use super::{junit_stub, output};
 use crate::config::args::LogFormat;
 use crate::config::fleet::{self, FleetConfig};
 use crate::config::{self, OPTIONS, ServeArgs, Settings};
@@ -20,7 +20,6 @@ use anyhow::Context as _;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt::Display;
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -149,7 +148,7 @@ fn say_ready(
         return ready::print_line(&line()).context("cannot write to stdout");
     }
     match args.log.log_format.unwrap_or_default() {
-        LogFormat::Text => eprint!("{banner}"),
+        LogFormat::Text => output::tell(banner),
         LogFormat::Json => info!(event = "ready", "ready: {}", summary()),
     }
     Ok(())
@@ -168,11 +167,10 @@ pub(super) async fn serve_until(
 
 /// `--set help`.
 fn list_options() -> anyhow::Result<()> {
-    let mut stdout = std::io::stdout().lock();
-    for row in OPTIONS {
-        writeln!(stdout, "{:<20} {}", row.key, row.values())?;
-    }
-    Ok(())
+    let lines = OPTIONS
+        .iter()
+        .map(|row| format!("{:<20} {}\n", row.key, row.values()));
+    output::print(lines.collect::<String>())
 }
 
 #[cfg(unix)]

@@ -6,7 +6,7 @@ mod page;
 
 use super::exit::{NEGATIVE, NO_ANSWER, UNUSABLE};
 use super::serve::stop_signal;
-use super::tap;
+use super::{output, tap};
 use crate::config::args;
 use crate::embed::single_threaded;
 use crate::log::{print_error, print_note};
@@ -121,7 +121,7 @@ struct TargetArgs {
 /// Asks the questions of `survey`. A question passes if the answer is a reading of the manual that is known; with --strict only
 /// if it is the one that this emulator has by default.
 ///
-/// Exit codes: 0 all passed; 1 one failed; 2 wrong usage; 3 no answer.
+/// Exit codes: 0 all passed; 1 one failed, or stopped by Ctrl-C; 2 wrong usage; 3 no answer.
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
 pub(super) struct ConformArgs {
@@ -154,21 +154,12 @@ pub(super) fn run(args: &SurveyArgs) -> anyhow::Result<u8> {
         None => ask_controller(&args.target, args.out.as_deref()),
         Some(SurveyCommand::Show { file, html }) => {
             let report = read(file)?;
-            print(&if *html {
-                page::html(&report)
-            } else {
-                page::text(&report)
-            })
+            let page = if *html { page::html } else { page::text };
+            output::print(page(&report)).map(|()| 0)
         }
         Some(SurveyCommand::Diff { first, second }) => compare(first, second),
         Some(SurveyCommand::Infer { recording, out }) => infer(recording, out.as_deref()),
     }
-}
-
-fn print(text: &str) -> anyhow::Result<u8> {
-    // A closed pipe is not an error.
-    let _ = io::stdout().lock().write_all(text.as_bytes());
-    Ok(0)
 }
 
 /// Reads a file of a survey.
@@ -241,11 +232,11 @@ fn consents(plan: &Plan) -> bool {
     if !plan.probes().any(|probe| probe.class == Class::Motion) {
         return true;
     }
-    eprint!(
+    output::tell(format_args!(
         "The class motion {}. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
          Type {CONSENT} to go on: ",
         explained(Class::Motion)
-    );
+    ));
     let mut line = String::new();
     let read = io::stdin().lock().read_line(&mut line);
     read.is_ok() && line.trim() == CONSENT
@@ -308,6 +299,10 @@ fn asked(
             made_by: MADE_BY.to_owned(),
             ..report
         }),
+        Err(error) if plan.stop.load(Ordering::Relaxed) => {
+            print_error(format_args!("stopped: {error}"));
+            Ok(NEGATIVE)
+        }
         Err(error) => {
             let whom = target.address.iter().chain(&target.serial).next();
             print_error(format_args!(
@@ -501,5 +496,5 @@ pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
     for evidence in Evidence::ALL {
         out += &format!("{:>4} {}\n", ledger::count(*evidence), evidence.word());
     }
-    print(&out)
+    output::print(out).map(|()| 0)
 }

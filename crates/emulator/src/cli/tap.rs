@@ -2,6 +2,7 @@
 //!
 //! The relay between hosts and the real controller, and the recording, are in [`ts3100_recording::tap`].
 
+use super::host::seconds;
 use super::serve::stop_signal;
 use crate::config::args::{FIRST_PORT, LogFormat, PortSource};
 use crate::embed::single_threaded;
@@ -19,9 +20,6 @@ use ts3100_controller::Port;
 use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::tap::{Route, Tap, TapSettings};
 use ts3100_recording::transcript::TranscriptFile;
-
-/// Longest wait for a connection that can be asked for, in seconds.
-const MAX_WAIT: f64 = 3_600.0;
 
 /// Record the traffic between hosts and a real controller.
 ///
@@ -56,8 +54,8 @@ pub(super) struct TapArgs {
     )]
     channels: Vec<ChannelArg>,
     /// Longest wait in seconds for a connection to the controller
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
-    connect_timeout: f64,
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    connect_timeout: Duration,
     /// Print one line of JSON on stdout when every port accepts connections; needs --transcript
     #[arg(long, requires = "transcript")]
     ready_json: bool,
@@ -145,13 +143,10 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         }
         routes.push(route);
     }
-    if !(args.connect_timeout > 0.0 && args.connect_timeout <= MAX_WAIT) {
-        bail!("--connect-timeout: expected seconds, more than 0 and at most {MAX_WAIT}");
-    }
     Ok(TapSettings {
         routes,
         transcripts: args.transcript.clone(),
-        connect_timeout: Duration::from_secs_f64(args.connect_timeout),
+        connect_timeout: args.connect_timeout,
     })
 }
 

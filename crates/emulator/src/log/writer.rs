@@ -25,8 +25,10 @@ use ts3100_control::printable::{escape_line, escape_lines, printable};
 const QUEUE_LENGTH: usize = 4_096;
 /// How long after the first line the thread starts.
 const THREAD_DELAY: Duration = Duration::from_millis(1);
+/// Time in which stderr has to take a line for [`flush`] to wait on.
+const FLUSH_STEP: Duration = Duration::from_millis(250);
 /// Longest wait in [`flush`] for lines that are not written yet.
-const FLUSH_TIMEOUT: Duration = Duration::from_millis(250);
+const FLUSH_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The queue of the process: tracing has one global subscriber, too. It is made for the first line.
 static QUEUE: OnceLock<Queue> = OnceLock::new();
@@ -242,14 +244,21 @@ pub(super) fn shows_bytes() -> bool {
     FORMAT.get() == Some(&LogFormat::Text) && tracing::enabled!(Level::TRACE)
 }
 
-/// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`].
+/// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`], and as long as somebody reads them.
 pub(crate) fn flush() {
     let Some(queue) = QUEUE.get() else { return };
     queue.start_thread();
     let (done, written) = sync_channel(1);
-    if queue.sender.send(Entry::Flush(done)).is_ok() {
-        // Fails when they could not be written in time.
-        let _ = written.recv_timeout(FLUSH_TIMEOUT);
+    if queue.sender.send(Entry::Flush(done)).is_err() {
+        return;
+    }
+    let (end, mut before) = (Instant::now() + FLUSH_TIMEOUT, usize::MAX);
+    while written.recv_timeout(FLUSH_STEP).is_err() {
+        let left = WAITING.load(Ordering::Relaxed);
+        if left >= before || Instant::now() >= end {
+            return;
+        }
+        before = left;
     }
 }
 

@@ -5,7 +5,6 @@
 use crate::command::CommandError;
 use crate::command::operand::Operands;
 use crate::name::FileName;
-use crate::prelude::*;
 
 const NAME: &str =
     "a file name (a letter, then letters and digits, perhaps a dot and an extension, at most 12 in all)";
@@ -13,8 +12,7 @@ const NAME: &str =
 pub(super) fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
     let text = operands.text(NAME)?;
     let start = operands.len() - text.len();
-    FileName::parse(text.trim_end_matches(' '))
-        .map_err(|error| operands.malformed(&format!("{NAME}: {error};"), start))
+    FileName::parse(text.trim_end_matches(' ')).map_err(|_| operands.malformed(NAME, start))
 }
 
 #[cfg(test)]
@@ -71,6 +69,9 @@ mod tests {
                 );
             }
         }
+        let error = Command::parse(b"SL,A_B").map_err(|error| format!("{error}"));
+        let expected = format!("SL: expected {NAME}, found \"A_B\" at byte 3");
+        assert_eq!(error, Err(expected));
     }
 
     // clause: FL-01

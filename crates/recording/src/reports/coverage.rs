@@ -3,10 +3,11 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
 use ts3100_controller::command_coverage::{PermissionCell, reachable};
 use ts3100_controller::{CommandCoverage, Config, Port, Verdict};
-use ts3100_driver::files;
+use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
 use ts3100_proto::status::MasterMode;
 
@@ -49,14 +50,6 @@ pub struct CellReport {
     pub reachable: bool,
 }
 
-/// A document that cannot be merged.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {reason}", path.display())]
-pub struct CoverageError {
-    path: std::path::PathBuf,
-    reason: String,
-}
-
 impl CoverageReport {
     /// The document of a run.
     pub fn new(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
@@ -95,21 +88,20 @@ impl CoverageReport {
     ///
     /// # Errors
     /// It cannot be read, is no such document, or is of another version.
-    pub fn read(path: &Path) -> Result<CoverageReport, CoverageError> {
-        let wrong = |reason: String| CoverageError {
-            path: path.to_path_buf(),
-            reason,
-        };
-        let text = files::read_text(path, MAX_DOCUMENT).map_err(|error| wrong(error.to_string()))?;
-        let report: CoverageReport = serde_json::from_str(&text)
-            .map_err(|error| wrong(format!("expected a coverage report of ts3100, found: {error}")))?;
-        if report.version != VERSION {
-            return Err(wrong(format!(
-                "expected version {VERSION}, found {}",
-                report.version
-            )));
-        }
-        Ok(report)
+    pub fn read(path: &Path) -> Result<CoverageReport, PathError> {
+        let read = files::read_text(path, MAX_DOCUMENT).and_then(|text| {
+            let report: CoverageReport = serde_json::from_str(&text)
+                .map_err(|error| format!("expected a coverage report of ts3100, found: {error}"))
+                .map_err(io::Error::other)?;
+            if report.version == VERSION {
+                return Ok(report);
+            }
+            let found = report.version;
+            Err(io::Error::other(format!(
+                "expected version {VERSION}, found {found}"
+            )))
+        });
+        read.map_err(cannot("read", path))
     }
 
     fn from_cells(cells: Vec<CellReport>) -> CoverageReport {
@@ -210,6 +202,7 @@ mod tests {
         ] {
             std::fs::write(&path, text).unwrap();
             let error = CoverageReport::read(&path).unwrap_err().to_string();
+            assert!(error.starts_with("cannot read "), "{error}");
             assert!(error.contains("c.json") && error.contains(expected), "{error}");
         }
     }

@@ -69,7 +69,8 @@ fn record(version: &FileVersion, config: &Config) -> Option<String> {
 /// The file of the PC that has this content.
 fn find_source(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
     let has_it = |path: &&PathBuf| {
-        drive_name(path).is_ok_and(|name| name == version.name)
+        // `run` takes files, too, whose names are none of the drive.
+        drive_name(path).map_or(true, |name| name == version.name)
             && files::read(path, MAX_PC_FILE).is_ok_and(|bytes| {
                 [LineEnd::Cr, LineEnd::Lf]
                     .into_iter()

@@ -257,9 +257,9 @@ fn parse_action(words: &str) -> Result<RecordKind, LineError> {
 /// Another unit, no number, more than a hundred years.
 pub fn parse_duration(text: &str) -> Result<Duration, LineError> {
     let split = split_duration(text, &["us", "ms", "s"]);
-    let (number, micros) = split.ok_or_else(|| LineError::expected("us, ms or s after @+", text))?;
-    let count = number.parse::<u64>();
-    let count = count.map_err(|_| LineError::expected("a number after @+", number))?;
+    let count = split.and_then(|(number, micros)| Some((number.parse::<u64>().ok()?, micros)));
+    let expected = "a whole number of us, ms or s, such as 250ms";
+    let (count, micros) = count.ok_or_else(|| LineError::expected(expected, text))?;
     let pause = count
         .checked_mul(micros.into())
         .filter(|pause| *pause <= MAX_PAUSE);

@@ -7,6 +7,7 @@ mod report;
 
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
+use super::output;
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
@@ -74,8 +75,8 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         }
         if args.format != CheckFormat::Text {
             files.push(file);
-        } else if write_text(&file, &mut explained, paints, &mut stdout).is_err() {
-            return Ok(UNUSABLE);
+        } else {
+            output::written(write_text(&file, &mut explained, paints, &mut stdout))?;
         }
     }
     let document = match args.format {
@@ -83,8 +84,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         CheckFormat::Json => report::json(&files),
         CheckFormat::Sarif => report::sarif(&files),
     };
-    let written = writeln!(stdout, "{document:#}");
-    Ok(written.map_or(UNUSABLE, |()| worst))
+    output::written(writeln!(stdout, "{document:#}")).map(|()| worst)
 }
 
 fn exit_code(file: &CheckedFile, deny_warnings: bool) -> u8 {

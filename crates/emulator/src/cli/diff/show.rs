@@ -2,9 +2,9 @@
 //!
 //! The differences themselves are found in [`ts3100_recording::diff`].
 
+use super::super::output;
 use super::suggest::Suggestion;
 use serde_json::{Value, json};
-use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 use ts3100_proto::escape::Escaped;
@@ -18,37 +18,25 @@ const MAX_SHOWN: usize = 200;
 ///
 /// # Errors
 /// stdout.
-pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> io::Result<()> {
-    let mut stdout = io::stdout().lock();
-    let written = if as_json {
-        writeln!(stdout, "{:#}", report_json(path, report, closer))
+pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> anyhow::Result<()> {
+    output::print(if as_json {
+        format!("{:#}\n", report_json(path, report, closer))
     } else {
-        stdout.write_all((report_text(path, report) + &suggestion_lines(closer)).as_bytes())
-    };
-    match written.and_then(|()| stdout.flush()) {
-        // Whoever reads has seen enough.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        written => written,
-    }
+        report_text(path, report) + &suggestion_lines(closer)
+    })
 }
 
-/// The kinds of differences, in the order of the summary.
-const KINDS: [&str; 5] = ["bytes", "time", "missing", "surplus", "ended"];
-
-fn kind_of(difference: &Difference) -> &'static str {
-    match difference.kind {
-        DifferenceKind::Bytes { .. } => "bytes",
-        DifferenceKind::Time { .. } => "time",
-        DifferenceKind::Missing { .. } => "missing",
-        DifferenceKind::Surplus { .. } => "surplus",
-        DifferenceKind::Ended { .. } => "ended",
-    }
-}
-
-/// How many differences there are of each of [`KINDS`].
+/// How many differences there are of each kind, in the order of the summary.
 fn counts(report: &Report) -> [usize; 5] {
-    let kinds = || report.differences.iter().map(kind_of);
-    KINDS.map(|kind| kinds().filter(|other| *other == kind).count())
+    let differences = || report.differences.iter();
+    let count = |is: fn(&DifferenceKind) -> bool| differences().filter(|other| is(&other.kind)).count();
+    [
+        count(|kind| matches!(kind, DifferenceKind::Bytes { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Time { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Missing { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Surplus { .. })),
+        count(|kind| matches!(kind, DifferenceKind::Ended { .. })),
+    ]
 }
 
 fn report_text(path: &Path, report: &Report) -> String {

@@ -40,16 +40,16 @@ pub(in crate::cli) struct HostArgs {
 
 /// A word that is no number of seconds.
 #[derive(Debug, thiserror::Error)]
-#[error("expected a number of seconds above 0, at most 86400")]
+#[error("expected a number of seconds, more than 0 and at most 86400")]
 pub(in crate::cli) struct SecondsError;
 
 /// A number of seconds of a command line: more than 0, at most a day.
 pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, SecondsError> {
-    const DAY: f64 = 86_400.0;
-    word.parse::<f64>()
-        .ok()
-        .filter(|seconds| *seconds > 0.0 && *seconds <= DAY)
-        .map(Duration::from_secs_f64)
+    const DAY: Duration = Duration::from_secs(86_400);
+    let seconds = word.parse().ok().map(Duration::try_from_secs_f64);
+    seconds
+        .and_then(Result::ok)
+        .filter(|time| !time.is_zero() && *time <= DAY)
         .ok_or(SecondsError)
 }
 
@@ -198,6 +198,15 @@ impl HostCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_time_that_is_none_is_refused() {
+        assert_eq!(seconds("0.5").ok(), Some(Duration::from_millis(500)));
+        assert_eq!(seconds("86400").ok(), Some(Duration::from_secs(86_400)));
+        for word in ["0", "1e-12", "-1", "86401", "1e300", "NaN", "inf", "x", ""] {
+            assert!(seconds(word).is_err(), "{word}");
+        }
+    }
 
     #[test]
     fn every_command_of_the_table_has_a_word_and_its_help() {

@@ -14,13 +14,13 @@ mod variable_type;
 pub(super) use args::{HostArgs, seconds};
 
 use super::exit::{NEGATIVE, NO_ANSWER};
+use super::output;
 use crate::log::print_error;
 use address::NoAnswer;
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use args::{HostCommand, HostSubcommand};
 use serde_json::Value;
 use session::{Session, unreadable};
-use std::io::{self, Write};
 use ts3100_control::printable::escape_lines;
 use ts3100_proto::command::{Answer, Command};
 
@@ -28,10 +28,7 @@ use ts3100_proto::command::{Answer, Command};
 pub(super) fn run(args: &HostArgs) -> anyhow::Result<u8> {
     match exchange(args) {
         Ok(true) => Ok(0),
-        Ok(false) => {
-            println!("NG");
-            Ok(NEGATIVE)
-        }
+        Ok(false) => output::print("NG\n").map(|()| NEGATIVE),
         Err(error) if error.is::<NoAnswer>() => {
             print_error(format_args!("{error:#}"));
             Ok(NO_ANSWER)
@@ -55,7 +52,7 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
         HostSubcommand::Own(HostCommand::Rn { wait: Some(limit) }) => {
             let started = plain(&mut session, &command)?;
             if started {
-                println!("{}", session.wait_for_stop(*limit)?);
+                output::print(session.wait_for_stop(*limit)?.to_owned() + "\n")?;
             }
             Ok(started)
         }
@@ -72,7 +69,7 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
 fn plain(session: &mut Session, command: &Command) -> anyhow::Result<bool> {
     let done = session.plain(command)?;
     if done {
-        println!("OK");
+        output::print("OK\n")?;
     }
     Ok(done)
 }
@@ -103,6 +100,5 @@ fn print(decoded: &Value, json: bool) -> anyhow::Result<()> {
     } else {
         escape_lines(&render::table(decoded))
     };
-    let written = io::stdout().lock().write_all(text.as_bytes());
-    written.context(session::CANNOT_WRITE)
+    output::print(text)
 }

@@ -37,9 +37,6 @@ fn with_bytes(words: &str, found: &[u8]) -> String {
 /// Pause between two questions for the status while a program runs.
 const STATUS_PAUSE: Duration = Duration::from_millis(100);
 
-/// What failed when stdout or a file does not take the result.
-pub(super) const CANNOT_WRITE: &str = "cannot write the result";
-
 /// Something else came than was expected.
 fn unexpected(expected: &str, found: &[u8]) -> NoAnswer {
     let found = Escaped::for_reading(found);

@@ -2,9 +2,9 @@
 //!
 //! The exchange of each text is [`super::session`]'s; names and line ends are converted by [`ts3100_driver::pc_file`].
 
-use super::session::{CANNOT_WRITE, Session};
+use super::super::output;
+use super::session::Session;
 use anyhow::Context as _;
-use std::io::{self, Write};
 use std::path::Path;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::{MAX_PC_FILE, drive_content};
@@ -30,7 +30,7 @@ pub(super) fn download(session: &mut Session, command: &Command, file: &Path) ->
             return Ok(false);
         }
     }
-    println!("OK, {length} bytes in {texts} texts");
+    output::print(format!("OK, {length} bytes in {texts} texts\n"))?;
     Ok(true)
 }
 
@@ -38,15 +38,14 @@ pub(super) fn download(session: &mut Session, command: &Command, file: &Path) ->
 pub(super) fn upload(
     session: &mut Session,
     command: &Command,
-    output: Option<&Path>,
+    target: Option<&Path>,
 ) -> anyhow::Result<bool> {
     let Some(content) = session.file(command)? else {
         return Ok(false);
     };
-    let written = match output {
-        Some(path) => files::replace(path, &content),
-        None => io::stdout().lock().write_all(&content),
-    };
-    written.context(CANNOT_WRITE)?;
+    match target {
+        Some(path) => files::replace(path, &content).context("cannot write the result")?,
+        None => output::print(content)?,
+    }
     Ok(true)
 }

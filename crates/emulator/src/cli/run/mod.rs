@@ -8,6 +8,7 @@ mod show;
 use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
+use super::output;
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
 use anyhow::{Context, anyhow, bail};
@@ -95,7 +96,8 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
     if !errors.is_empty() {
         for remark in errors {
-            eprintln!("{}", printable(remark.render(&source, &checked.name).trim_end()));
+            let text = remark.render(&source, &checked.name);
+            output::tell(format_args!("{}\n", printable(text.trim_end())));
         }
         return Ok(UNUSABLE);
     }

@@ -3,10 +3,10 @@
 //!
 //! The names in the JSON document are a public format. The run itself is [`crate::headless`].
 
+use super::super::output;
 use crate::headless::{RunEnd, RunEvent, RunReport};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::io::{self, Write};
 use std::time::Duration;
 use ts3100_proto::status::pr::three_decimals;
 
@@ -30,8 +30,8 @@ pub(super) struct RunPrinter {
     unfinished: BTreeMap<&'static str, (Duration, Vec<u8>)>,
     printed: BoundedList,
     statements: BoundedList,
-    /// Stdout is gone.
-    write_error: Option<io::Error>,
+    /// Why stdout took no more.
+    write_error: Option<anyhow::Error>,
 }
 
 /// A bounded list.
@@ -92,7 +92,10 @@ impl RunPrinter {
             } else {
                 String::new()
             };
-            eprintln!("{:>10.3} s{task} {line:>5} | {text}", at.as_secs_f64());
+            output::tell(format_args!(
+                "{:>10.3} s{task} {line:>5} | {text}\n",
+                at.as_secs_f64()
+            ));
         }
     }
 
@@ -120,13 +123,12 @@ impl RunPrinter {
                 .push(|| json!({ "time": time, "channel": channel, "text": text }));
             return;
         }
-        let mut out = io::stdout().lock();
-        let written = if self.names_channels {
-            writeln!(out, "{channel}: {text}")
+        let written = output::print(if self.names_channels {
+            format!("{channel}: {text}\n")
         } else {
-            writeln!(out, "{text}")
-        };
-        if let Err(error) = written.and_then(|()| out.flush()) {
+            format!("{text}\n")
+        });
+        if let Err(error) = written {
             self.write_error.get_or_insert(error);
         }
     }
@@ -135,7 +137,7 @@ impl RunPrinter {
     ///
     /// # Errors
     /// Stdout does not take it.
-    pub(super) fn finish(mut self, report: &RunReport) -> io::Result<()> {
+    pub(super) fn finish(mut self, report: &RunReport) -> anyhow::Result<()> {
         for (channel, (at, rest)) in std::mem::take(&mut self.unfinished) {
             self.print_line(at, channel, &rest);
         }
@@ -143,10 +145,10 @@ impl RunPrinter {
             return Err(error);
         }
         if self.json {
-            return writeln!(io::stdout().lock(), "{:#}", self.document(report));
+            return output::print(format!("{:#}\n", self.document(report)));
         }
         let (_, words) = describe_end(&report.end);
-        eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
+        let mut out = format!("after {:.3} s: {words}\n", report.duration.as_secs_f64());
         let world = report.arm.world_values();
         let names: &[&str] = match world.len() {
             SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
@@ -154,15 +156,16 @@ impl RunPrinter {
         };
         let world = names.iter().zip(&world);
         let world = joined(world.map(|(name, value)| format!("{name} {}", three_decimals(*value))));
-        eprintln!("position {world}, configuration {}", configuration(report));
+        out += &format!("position {world}, configuration {}\n", configuration(report));
         let joints = report.arm.joint_values();
         let joints = joined(joints.into_iter().map(three_decimals));
-        eprintln!("joints {joints}");
+        out += &format!("joints {joints}\n");
         let on = joined(report.outputs.iter().map(u16::to_string));
-        eprintln!("outputs on: {}", if on.is_empty() { "none" } else { &on });
+        out += &format!("outputs on: {}\n", if on.is_empty() { "none" } else { &on });
         for (channel, number) in &report.unused {
-            eprintln!("{channel}: {number} records unused");
+            out += &format!("{channel}: {number} records unused\n");
         }
+        output::tell(out);
         Ok(())
     }
 
