@@ -19,7 +19,6 @@ use tokio::task::yield_now;
 use tokio::time::{Sleep, sleep_until};
 use tracing::warn;
 use ts3100_controller::{Input, Port, Time};
-use ts3100_proto::text::ETX;
 
 /// Most portions of bytes that are handled before a request.
 const MAX_DRAINED_PORTIONS: u32 = 64;
@@ -216,11 +215,8 @@ impl Driver {
             if let Poll::Ready(mut inputs) = polled {
                 rotation.port = index + 1;
                 rotation.held = rotation.held.take().and_then(|held| held.after(port));
-                if let Some(texts) = inputs.iter().find_map(received_texts) {
-                    // What the runtime has reported together came in its order. A read takes more than that from a host
-                    // that does not wait for its answers: somebody may have connected between two texts.
-                    let runtime = (!drains && texts <= 1).then_some(&mut *context);
-                    let mut arrived = self.edge.channels.accept_arrived(runtime);
+                if inputs.iter().any(|input| matches!(input, Input::Received { .. })) {
+                    let mut arrived = self.edge.channels.accept_arrived();
                     arrived.extend(self.edge.serial_lines.open_arrived());
                     inputs.splice(..0, arrived);
                 }
@@ -234,15 +230,6 @@ impl Driver {
                 Poll::Pending
             }
         }
-    }
-}
-
-/// How many texts end in what was received.
-fn received_texts(input: &Input) -> Option<usize> {
-    if let Input::Received { bytes, .. } = input {
-        Some(bytes.iter().filter(|byte| **byte == ETX).count())
-    } else {
-        None
     }
 }
 

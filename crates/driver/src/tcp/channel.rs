@@ -94,7 +94,7 @@ impl Channel {
 
     fn poll_incoming(&mut self, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
         if context.is_none() {
-            let inputs = self.accept_arrived(None);
+            let inputs = self.accept_arrived(true);
             if !inputs.is_empty() {
                 return Poll::Ready(inputs);
             }
@@ -129,25 +129,23 @@ impl Channel {
         }
     }
 
-    /// The same, if the channel has no peer.
-    pub(super) fn idle_acceptor(&self) -> Option<&Acceptor> {
-        self.acceptor().filter(|_| self.connection.is_none())
+    /// The socket at which the channel listens while it has no peer.
+    pub(super) fn idle_listener(&self) -> Option<&TcpListener> {
+        match &self.source {
+            _ if self.connection.is_some() => None,
+            Source::Accepted(acceptor) => Some(acceptor.listener()),
+            Source::Claimed(claim) => claim.listener(),
+            Source::Dialled(..) => None,
+        }
     }
 
-    /// Accepts what has arrived if the channel has no peer. Without a context the system itself is asked, whatever the
-    /// runtime knows of it.
-    pub(super) fn accept_arrived(&mut self, context: Option<&mut Context<'_>>) -> Vec<Input> {
-        if self.connection.is_some() {
-            return Vec::new();
-        }
-        let arrived = match (&mut self.source, context) {
-            (Source::Accepted(acceptor), None) => acceptor.accept_now(self.port),
-            (Source::Accepted(acceptor), Some(context)) => match acceptor.poll(self.port, context) {
-                Poll::Ready(incoming) => Some(incoming),
-                Poll::Pending => None,
-            },
-            (Source::Claimed(claim), context) => claim.arrived(context.is_none()),
-            (Source::Dialled(..), _) => None,
+    /// Accepts what has arrived if the channel has no peer; at the socket only if something `has_arrived` there.
+    pub(super) fn accept_arrived(&mut self, has_arrived: bool) -> Vec<Input> {
+        let arrived = match &mut self.source {
+            _ if self.connection.is_some() => None,
+            Source::Accepted(acceptor) if has_arrived => acceptor.accept_now(self.port),
+            Source::Claimed(claim) => claim.arrived(has_arrived),
+            Source::Accepted(_) | Source::Dialled(..) => None,
         };
         arrived.map_or_else(Vec::new, |incoming| self.on_connected(incoming))
     }

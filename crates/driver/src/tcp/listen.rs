@@ -227,9 +227,14 @@ impl Acceptor {
         }
     }
 
+    /// The socket.
+    pub(super) fn listener(&self) -> &TcpListener {
+        &self.listener
+    }
+
     /// A connection that has arrived, whether or not the runtime knows of it.
     pub(super) fn accept_now(&self, port: Port) -> Option<NewConnection> {
-        if self.pause.is_some() || !has_arrived(std::iter::once(self)) {
+        if self.pause.is_some() || !has_arrived(std::iter::once(&self.listener)) {
             return None;
         }
         // What fails here fails again in `poll`, which reports it.
@@ -263,22 +268,22 @@ impl Acceptor {
 /// Whether the system has a connection for one of these. It is asked before every command and every jump of time, about
 /// all at once; and an accept that finds nothing costs more, since it makes a socket first.
 #[cfg(unix)]
-pub(super) fn has_arrived<'a>(mut acceptors: impl Iterator<Item = &'a Acceptor>) -> bool {
-    let Some(first) = acceptors.next() else {
+pub(super) fn has_arrived<'a>(mut listeners: impl Iterator<Item = &'a TcpListener>) -> bool {
+    let Some(first) = listeners.next() else {
         return false;
     };
     let mut next = Some(first);
-    let mut listeners: [PollFd<'_>; Port::ETHERNET.len()] = std::array::from_fn(|_| {
+    let mut asked: [PollFd<'_>; Port::ETHERNET.len()] = std::array::from_fn(|_| {
         // To ask about the first twice does no harm.
-        let acceptor = next.unwrap_or(first);
-        next = acceptors.next();
-        PollFd::new(&acceptor.listener, PollFlags::IN)
+        let listener = next.unwrap_or(first);
+        next = listeners.next();
+        PollFd::new(listener, PollFlags::IN)
     });
     // Listeners that cannot be asked are tried.
-    poll(&mut listeners, Some(&Timespec::default())).map_or(true, |ready| ready > 0)
+    poll(&mut asked, Some(&Timespec::default())).map_or(true, |ready| ready > 0)
 }
 
 #[cfg(not(unix))]
-pub(super) fn has_arrived<'a>(mut acceptors: impl Iterator<Item = &'a Acceptor>) -> bool {
-    acceptors.next().is_some()
+pub(super) fn has_arrived<'a>(mut listeners: impl Iterator<Item = &'a TcpListener>) -> bool {
+    listeners.next().is_some()
 }

@@ -24,7 +24,6 @@ use listen::ReservedPort;
 use shared::Claim;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::task::Context;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, oneshot};
@@ -150,14 +149,12 @@ impl Channels {
     }
 
     /// Accepts what has arrived at channels without a peer. A host that has connected IP1 and then sends a command on
-    /// IP0 expects that the program finds its peer; the two sockets are not polled in that order. Without a context the
-    /// system itself is asked.
-    pub fn accept_arrived(&mut self, mut context: Option<&mut Context<'_>>) -> Vec<Input> {
-        let idle = self.channels.values().filter_map(Channel::idle_acceptor);
-        let accepts = context.is_some() || listen::has_arrived(idle);
+    /// IP0 expects that the program finds its peer. The system itself is asked: what a read has found on one socket may
+    /// have come after what the runtime has yet to learn of another.
+    pub fn accept_arrived(&mut self) -> Vec<Input> {
+        let has_arrived = listen::has_arrived(self.channels.values().filter_map(Channel::idle_listener));
         let channels = self.channels.values_mut();
-        let asked = channels.filter(|channel| accepts || channel.idle_acceptor().is_none());
-        let arrived = asked.flat_map(|channel| channel.accept_arrived(context.as_deref_mut()));
+        let arrived = channels.flat_map(|channel| channel.accept_arrived(has_arrived));
         arrived.collect()
     }
 

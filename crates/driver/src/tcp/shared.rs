@@ -11,7 +11,6 @@ use socket2::SockRef;
 use std::collections::{BTreeMap, HashMap};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
-use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc;
@@ -121,21 +120,12 @@ impl SharedPorts {
         })
     }
 
-    /// Hands over what has arrived at a port: all of it that the system knows, or only what the runtime has reported.
-    fn hand_over_arrived(&self, number: u16, ask_system: bool) {
+    /// Hands over what has arrived at a port, whether or not the runtime knows of it.
+    fn hand_over_arrived(&self, number: u16) {
         let Some((port, listener)) = self.0.listeners.get(&number) else {
             return;
         };
-        let next = || {
-            if ask_system {
-                return accept(listener).ok();
-            }
-            match listener.poll_accept(&mut Context::from_waker(Waker::noop())) {
-                Poll::Ready(accepted) => accepted.ok(),
-                Poll::Pending => None,
-            }
-        };
-        while let Some(accepted) = next() {
+        while let Ok(accepted) = accept(listener) {
             self.hand_over(*port, accepted);
         }
     }
@@ -155,9 +145,17 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// A connection that has arrived; if the system is asked, whether or not the runtime knows of it.
-    pub(super) fn arrived(&mut self, ask_system: bool) -> Option<NewConnection> {
-        self.ports.hand_over_arrived(self.address.port(), ask_system);
+    /// The shared socket.
+    pub(super) fn listener(&self) -> Option<&TcpListener> {
+        let listeners = &self.ports.0.listeners;
+        listeners.get(&self.address.port()).map(|(_, listener)| listener)
+    }
+
+    /// A connection that has arrived; also one at the socket, if something `has_arrived` there.
+    pub(super) fn arrived(&mut self, has_arrived: bool) -> Option<NewConnection> {
+        if has_arrived {
+            self.ports.hand_over_arrived(self.address.port());
+        }
         self.connections.try_recv().ok()
     }
 }

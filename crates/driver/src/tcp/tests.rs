@@ -137,7 +137,7 @@ async fn who_connects_before_a_command_is_sent_on_another_channel_is_known_befor
     // As the driver does when it has found bytes on a port.
     let read = links.get_mut(Port::Ip0).unwrap().poll(READ_BUFFER, None);
     assert_eq!(read, Poll::Ready(vec![received(b"RN\r")]));
-    assert_eq!(links.accept_arrived(None), [known]);
+    assert_eq!(links.accept_arrived(), [known]);
     // It is served like any other.
     use std::io::Write as _;
     (&vision).write_all(b"1\r").unwrap();
