@@ -5,7 +5,7 @@
 
 use super::body::SnapshotText;
 use super::event::seconds;
-use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use super::robots::Scope;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
@@ -60,28 +60,26 @@ pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     Ok(Json(common.unwrap_or_default()))
 }
 
-/// Does something about a snapshot of each robot. The answer is that of the last, or why one does not have all of it.
-async fn change(
-    robots: &[(String, Handle)],
-    tasks: impl Iterator<Item = SnapshotTask>,
-) -> Answer<SnapshotList> {
-    let mut answer = Ok(SnapshotList::default());
+/// Does something about a snapshot of each robot, or of none if one refuses it. The answer is that of the last, or why one
+/// does not have all of it.
+async fn change(scope: Scope, tasks: impl Iterator<Item = SnapshotTask>) -> Answer<SnapshotList> {
+    let robots = scope.together().await?;
+    let mut checked = Vec::new();
     for ((_, handle), task) in robots.iter().zip(tasks) {
+        checked.push(match &scope {
+            Scope::One(_) => task,
+            Scope::All(_) => {
+                let asked = move |view: &View<'_>| view.snapshots.check(&task).map(|()| task);
+                handle.query(asked).await?.map_err(SnapshotRequestError::from)?
+            }
+        });
+    }
+    let mut answer = Ok(SnapshotList::default());
+    for ((_, handle), task) in robots.iter().zip(checked) {
         let changed = handle.change(Request::Snapshot, task, SnapshotList::new);
         answer = answer.and(changed.await);
     }
     answer.map(Json)
-}
-
-/// Does something about the snapshot of this name of each robot, or of none if one refuses it.
-async fn change_named(scope: Scope, name: String, task: fn(String) -> SnapshotTask) -> Answer<SnapshotList> {
-    let robots = scope.together().await?;
-    let mut tasks = repeat_with(|| task(name.clone()));
-    for ((_, handle), task) in robots.iter().zip(&mut tasks) {
-        let refused = handle.query(move |view| view.snapshots.check(&task)).await?;
-        refused.map_err(SnapshotRequestError::from)?;
-    }
-    change(&robots, tasks).await
 }
 
 /// Save the current state under a name
@@ -90,7 +88,7 @@ async fn change_named(scope: Scope, name: String, task: fn(String) -> SnapshotTa
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change_named(scope, name, SnapshotTask::Save).await
+    change(scope, repeat_with(|| SnapshotTask::Save(name.clone()))).await
 }
 
 /// Restore a named snapshot
@@ -100,14 +98,14 @@ pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> 
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change_named(scope, name, SnapshotTask::Restore).await
+    change(scope, repeat_with(|| SnapshotTask::Restore(name.clone()))).await
 }
 
 /// Delete a named snapshot
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
     responses((status = 200, body = SnapshotList)))]
 pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
-    change_named(scope, name, SnapshotTask::Remove).await
+    change(scope, repeat_with(|| SnapshotTask::Remove(name.clone()))).await
 }
 
 /// States as a file has them: that of one robot, or of each by its name.
@@ -162,7 +160,7 @@ pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> An
     };
     let states = states.map_err(SnapshotRequestError::Parse)?.into_iter();
     let tasks = states.map(|state| SnapshotTask::Replace(Box::new(state)));
-    change(&scope.together().await?, tasks).await
+    change(scope, tasks).await
 }
 
 impl From<SnapshotRequestError> for Problem {

@@ -206,11 +206,6 @@ fn the_exit_code_says_how_it_ended() {
         run(&["ctl", "--url", "https://a:1", "state"]).status.code(),
         Some(2)
     );
-    // As it was called before; drivers of test rigs still do.
-    expect_code(
-        &run(&["ctl", "--at", serve.control.as_deref().unwrap(), "state"]),
-        0,
-    );
 }
 
 #[test]

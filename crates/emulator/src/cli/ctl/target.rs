@@ -66,7 +66,7 @@ fn list(instances: &[Instance]) -> String {
 #[derive(Debug, Args)]
 pub struct TargetArgs {
     /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
-    #[arg(long, alias = "at", value_name = "URL", global = true)]
+    #[arg(long, value_name = "URL", global = true)]
     url: Option<String>,
     /// Call this robot, where several run in one process [env: TS3100_ROBOT]
     #[arg(long, value_name = "NAME", global = true)]
