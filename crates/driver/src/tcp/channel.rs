@@ -121,14 +121,6 @@ impl Channel {
         Poll::Pending
     }
 
-    /// The listening socket of a channel that has one of its own.
-    pub(super) fn acceptor(&self) -> Option<&Acceptor> {
-        match &self.source {
-            Source::Accepted(acceptor) => Some(acceptor),
-            Source::Claimed(_) | Source::Dialled(..) => None,
-        }
-    }
-
     /// The socket at which the channel listens while it has no peer.
     pub(super) fn idle_listener(&self) -> Option<&TcpListener> {
         match &self.source {
@@ -253,7 +245,7 @@ impl Channel {
     /// Closes every connection, also those that have arrived and are not accepted. Returns whether the channel was
     /// connected, and the channel if it listens; otherwise it is closed.
     pub(super) fn clear(mut self) -> (bool, Option<Channel>) {
-        let Some(acceptor) = self.acceptor() else {
+        let Source::Accepted(acceptor) = &self.source else {
             return (self.close(), None);
         };
         while let Some((stream, ..)) = acceptor.accept_now(self.port) {

@@ -101,15 +101,22 @@ impl LinkRecord {
 
     /// The input of the controller that this record stands for, if any.
     pub fn input(&self) -> Option<Input> {
-        Some(match self.clone() {
+        Some(match *self {
             LinkRecord::Settings { port, host } => Input::SerialOpened { port, host },
             LinkRecord::Purged { port } => Input::SerialPurged { port },
-            LinkRecord::SerialErrors { port, bytes } => Input::SerialErrors { port, bytes },
-            LinkRecord::Injected { port, bytes } => Input::Received { port, bytes },
-            LinkRecord::SecondPeer { port, peer, replaces } => Input::SecondPeer {
+            LinkRecord::SerialErrors { port, ref bytes } => Input::SerialErrors {
                 port,
-                peer,
-                kept: replaces,
+                bytes: bytes.clone(),
+            },
+            LinkRecord::Injected { port, ref bytes } => Input::received(port, bytes.clone()),
+            LinkRecord::SecondPeer {
+                port,
+                ref peer,
+                replaces: kept,
+            } => Input::SecondPeer {
+                port,
+                peer: peer.clone(),
+                kept,
             },
             LinkRecord::Backlogged { port } => Input::Backlogged { port },
             // That a file was not persisted is the answer to a question that the controller has to put first.
