@@ -56,9 +56,8 @@ def main():
     script = "shopt -s expand_aliases\n" + "".join("%s\necho '%s'\n" % (typed, END) for typed, _ in steps)
     with tempfile.TemporaryDirectory(prefix="ts3100-session-") as directory:
         os.symlink(os.path.abspath(target), os.path.join(directory, "target"))
-        path = os.path.join(os.path.abspath(target), "release") + os.pathsep + os.environ["PATH"]
-        shell = subprocess.run(["bash"], input=script, cwd=directory, env={**os.environ, "PATH": path}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               text=True, timeout=LIMIT, check=False)
+        shell = subprocess.run(["bash"], input=script, cwd=directory, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                               timeout=LIMIT, check=False)
     answers = shell.stdout.split(END + "\n")
     if len(answers) != len(steps) + 1:
         sys.exit("the session did not come to its end:\n" + shell.stdout)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The same work for simulators that install from PyPI and for ts3100: one request, one reply, over one TCP connection.
 
-    python3 benches/peers.py --serve target/release/ts3100
+    python3 benches/peers.py --serve target/dist/ts3100
 
 It makes a virtual environment, installs the pinned versions, and keeps itself and each server on one core. Requests have
 a line or a few bytes, replies about as many bytes as the reply to SU. Prints a table in Markdown."""

@@ -29,7 +29,7 @@ ROOT = os.path.dirname(HERE)
 sys.path.insert(0, os.path.join(ROOT, "clients"))
 sys.path.insert(0, HERE)
 from binaries import PLATFORMS, Unfit, kind_of  # noqa: E402
-from verify import contents, foreign_paths, unstripped  # noqa: E402
+from verify import contents, foreign_paths, mislinked, unstripped  # noqa: E402
 
 LINUX = {"x86_64": "x86_64-unknown-linux-musl", "aarch64": "aarch64-unknown-linux-musl", "arm64": "aarch64-unknown-linux-musl"}
 CROSS = ["x86_64-unknown-linux-musl", "aarch64-unknown-linux-musl", "x86_64-pc-windows-gnu"]
@@ -129,16 +129,13 @@ def build(options):
         home = os.environ.get("CARGO_HOME") or os.path.join(os.path.expanduser("~"), ".cargo")
         places = [(sysroot, "/rust"), (home, "/cargo"), (ROOT, "/ts3100"), (work, "/target")]
         flags = ["--remap-path-prefix=%s=%s" % place for place in places]
-        if target in LINUX.values():
-            # As build.rs of the program has it for the C library of GNU.
-            flags.append("-Crelocation-model=static")
         print("building %s" % target, flush=True)
-        run(*cargo, "--locked", "--release", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
+        run(*cargo, "--locked", "--profile", "dist", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
             CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
         name = program_name(target)
         folder = os.path.join(options.out, target)
         os.makedirs(folder, exist_ok=True)
-        shutil.copy(os.path.join(work, target, "release", name), os.path.join(folder, name))
+        shutil.copy(os.path.join(work, target, "dist", name), os.path.join(folder, name))
         print("%s: %d bytes" % (os.path.join(folder, name), os.path.getsize(os.path.join(folder, name))), flush=True)
 
 
@@ -328,7 +325,8 @@ def verify(options):
             print("    %9d  %s" % (len(content), inner))
             problems += ["%s: %s %s" % (name, inner, refused)] if refused else []
             if kind_of(content) in [place[:2] for place in PLATFORMS.values()]:
-                problems += ["%s: %s %s" % (name, inner, problem) for problem in unstripped(content) + foreign_paths(content)]
+                found = unstripped(content) + mislinked(content) + foreign_paths(content)
+                problems += ["%s: %s %s" % (name, inner, problem) for problem in found]
     for problem in problems:
         print("error: " + problem, file=sys.stderr)
     if problems:

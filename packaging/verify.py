@@ -23,6 +23,10 @@ ALLOWED = [
     (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary)\.js|index\.d\.ts)" % (PROGRAM, LICENCES[0])]),
     (r"ts3100\.hpp|ts3100-(config|scenario|faults)\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
 ]
+# The type of an ELF file that runs at any address, and the processor for which the toolchain makes no static ones.
+ET_DYN, EM_AARCH64 = 3, 183
+# The C runtime alone has unwind tables of a few bytes; those of all functions are an eighth of the code.
+LEAST_UNWIND = 1 / 50
 # Symbols and debug information of an ELF file.
 ELF_DEBUG = re.compile(rb"\.symtab$|\.strtab$|\.debug_|\.zdebug_|\.stab")
 # The load command of a Mach-O file with its symbols; those of debuggers (N_FUN, N_SO, N_OSO), and those of the first
@@ -67,17 +71,33 @@ def of_tar(data):
         return [(entry.name, archive.extractfile(entry).read()) for entry in archive if entry.isfile()]
 
 
+def sections(program):
+    """Name and size of each section of an ELF file of 64 bits with the low byte first: all of ours."""
+    headers, size, count, names = struct.unpack_from("<Q", program, 40) + struct.unpack_from("<HHH", program, 58)
+    texts = struct.unpack_from("<Q", program, headers + size * names + 24)[0]
+    found = {}
+    for index in range(count):
+        begin = texts + struct.unpack_from("<I", program, headers + size * index)[0]
+        found[program[begin:program.index(b"\0", begin)]] = struct.unpack_from("<Q", program, headers + size * index + 32)[0]
+    return found
+
+
+def mislinked(program):
+    """What an ELF file lacks that a network daemon needs: an address that differs from start to start, and backtraces."""
+    if program[:4] != b"\x7fELF":
+        return []
+    kind, processor = struct.unpack_from("<HH", program, 16)
+    size = sections(program)
+    problems = ["has a fixed address"] if kind != ET_DYN and processor != EM_AARCH64 else []
+    if size.get(b".eh_frame", 0) < size[b".text"] * LEAST_UNWIND:
+        problems.append("has no unwind tables")
+    return problems
+
+
 def unstripped(program):
     """What of a program is for debuggers only."""
     if program[:4] == b"\x7fELF":
-        # Of a 64-bit file with the low byte first: all of ours.
-        headers, size, count, names = struct.unpack_from("<Q", program, 40) + struct.unpack_from("<HHH", program, 58)
-        texts = struct.unpack_from("<Q", program, headers + size * names + 24)[0]
-        found = []
-        for index in range(count):
-            begin = texts + struct.unpack_from("<I", program, headers + size * index)[0]
-            found.append(program[begin:program.index(b"\0", begin)])
-        return ["has the section " + name.decode() for name in found if ELF_DEBUG.match(name)]
+        return ["has the section " + name.decode() for name in sections(program) if ELF_DEBUG.match(name)]
     if program[:2] == b"MZ":
         header = struct.unpack_from("<I", program, 60)[0]
         symbols = struct.unpack_from("<I", program, header + 16)[0]

@@ -30,7 +30,7 @@ NAME, VOLUME, OTHER = "ts3100-test-robot", "ts3100-test-drive", "ts3100-test-oth
 TOKEN = "only-for-this-test"
 NETWORK = "ts3100-test-network"
 HEALTHY_TIMEOUT = 30
-MOST_BYTES = 8_000_000
+MOST_BYTES = 9_000_000
 STOP_LIMIT = 5.0
 
 

@@ -75,9 +75,9 @@ def static_binary():
     """A binary without shared libraries, of the sources as they are."""
     target = "%s-unknown-linux-musl" % platform.machine()
     run("rustup", "target", "add", target, cwd=ROOT)
-    run("cargo", "build", "--locked", "--release", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
+    run("cargo", "build", "--locked", "--profile", "dist", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
     folder = os.environ.get("CARGO_TARGET_DIR") or os.path.join(ROOT, "target")
-    return os.path.join(folder, target, "release", "ts3100")
+    return os.path.join(folder, target, "dist", "ts3100")
 
 
 def build(binary, image=IMAGE, platform_name=None):

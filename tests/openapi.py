@@ -89,7 +89,7 @@ with client:
 
     same("press the emergency stop", put_emergency_stop.sync(client=client, body=Button(pressed=True)).pressed, True)
     same("emergency stop", get_emergency_stop.sync(client=client).pressed, True)
-    same("alarms", [alarm.number for alarm in get_state.sync(client=client).alarms], ["8-027"])
+    same("alarms", [alarm.number for alarm in get_state.sync(client=client).alarms], ["8-014"])
     refusal = put_servo.sync_detailed(client=client, body=Switch(on=True))
     same("servo on", (int(refusal.status_code), isinstance(refusal.parsed, Problem)), (409, True))
     put_emergency_stop.sync(client=client, body=Button(pressed=False))

@@ -189,7 +189,7 @@ class Session:
         expect(panel).to_contain_text("cannot turn the servo on: the emergency stop is pressed")
         self.press(panel.get_by_role("button", name="Release EMERGENCY STOP"), "emergency-stop")
         panel.get_by_role("button", name="ALARM RESET").click()
-        self.no_lamp("8-027")
+        self.no_lamp("8-014")
         panel.get_by_role("button", name="SERVO", exact=True).click()
         self.lamp("servo on")
         self.press(panel.get_by_role("button", name="START"), "program/start")

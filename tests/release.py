@@ -76,7 +76,7 @@ def sums(folder):
 
 
 def strictness(tools, scratch):
-    """What `verify` refuses of a program: symbols, and paths of the machine that built it."""
+    """What `verify` refuses of a program: symbols, another way of linking, and paths of the machine that built it."""
     need(MINGW)
     source, program = os.path.join(scratch, "small.c"), os.path.join(scratch, "small.exe")
     with open(source, "w", encoding="ascii") as file:
@@ -88,6 +88,11 @@ def strictness(tools, scratch):
             with open(program, "rb") as file:
                 found = verify.unstripped(file.read())
             equal("a program for %s %s" % (system, found or "is stripped"), expected, bool(found))
+    for linked, expected in (("-pie", []), ("-no-pie", ["has a fixed address"])):
+        run("cc", linked, "-s", "-o", program, source)
+        with open(program, "rb") as file:
+            found = [problem for problem in verify.mislinked(file.read()) if "address" in problem]
+        equal("a program linked with %s" % linked, expected, found)
     equal("paths of a machine are found", ["names /home/me/x.rs", "names C:\\Users\\me"],
           verify.foreign_paths(b"\0/home/me/x.rs\0/cargo/y.rs\0C:\\Users\\me\0"))
 

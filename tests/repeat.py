@@ -107,7 +107,7 @@ what = "command RN"
 
 [[never]]
 what = "output 5 on"
-after = "alarm 8-027"
+after = "alarm 8-014"
 """
 # Whatever a run writes.
 REPORTS = {"--transcript": ["day.txt", "day.jsonl", "day.pcapng"],

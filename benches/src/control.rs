@@ -22,24 +22,21 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Longest answer that is read, in bytes.
 const MAX_ANSWER: usize = 1024 * 1024;
 
-/// How many times the time of its comparison each may take, in the best of the rounds, before `--check` fails. The aims are
-/// in README.md.
-const FAULT_TO_BARE: f64 = 3.3;
-const RESTORE_TO_BARE: f64 = 3.6;
+/// How many times the time of a bare listener's start each may take, in the best of the rounds, before `--check` fails. A
+/// restore has to stay far cheaper than what it spares a test: a start.
 const RESTORE_TO_LISTENER: f64 = 0.1;
-const FILE_TO_LISTENER: f64 = 0.3;
-const START_TO_BARE: f64 = 2.25;
+const START_TO_LISTENER: f64 = 2.5;
 
 const PROGRAM: &str =
     "GLOBAL\nDIM A(100)\nN = 0\nEND\nPROGRAM PICK\nREMARK WAITS\nINPUT IP1, N\nDELAY 1\nEND\n";
 
-/// What was measured in each round, in microseconds, beside what, and the most it may be of it.
+/// What was measured in each round, in microseconds, beside what, and the most it may be of it where that is held.
 struct Figure {
     name: &'static str,
     took: Vec<f64>,
     beside: &'static str,
     bare: Vec<f64>,
-    most: f64,
+    most: Option<f64>,
 }
 
 impl Figure {
@@ -82,7 +79,7 @@ pub fn print(rounds: usize) -> Result<Vec<String>, String> {
         } = figure;
         let (took, bare) = (median(took), median(bare));
         println!("{name:38} {took:>9.1}   {beside:36} {bare:>9.1}   ratio {best:.2}");
-        if best > most {
+        if let Some(most) = most.filter(|most| best > *most) {
             missed.push(format!(
                 "{name}: {best:.2} times {beside}, at most {most} expected"
             ));
@@ -138,28 +135,16 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
     let call = "a call of a bare axum server";
     let bare = "a bare listener, until it is ready";
     Ok(vec![
-        figure("a fault is set over HTTP", fault, call, cheapest, FAULT_TO_BARE),
-        figure(
-            "a snapshot put back by name, HTTP",
-            restore,
-            call,
-            cheapest,
-            RESTORE_TO_BARE,
-        ),
-        figure("the same", restore, bare, listener, RESTORE_TO_LISTENER),
-        figure(
-            "the same from its file",
-            from_file,
-            bare,
-            listener,
-            FILE_TO_LISTENER,
-        ),
+        figure("a fault is set over HTTP", fault, call, cheapest, None),
+        figure("a snapshot put back by name, HTTP", restore, call, cheapest, None),
+        figure("the same", restore, bare, listener, Some(RESTORE_TO_LISTENER)),
+        figure("the same from its file", from_file, bare, listener, None),
         figure(
             "ts3100 serve: start to ready line",
             start,
             bare,
             listener,
-            START_TO_BARE,
+            Some(START_TO_LISTENER),
         ),
     ])
 }
@@ -291,7 +276,7 @@ fn binary() -> Result<PathBuf, Box<dyn std::error::Error>> {
         Ok(binary)
     } else {
         let path = binary.display();
-        Err(format!("{path} is missing: cargo build --release -p ts3100-emulator").into())
+        Err(format!("{path} is missing: cargo build --profile dist -p ts3100-emulator").into())
     }
 }
 

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Robots in one process.
 const SIZES: [u32; 4] = [1, 100, 1_000, 10_000];
-/// The size that is held to its margins.
+/// The size whose memory is held.
 const HELD: u32 = 1_000;
 /// Connections that stay open; a process on a usual machine has files for twice as many.
 const MOST_OPEN: u32 = 5_000;
@@ -25,15 +25,8 @@ const ROBOTS: u32 = 32;
 const REQUESTS: u32 = 400;
 const WARM_UP: u32 = 40;
 
-/// Most seconds until 1,000 robots have answered; the aim is 1.
-const MOST_ANSWERED: f64 = 1.5;
-/// Most kilobytes for each further robot; the aim is 100.
-const MOST_MEMORY: f64 = 120.0;
-/// Most processor time while idle, in seconds: the aim is none within a tick of the clock.
-const MOST_IDLE: f64 = 0.03;
-/// Least rate of 32 robots, in that of the echo. The aim is 0.6, nearly reached where system calls are dear; where they cost
-/// less than half, the same program reaches 0.36.
-const LEAST_RATE: f64 = 0.3;
+/// Most kilobytes for each further robot of 1,000.
+const MOST_MEMORY: f64 = 100.0;
 
 /// After SU the host confirms, so that no exchange is open while the robots are idle.
 const STATUS: Exchange = Exchange {
@@ -58,9 +51,8 @@ struct Life {
 
 /// Measures and prints; what is beyond its margin.
 pub fn print(rounds: usize) -> Result<Vec<String>, String> {
-    let mut missed = lives(rounds.min(MOST_ROUNDS)).map_err(|error| format!("many robots: {error}"))?;
-    missed.extend(rate(rounds).map_err(|error| format!("32 robots: {error}"))?);
-    Ok(missed)
+    rate(rounds).map_err(|error| format!("32 robots: {error}"))?;
+    lives(rounds.min(MOST_ROUNDS)).map_err(|error| format!("many robots: {error}"))
 }
 
 fn lives(rounds: usize) -> Result<Vec<String>, Failure> {
@@ -101,30 +93,10 @@ fn lives(rounds: usize) -> Result<Vec<String>, Failure> {
                 of(|life| life.idle),
                 of(|life| life.end)
             );
-            if size == HELD && *name == "robots" {
-                let best =
-                    |figure: fn(&Life) -> f64| lives.iter().map(figure).fold(f64::INFINITY, f64::min) / 1e3;
-                for (what, found, most, unit) in [
-                    (
-                        "until each has answered",
-                        best(|life| life.ready + life.answered),
-                        MOST_ANSWERED,
-                        "s",
-                    ),
-                    ("each further robot", each, MOST_MEMORY, "kB"),
-                    (
-                        "processor time while idle",
-                        best(|life| life.idle),
-                        MOST_IDLE,
-                        "s",
-                    ),
-                ] {
-                    if found > most {
-                        missed.push(format!(
-                            "{size} robots, {what}: {found:.3} {unit}, at most {most} {unit} expected"
-                        ));
-                    }
-                }
+            if size == HELD && *name == "robots" && each > MOST_MEMORY {
+                missed.push(format!(
+                    "{size} robots, each further one: {each:.1} kB, at most {MOST_MEMORY} kB expected"
+                ));
             }
         }
     }
@@ -216,17 +188,13 @@ fn files() -> Result<(), Failure> {
 }
 
 /// The rate of 32 robots, each with one connection and one request on its way; with the control interface and without.
-fn rate(rounds: usize) -> Result<Vec<String>, Failure> {
+fn rate(rounds: usize) -> Result<(), Failure> {
     let own = std::env::current_exe()?;
     let count = ROBOTS.to_string();
     println!(
         "\n{ROBOTS} robots, {ROBOTS} connections, one request on its way on each: medians of {rounds} rounds in turn\n"
     );
-    let mut missed = Vec::new();
-    for (name, control, least) in [
-        ("SU", "127.0.0.1:0", Some(LEAST_RATE)),
-        ("SU, --control off", "off", None),
-    ] {
+    for (name, control) in [("SU", "127.0.0.1:0"), ("SU, --control off", "off")] {
         let serve = ["serve", "--ports", "auto", "--ready-json", "--servo-on"];
         let words = [&serve[..], &["--robots", &count, "--control", control]].concat();
         let mut robots = Server::launch(&own.with_file_name("ts3100"), &words)?;
@@ -247,13 +215,8 @@ fn rate(rounds: usize) -> Result<Vec<String>, Failure> {
             "{name:24} {rate:>8.0} a second {processor:>6.1} µs   echo {bare_rate:>8.0} a second {bare_processor:>6.1} µs   \
              ratio of the best round {best:.2}"
         );
-        if let Some(least) = least.filter(|least| best < *least) {
-            missed.push(format!(
-                "{ROBOTS} robots: {best:.2} times the rate of the echo, at least {least} expected"
-            ));
-        }
     }
-    Ok(missed)
+    Ok(())
 }
 
 /// Requests per second, and microseconds of processor time of the server for each.

@@ -1,6 +1,5 @@
-//! Runs the benchmarks and prints what they measured. With `--check` it fails when the interpreter has become slow
-//! beside Lua or CPython. Who takes part is in `contender`, the tables are in `table`, everything but statements
-//! per second is in `whole`.
+//! Runs the benchmarks and prints what they measured. With `--check` it fails when one of the few figures that are held
+//! (`README.md`) misses its bound. Who takes part is in `contender`, statements per second are in `table`.
 
 mod contender;
 mod control;
@@ -20,6 +19,9 @@ use table::Row;
 const LOOPS: [&str; 5] = ["count", "reals", "arrays", "calls", "jumps"];
 /// How often each contender runs each loop, unless `--rounds` says otherwise.
 const ROUNDS: usize = 9;
+/// How often `--check` measures a part until it keeps its bounds. A busy machine only ever adds to a figure, so the best
+/// of a few attempts is the nearest to the truth.
+const ATTEMPTS: u32 = 3;
 
 fn main() -> ExitCode {
     let (mut check, mut rounds, mut only) = (false, ROUNDS, None);
@@ -104,16 +106,14 @@ fn pin() {
 /// Everything, or only a part; `false` when a check was missed.
 fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
     if cfg!(debug_assertions) {
-        return Err("measure with --release".into());
+        return Err("measure with --profile dist".into());
     }
-    if let Some(only) = only {
-        let slow = match only {
-            Only::Shift => shift::print(rounds)?,
-            Only::Fleet => fleet::print(rounds)?,
-            Only::Transfers => transfers::print(rounds)?,
-        };
-        tell(check, &slow);
-        return Ok(!check || slow.is_empty());
+    let attempts = if check { ATTEMPTS } else { 1 };
+    match only {
+        Some(Only::Shift) => return held(attempts, check, || shift::print(rounds)),
+        Some(Only::Fleet) => return held(attempts, check, || fleet::print(rounds)),
+        Some(Only::Transfers) => return transfers::print(rounds).map(|()| true),
+        None => {}
     }
     let mut contenders = Vec::new();
     for contender in Contender::ALL {
@@ -123,29 +123,45 @@ fn run(check: bool, rounds: usize, only: Option<Only>) -> Result<bool, String> {
             Some(program) => println!("{program} is missing: left out"),
         }
     }
-    println!(
-        "Statements per second in millions, medians of {rounds} rounds in turn; ratios to the machine of each round.\n"
-    );
-    let rows = LOOPS
-        .iter()
-        .map(|name| Row::measure(name, &contenders, rounds))
-        .collect::<Result<Vec<Row>, String>>()?;
-    table::print(&rows, &contenders);
-    let missed = table::missed(&rows);
-    tell(check, &missed);
+    let statements = || {
+        println!(
+            "Statements per second in millions, medians of {rounds} rounds in turn; ratios to the machine of each round.\n"
+        );
+        let rows = LOOPS
+            .iter()
+            .map(|name| Row::measure(name, &contenders, rounds))
+            .collect::<Result<Vec<Row>, String>>()?;
+        table::print(&rows, &contenders);
+        Ok(table::missed(&rows))
+    };
+    let mut good = held(attempts, check, statements)?;
     println!();
     whole::print(rounds)?;
-    let mut slow = control::print(rounds)?;
-    slow.extend(requests::print(rounds)?);
-    slow.extend(transfers::print(rounds)?);
-    slow.extend(fleet::print(rounds)?);
-    slow.extend(shift::print(rounds)?);
-    tell(check, &slow);
-    Ok(!check || missed.is_empty() && slow.is_empty())
+    good &= held(attempts, check, || control::print(rounds))?;
+    good &= held(attempts, check, || requests::print(rounds))?;
+    transfers::print(rounds)?;
+    good &= held(attempts, check, || fleet::print(rounds))?;
+    good &= held(attempts, check, || shift::print(rounds))?;
+    Ok(good)
 }
 
-fn tell(check: bool, missed: &[String]) {
-    for line in missed {
-        println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
+/// Measures a part until it keeps its bounds, at most `attempts` times; `false` when `--check` has to fail.
+fn held(
+    attempts: u32,
+    check: bool,
+    measure: impl Fn() -> Result<Vec<String>, String>,
+) -> Result<bool, String> {
+    for attempt in 1..=attempts {
+        let missed = measure()?;
+        let word = match (check, attempt < attempts) {
+            (false, _) => "beyond the bound",
+            (true, true) => "measured again",
+            (true, false) => "MISSED",
+        };
+        missed.iter().for_each(|line| println!("{word}: {line}"));
+        if missed.is_empty() {
+            return Ok(true);
+        }
     }
+    Ok(!check)
 }

@@ -22,12 +22,6 @@ const MOST_ROUNDS: usize = 3;
 
 /// Most processor time without sockets, in that of the count loop. The aim, 0.6 s, is about 24 of them.
 const MOST_ALONE: f64 = 10.0;
-/// Most wall-clock time and most processor time over TCP, in those of the echo server.
-const MOST_WALL: f64 = 1.25;
-const MOST_PROCESSOR: f64 = 7.5;
-/// Most wall-clock time with a silence of a tenth of a millisecond, in that of the echo server without any. The aim, 5 s, is
-/// 5 to 12 of them: the cheaper the system calls, the more.
-const MOST_QUICK: f64 = 8.0;
 /// How long a cycle waits until time jumps: a millisecond, which the timer of the runtime makes up to two.
 const SILENCE: Duration = Duration::from_millis(2);
 
@@ -112,8 +106,8 @@ pub fn print(rounds: usize) -> Result<Vec<String>, String> {
             "a shift without sockets: {ratio:.1} times the count loop, at most {MOST_ALONE} expected"
         ));
     }
-    let over = over_tcp(rounds.min(MOST_ROUNDS), parts / PARTS_OF_SHIFT);
-    missed.extend(over.map_err(|error| format!("a shift over TCP: {error}"))?);
+    over_tcp(rounds.min(MOST_ROUNDS), parts / PARTS_OF_SHIFT)
+        .map_err(|error| format!("a shift over TCP: {error}"))?;
     Ok(missed)
 }
 
@@ -155,7 +149,7 @@ struct Round {
     bare_wall: f64,
 }
 
-fn over_tcp(rounds: usize, parts: u32) -> Result<Vec<String>, Box<dyn std::error::Error>> {
+fn over_tcp(rounds: usize, parts: u32) -> Result<(), Box<dyn std::error::Error>> {
     let own = std::env::current_exe()?;
     let file = std::env::temp_dir().join(format!("ts3100-bench-{}", std::process::id()));
     std::fs::create_dir_all(&file)?;
@@ -166,16 +160,14 @@ fn over_tcp(rounds: usize, parts: u32) -> Result<Vec<String>, Box<dyn std::error
     let (wall, processor) = (of(|round| round.wall), of(|round| round.processor));
     let (echo_wall, echo_processor) = (of(|round| round.echo_wall), of(|round| round.echo_processor));
     let best = |ratio: fn(&Round) -> f64| measured.iter().map(ratio).fold(f64::INFINITY, f64::min);
-    let mut missed = Vec::new();
     let (silent, alone) = ("echo and silence", "echo alone      ");
-    for (what, beside, took, bare, ratio, most) in [
+    for (what, beside, took, bare, ratio) in [
         (
             "wall clock",
             silent,
             wall,
             echo_wall,
             best(|round| round.wall / round.echo_wall),
-            MOST_WALL,
         ),
         (
             "processor",
@@ -183,7 +175,6 @@ fn over_tcp(rounds: usize, parts: u32) -> Result<Vec<String>, Box<dyn std::error
             processor,
             echo_processor,
             best(|round| round.processor / round.echo_processor),
-            MOST_PROCESSOR,
         ),
         (
             "auto.silence=0.1ms",
@@ -191,17 +182,11 @@ fn over_tcp(rounds: usize, parts: u32) -> Result<Vec<String>, Box<dyn std::error
             of(|round| round.quick_wall),
             of(|round| round.bare_wall),
             best(|round| round.quick_wall / round.bare_wall),
-            MOST_QUICK,
         ),
     ] {
         println!("over TCP, {what:22} {took:>8.2}   {beside} {bare:>8.2}   ratio {ratio:.2}");
-        if ratio > most {
-            missed.push(format!(
-                "a shift over TCP: {ratio:.2} times the {what} of the echo, at most {most} expected"
-            ));
-        }
     }
-    Ok(missed)
+    Ok(())
 }
 
 fn measure(

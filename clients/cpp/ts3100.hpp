@@ -714,11 +714,14 @@ enum class Severity { note, warning, error };
 /// A protocol mistake of a host.
 struct Finding {
     std::string rule, port, message, remedy;
+    /// The fault that has caused it; empty if the host has.
+    std::string caused_by;
     Severity severity = Severity::note;
 
     explicit Finding(const Json& finding)
         : rule(finding["rule"].as_string()), port(finding["port"].is_null() ? "" : finding["port"].as_string()),
           message(finding["message"].as_string()), remedy(finding["remedy"].as_string()) {
+        if (finding.has("caused-by")) caused_by = finding["caused-by"].as_string();
         const std::string& word = finding["severity"].as_string();
         severity = word == "error" ? Severity::error : word == "warning" ? Severity::warning : Severity::note;
     }
@@ -1076,7 +1079,7 @@ public:
     std::string mistakes(Severity deny = Severity::warning, const std::vector<std::string>& allowed = {}) const {
         std::string report;
         for (const Finding& finding : robot.findings())
-            if (finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + finding.text();
+            if (finding.caused_by.empty() && finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + finding.text();
         if (report.empty()) return report;
         std::vector<std::string> texts;
         for (const std::string& line : detail::split(robot.transcript(), '\n'))

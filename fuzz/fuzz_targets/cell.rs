@@ -14,10 +14,10 @@ const EVENTS: u32 = 200;
 fuzz_target!(|data: &[u8]| {
     let (source, mut choices) = text_and_choices(data);
     let mut robot = Robot::new(true);
-    if robot.cell.controller.put_file("TEST", source.as_bytes()).is_err() {
+    if robot.seat.controller.put_file("TEST", source.as_bytes()).is_err() {
         return;
     }
-    if robot.cell.controller.select(Time::ZERO, "TEST").is_err() {
+    if robot.seat.controller.select(Time::ZERO, "TEST").is_err() {
         return;
     }
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];

@@ -23,24 +23,24 @@ fuzz_target!(|content: &[u8]| {
     let _ = UserParameters::parse(content, &user, Edition::Scara);
     let mut robot = Robot::new(true);
     for name in ["ETHERNET.PAR", "USER.PAR"] {
-        let _ = robot.cell.controller.put_file(name, content);
+        let _ = robot.seat.controller.put_file(name, content);
     }
     let stored = |name: &str| {
-        let mut files = robot.cell.controller.files();
+        let mut files = robot.seat.controller.files();
         files
             .find(|(found, _)| *found == name)
             .map(|(_, content)| content.to_vec())
     };
     let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
     let (before, lines_before) = (
-        robot.cell.controller.ethernet().clone(),
-        *robot.cell.controller.user(),
+        robot.seat.controller.ethernet().clone(),
+        *robot.seat.controller.user(),
     );
     robot.feed(Input::Panel(PanelAction::PowerCycle));
     robot.advance(1_000);
     // The power-on takes what the files say, and for the rest the values of before.
     let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;
-    assert_eq!(*robot.cell.controller.ethernet(), expected);
+    assert_eq!(*robot.seat.controller.ethernet(), expected);
     let expected = UserParameters::parse(&lines.unwrap_or_default(), &lines_before, Edition::SixAxis).0;
-    assert_eq!(*robot.cell.controller.user(), expected);
+    assert_eq!(*robot.seat.controller.user(), expected);
 });

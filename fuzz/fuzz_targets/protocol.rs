@@ -25,7 +25,7 @@ fn entry(record: &str) -> (&str, usize) {
 fuzz_target!(|data: &[u8]| {
     let mut choices = Choices(data);
     let mut robot = Robot::new(choices.byte() & 1 == 0);
-    let stored = robot.cell.controller.put_file("TEST", PROGRAM);
+    let stored = robot.seat.controller.put_file("TEST", PROGRAM);
     assert!(stored.is_ok());
     for _ in 0..EVENTS {
         if choices.is_empty() {
@@ -38,14 +38,14 @@ fuzz_target!(|data: &[u8]| {
     robot.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
     robot.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
     robot.feed(Input::Panel(PanelAction::PowerCycle));
-    if robot.cell.controller.network().channels[0].mode == OpenMode::NotUsed {
+    if robot.seat.controller.network().channels[0].mode == OpenMode::NotUsed {
         return;
     }
     robot.new_host();
     let listed = String::from_utf8(robot.file("CA")).expect("a directory is characters");
     let found: Vec<(&str, usize)> = listed.split_terminator('\r').map(entry).collect();
     let mut stored_files: Vec<(&str, usize)> = robot
-        .cell
+        .seat
         .controller
         .files()
         .map(|(name, content)| (name, content.len()))

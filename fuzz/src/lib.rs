@@ -8,7 +8,7 @@ use ts3100_controller::options::Config;
 use ts3100_controller::{
     Bytes, ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, PersistError, Port, Time,
 };
-use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_driver::seat::{Seat, Effects, Side};
 use ts3100_proto::text::MAX_TEXT;
 
 /// Deadlines the controller may want served within one step of time before it is considered hung.
@@ -63,7 +63,7 @@ pub fn text_and_choices(data: &[u8]) -> (String, Choices<'_>) {
 /// A controller, its clock and its peers.
 pub struct Robot {
     /// The controller, to which nobody listens.
-    pub cell: Cell,
+    pub seat: Seat,
     now: Time,
     peers: Peers,
 }
@@ -93,11 +93,11 @@ impl Robot {
         let dialect = if field { Dialect::Field } else { Dialect::Manual };
         let controller = Controller::new(Config::new(dialect), Vec::new()).expect("an empty drive is taken");
         let mut robot = Robot {
-            cell: Cell::new(controller),
+            seat: Seat::new(controller),
             now: Time::ZERO,
             peers: Peers::default(),
         };
-        robot.cell.controller.persist_outside(true);
+        robot.seat.controller.persist_outside(true);
         for port in PORTS {
             robot.feed(Input::Connected {
                 port,
@@ -123,7 +123,7 @@ impl Robot {
     pub fn feed_and_collect(&mut self, input: Input) -> Vec<u8> {
         (self.peers.size, self.peers.deadlines) = (0, 0);
         // A refused action is one of the events.
-        let _refused = self.cell.feed(self.now, input, Side::Host, &mut self.peers);
+        let _refused = self.seat.feed(self.now, input, Side::Host, &mut self.peers);
         std::mem::take(&mut self.peers.sent)
     }
 

@@ -1,8 +1,9 @@
-//! Which clause of the manual is proven by which test. Tests name their clauses in a comment line
-//! `// clause: ID ID` above them, transcripts in their header; this file finds them and joins them with the
-//! outcome of a test run, read from what `cargo test` printed.
+//! Which clause of the manual, which row of the other sources and which rule of this project is proven by which test.
+//! Tests name them in a comment line `// clause: ID ID` above them, transcripts in their header; this file finds them and
+//! joins them with the outcome of a test run, read from what `cargo test` printed.
 //!
-//! It runs no tests; the binary `clauses` does.
+//! It runs no tests; the binary `clauses` does. The list is `docs/clauses.tsv`, and `docs/explanation/fidelity.md` names
+//! its sources.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -23,6 +24,13 @@ const TRANSCRIPT_TEST: &str = "every_transcript_holds_as_written";
 const MARK: &str = "// clause:";
 /// How many lines may be between that comment and the function: attributes and further comments.
 const REACH: usize = 8;
+/// What the column of the certainty says of a row: the words that ask for a test.
+const TESTED: [&str; 5] = ["stated", "implied", "garbled", "silent", "observed"];
+/// The words that need none: wires are not modelled; what happens inside a library says nothing about the controller; and
+/// of an open row no source says what the controller does.
+const UNTESTED: [&str; 3] = ["wiring", "library", "open"];
+/// First row of the command list of the SCARA edition (its Table 5.1): the rows from here on are counted by themselves.
+const COMMAND_LIST: u16 = 42;
 
 /// A test that names clauses.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,12 +56,75 @@ pub struct Clause {
     pub tests: BTreeSet<String>,
 }
 
-impl Clause {
-    /// Whether it is a row of the SCARA edition of the manual, `S14`, rather than a clause of the six-axis one.
+/// Where a row comes from. The report counts the rows of each source by themselves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// The communication manual of six-axis robots: `FRM-01`.
+    Manual,
+    /// The first pages that were found of its SCARA edition, and an interface manual: `S1` to `S41`.
+    ScaraEdition,
+    /// The command list and the permission tables of that edition: `S42` and up.
+    CommandList,
+    /// The manual of the maker's client library: `L2`.
+    LibraryManual,
+    /// Host programs of real robots: `I1`, `J8`, `K5`.
+    Hosts,
+    /// Rules of this project on how to read them: `T6`.
+    Rules,
+}
+
+impl Source {
+    /// All, in the order of the report.
+    pub const ALL: [Source; 6] = [
+        Source::Manual,
+        Source::ScaraEdition,
+        Source::CommandList,
+        Source::LibraryManual,
+        Source::Hosts,
+        Source::Rules,
+    ];
+
+    /// What the report calls its rows.
     #[must_use]
-    pub fn is_row_of_scara_edition(&self) -> bool {
-        let row = self.id.strip_prefix('S');
-        row.is_some_and(|row| row.starts_with(|first: char| first.is_ascii_digit()))
+    pub fn title(self) -> &'static str {
+        match self {
+            Source::Manual => "clauses of the manual",
+            Source::ScaraEdition => "rows of the SCARA edition (STE 80722)",
+            Source::CommandList => "rows of its command list and tables (STE 80722, S42 and up)",
+            Source::LibraryManual => "rows of the manual of the client library (STE 85409)",
+            Source::Hosts => "rows of real hosts (I, J, K)",
+            Source::Rules => "rules of this project (T1 to T27)",
+        }
+    }
+}
+
+impl Clause {
+    /// Where it comes from, by its id: a letter and a number, or else a clause of the manual.
+    #[must_use]
+    pub fn source(&self) -> Source {
+        let mut letters = self.id.chars();
+        let first = letters.next();
+        let digits: String = letters.take_while(char::is_ascii_digit).collect();
+        match (first, digits.parse::<u16>()) {
+            (Some('S'), Ok(row)) if row < COMMAND_LIST => Source::ScaraEdition,
+            (Some('S'), Ok(_)) => Source::CommandList,
+            (Some('L'), Ok(_)) => Source::LibraryManual,
+            (Some('I' | 'J' | 'K'), Ok(_)) => Source::Hosts,
+            (Some('T'), Ok(_)) => Source::Rules,
+            _ => Source::Manual,
+        }
+    }
+
+    /// How sure its source is: one of the words of the list.
+    #[must_use]
+    pub fn certainty(&self) -> &str {
+        &self.columns[2]
+    }
+
+    /// Whether a test has to prove it.
+    #[must_use]
+    pub fn needs_test(&self) -> bool {
+        !UNTESTED.contains(&self.certainty())
     }
 }
 
@@ -86,7 +157,7 @@ pub fn root() -> PathBuf {
 /// Reads the list.
 ///
 /// # Errors
-/// A line that has not six columns, with its number.
+/// A line that has not six columns, or whose certainty is none of the words; with its number.
 pub fn read_list(text: &str) -> Result<Vec<Clause>, String> {
     let rows = text.lines().enumerate().skip(1);
     rows.map(|(index, line)| {
@@ -98,6 +169,13 @@ pub fn read_list(text: &str) -> Result<Vec<Clause>, String> {
                 columns.len()
             ));
         };
+        if !TESTED.iter().chain(&UNTESTED).any(|word| *word == certainty) {
+            let words = [&TESTED[..], &UNTESTED[..]].concat().join(", ");
+            return Err(format!(
+                "line {}: certainty: expected one of {words}, found {certainty}",
+                index + 1
+            ));
+        }
         Ok(Clause {
             id: id.to_string(),
             columns: [section, subject, certainty, option].map(str::to_string),
@@ -277,11 +355,12 @@ pub fn join(list: &[Clause], proofs: &[Proof], outcomes: &Outcomes) -> (Vec<Clau
     (clauses, wrong)
 }
 
-/// Which of the proven clauses rest on little.
+/// Which of these clauses are proven, but rest on little.
 #[must_use]
-pub fn thin<'a>(clauses: &'a [Clause], proofs: &[Proof]) -> Thin<'a> {
+pub fn thin<'a>(clauses: impl IntoIterator<Item = &'a Clause>, proofs: &[Proof]) -> Thin<'a> {
     let mut thin = Thin::default();
-    for clause in clauses.iter().filter(|clause| !clause.tests.is_empty()) {
+    let proven = clauses.into_iter().filter(|clause| !clause.tests.is_empty());
+    for clause in proven {
         if clause.tests.len() == 1 {
             thin.single.push(&clause.id);
         }
@@ -308,6 +387,49 @@ mod tests {
     fn a_list_is_written_as_it_is_read() {
         assert_eq!(write_list(&read_list(LIST).unwrap()), LIST);
         assert!(read_list("head\nA-1\tx\n").unwrap_err().contains("line 2"));
+        let unknown = read_list("head\nA-1\t1\tx\tsure\t-\t\n").unwrap_err();
+        assert!(
+            unknown.contains("line 2") && unknown.contains("found sure"),
+            "{unknown}"
+        );
+    }
+
+    #[test]
+    fn wiring_a_librarys_own_matters_and_open_rows_need_no_test() {
+        for word in TESTED {
+            assert!(clause("A-1", word).needs_test(), "{word}");
+        }
+        for word in UNTESTED {
+            assert!(!clause("A-1", word).needs_test(), "{word}");
+        }
+    }
+
+    #[test]
+    fn a_row_comes_from_the_source_its_id_names() {
+        let ids = [
+            ("SER-01", Source::Manual),
+            ("SF-03", Source::Manual),
+            ("INP-14", Source::Manual),
+            ("TRN-07", Source::Manual),
+            ("S1", Source::ScaraEdition),
+            ("S41", Source::ScaraEdition),
+            ("S42", Source::CommandList),
+            ("S86-RN", Source::CommandList),
+            ("S48-S64", Source::CommandList),
+            ("L34-L38", Source::LibraryManual),
+            ("I17-035", Source::Hosts),
+            ("J1-J5", Source::Hosts),
+            ("K10-K12", Source::Hosts),
+            ("T27", Source::Rules),
+        ];
+        for (id, source) in ids {
+            assert_eq!(clause(id, "stated").source(), source, "{id}");
+        }
+    }
+
+    fn clause(id: &str, certainty: &str) -> Clause {
+        let mut read = read_list(&format!("head\n{id}\t1\tx\t{certainty}\t-\t\n")).unwrap();
+        read.remove(0)
     }
 
     #[test]

@@ -238,10 +238,11 @@ fn axis(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
     };
     let way = (value - from[index]).abs();
     let (up, down) = (axis.max_accel * limits.accel, axis.max_accel * limits.decel);
-    let full = axis.max_speed * limits.speed * limits.override_part;
+    let full = axis.max_speed * limits.speed;
     let speed = full.min((2.0 * way * up * down / (up + down)).sqrt());
     let ramps = speed * speed * (1.0 / up + 1.0 / down) / 2.0;
-    let expected = speed / up + speed / down + (way - ramps).max(0.0) / speed;
+    // The override is a factor on the time (T27.15).
+    let expected = (speed / up + speed / down + (way - ramps).max(0.0) / speed) / limits.override_part;
     report.timed += 1;
     report.worst_seconds = report.worst_seconds.max(difference(&motion, expected));
 }

@@ -1,6 +1,6 @@
 //! Helpers shared by the suites, first of all a controller under virtual time.
 //!
-//! [`Robot`] only carries bytes, time and panel actions to a [`Cell`] and keeps what the controller sends; what is expected
+//! [`Robot`] only carries bytes, time and panel actions to a [`Seat`] and keeps what the controller sends; what is expected
 //! is written in the suites. [`mod@bench`] and [`host`] are for running emulators and their real connections. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
 
 #![expect(
@@ -25,7 +25,7 @@ use std::time::Duration;
 use ts3100_controller::{
     Config, Controller, Dialect, Event, Findings, Input, Output, PanelAction, Port, Time,
 };
-use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_driver::seat::{Effects, Seat, Side};
 use ts3100_proto::status::sf::SfLayout;
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
@@ -35,7 +35,7 @@ const MAX_DEADLINES: u32 = 200_000;
 #[derive(Clone)]
 pub struct Robot {
     /// The controller, to which nobody listens.
-    pub cell: Cell,
+    pub seat: Seat,
     now: Time,
     sent: BTreeMap<Port, Vec<u8>>,
     /// Everything else it has put out, in order.
@@ -74,7 +74,7 @@ impl Robot {
     pub fn from_controller(controller: Controller) -> Robot {
         Robot {
             now: controller.now(),
-            cell: Cell::new(controller),
+            seat: Seat::new(controller),
             sent: BTreeMap::new(),
             outputs: Vec::new(),
             round_trips: round_trip::RoundTrips::current(),
@@ -101,9 +101,9 @@ impl Robot {
     /// # Panics
     /// When the drive does not take it or it does not compile.
     pub fn load(&mut self, name: &str, program: &str) {
-        let stored = self.cell.controller.put_file(name, program.as_bytes());
+        let stored = self.seat.controller.put_file(name, program.as_bytes());
         stored.unwrap_or_else(|error| panic!("storing {name}: {error}"));
-        let selected = self.cell.controller.select(self.now, name);
+        let selected = self.seat.controller.select(self.now, name);
         selected.unwrap_or_else(|error| panic!("selecting {name}: {error}"));
         self.feed(Input::Tick);
     }
@@ -123,9 +123,9 @@ impl Robot {
             deadlines: 0,
         };
         // The suites read the refusal of an action from its event.
-        let _refused = self.cell.feed(self.now, input, Side::Host, &mut world);
+        let _refused = self.seat.feed(self.now, input, Side::Host, &mut world);
         if self.round_trips.is_due() {
-            self.cell.controller = round_trip::round_trip(&self.cell.controller);
+            self.seat.controller = round_trip::round_trip(&self.seat.controller);
         }
     }
 
@@ -157,13 +157,13 @@ impl Robot {
     /// # Panics
     /// The file has no line of this port.
     pub fn set_serial_line(&mut self, port: &str, settings: &str) {
-        let content = self.cell.controller.drive().get("USER.PAR").unwrap();
+        let content = self.seat.controller.drive().get("USER.PAR").unwrap();
         let content = std::str::from_utf8(content).unwrap();
         let begin = content.find(&format!("{{{port}}} =")).unwrap();
         let (before, line) = content.split_at(begin);
         let after = line.split_at(line.find(['\r', '\n']).unwrap()).1;
         let changed = format!("{before}{{{port}}} = {settings}{after}");
-        let controller = &mut self.cell.controller;
+        let controller = &mut self.seat.controller;
         controller.put_file("USER.PAR", changed.as_bytes()).unwrap();
     }
 
@@ -184,8 +184,8 @@ impl Robot {
     pub fn advance(&mut self, duration: Duration) {
         let end = self.now + duration;
         for _ in 0..MAX_DEADLINES {
-            // The cell serves all deadlines in one go; a round trip comes after each of them.
-            match self.cell.deadline() {
+            // The seat serves all deadlines in one go; a round trip comes after each of them.
+            match self.seat.deadline() {
                 Some(due) if due < end && self.round_trips.are_made() => self.now = self.now.max(due),
                 _ => break,
             }

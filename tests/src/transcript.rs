@@ -146,11 +146,11 @@ impl Transcript {
         }
         let mut robot = Robot::with(config);
         for (name, content) in &self.files {
-            let stored = robot.cell.controller.put_file(name, content);
+            let stored = robot.seat.controller.put_file(name, content);
             stored.map_err(|error| format!("file {name}: {error}"))?;
         }
         if let Some(name) = &self.select {
-            let selected = robot.cell.controller.select(robot.now(), name);
+            let selected = robot.seat.controller.select(robot.now(), name);
             selected.map_err(|error| format!("select {name}: {error}"))?;
         }
         robot.connect(Port::Ip0);

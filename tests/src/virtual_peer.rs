@@ -115,7 +115,7 @@ impl Peer for VirtualPeer {
             if !bytes.is_empty() || now >= end {
                 return Ok(bytes);
             }
-            let due = self.robot.cell.deadline().unwrap_or(end);
+            let due = self.robot.seat.deadline().unwrap_or(end);
             let next = due.max(now + Duration::from_micros(1)).min(end);
             self.robot.advance(next.since(now));
             self.follow();

@@ -4,6 +4,8 @@ mod clock;
 mod document;
 #[cfg(unix)]
 mod drive;
+mod events;
+mod field_bus;
 mod guard;
 mod page;
 mod pendant;

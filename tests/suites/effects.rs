@@ -100,7 +100,7 @@ const READING: [&str; 26] = [
 ];
 
 /// Commands, states, and why OK without a difference is right there.
-const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
+const SO_ALREADY: [(&[&str], &[&str], &str); 11] = [
     (
         &["SO"],
         &[
@@ -110,15 +110,9 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
     ),
     (&["BR"], &["off"], "servo power is off"),
     (
-        &["SP"],
-        &["off", "ready", "stopped", "watched"],
-        "no program runs",
-    ),
-    (&["SP"], &["direct"], "the motion of a DO ends in any case"),
-    (
         &["EC,BREAK"],
-        &["off", "ready", "stopped", "watched"],
-        "nothing moves or runs",
+        &["stopped"],
+        "nothing moves or runs, and SM shows a break already",
     ),
     (
         &["EC,MODE CYCLE"],
@@ -159,7 +153,7 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
 fn state(name: &str) -> Robot {
     let mut robot = Robot::ready(PROGRAM);
     robot
-        .cell
+        .seat
         .controller
         .put_file("OTHER", b"PROGRAM OTHER\nPRINT IP1, \"O\", CR\nEND\n")
         .unwrap();

@@ -3,6 +3,8 @@
 //!
 //! Short conversations are transcripts in `fixtures/transcripts`; the rules are in docs/reference/protocol/exchanges.md.
 
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::options::UnsolicitedSp;
 use ts3100_controller::{Config, Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};
 
@@ -333,7 +335,7 @@ fn in_the_field_dialect_sf_is_one_text() {
     }
 }
 
-// clause: CMD-SP-07 CMD-SP-10
+// clause: CMD-SP-07 CMD-SP-10 T23 S43
 #[test]
 fn an_unsolicited_sp_is_never_glued_to_an_ok() {
     let mut robot = Robot::ready("PROGRAM E\nEND\n");
@@ -462,15 +464,16 @@ fn each_stop_has_its_own_sp_and_none_comes_in_a_later_cycle() {
         robot.advance_ms(60);
         assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
     }
-    // A stop whose SP waits for an open exchange, and a start within it.
+    // A stop whose SP waits for an open exchange, and a start within it: of a cycle that outlasts the pause before an SP.
+    let mut robot = Robot::ready("PROGRAM E\nDELAY 0.3\nEND\n");
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(5);
     assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE"));
-    robot.advance_ms(500);
+    robot.advance_ms(600);
     robot.command(Port::Ip0, "RN");
-    robot.advance_ms(5);
+    robot.advance_ms(200);
     assert_eq!(robot.received(Port::Ip0), b"", "SP of the former cycle");
-    robot.advance_ms(60);
+    robot.advance_ms(200);
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
 }
 
@@ -514,4 +517,33 @@ fn after_a_text_that_is_too_long_the_rest_of_the_file_is_refused_text_by_text() 
     robot.send(Port::Ip0, &[b'B'; DATA]);
     assert_eq!(unframe(&robot.received(Port::Ip0)).unwrap(), b"NG\r");
     assert!(robot.file(Port::Ip0, "SU").starts_with(b"MODE:"));
+}
+
+// clause: S85
+#[test]
+fn the_controller_sends_fl_ok_and_ng_and_the_sp_that_it_sends_by_itself() {
+    for model in [ArmModel::tv800(), ArmModel::thl400()] {
+        let mut config = Config::new(Dialect::Field);
+        config.model = model;
+        config.options.unsolicited_sp = UnsolicitedSp::Always;
+        let mut robot = Robot::with(config);
+        robot.load("TEST", "PROGRAM TEST\nDELAY 1\nEND\n");
+        robot.connect(Port::Ip0);
+        // RAM files, the directory, status, history, versions, a variable, the active alarms.
+        for command in ["UL,USER.PAR", "UL,TEST", "CA", "SU", "EU", "VR", "AC"] {
+            assert!(robot.ask(Port::Ip0, command).starts_with(b"FL,"), "{command}");
+            robot.send(Port::Ip0, b"OK\r");
+        }
+        robot.total(Port::Ip0);
+        for (command, answer) in [
+            ("SO", b"OK\r"),
+            ("XX", b"NG\r"),
+            ("SL,NONE", b"NG\r"),
+            ("RN", b"OK\r"),
+        ] {
+            assert_eq!(robot.ask(Port::Ip0, command), answer, "{command}");
+        }
+        robot.advance_ms(2_000);
+        assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    }
 }

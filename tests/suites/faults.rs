@@ -1,8 +1,9 @@
 //! Every kind of fault against two hosts: the careful one survives, the careless one does not, and the log and the report
 //! give the reason. A kind without a row fails.
 //!
-//! The hosts are in `faults/hosts.rs`, the controller they share in `faults/world.rs`.
+//! Which findings are a fault's is in `faults/causes.rs`. The hosts are in `faults/hosts.rs`, the controller they share in `faults/world.rs`.
 
+mod causes;
 mod hosts;
 mod variation;
 mod world;
@@ -10,8 +11,10 @@ mod world;
 use hosts::{Careful, Careless, Host, Outcome};
 use std::collections::BTreeSet;
 use std::time::Duration;
-use ts3100_controller::faults::KINDS;
-use ts3100_controller::{Config, Dialect, Input, PanelAction, Port};
+use ts3100_controller::faults::{Fault, FaultAction, KINDS};
+use ts3100_controller::{
+    Action, Config, Controller, ControllerType, Dialect, Input, PanelAction, Port, Time,
+};
 use world::World;
 
 /// A cycle of two steps and some seconds.
@@ -244,7 +247,7 @@ fn says_why(world: &World, kind: &str) {
         "{kind}"
     );
     assert!(report.summary().contains("fired 1 of "), "{}", report.summary());
-    assert_eq!(world.cell.controller.faults().never_fired().count(), 0);
+    assert_eq!(world.seat.controller.faults().never_fired().count(), 0);
 }
 
 #[test]
@@ -280,7 +283,7 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
     let mut host = Careful::new(&mut world, Port::Ip0);
     host.file(&mut world, "SU", "MODE:").unwrap();
     let lines: Vec<String> = world
-        .cell
+        .seat
         .controller
         .faults()
         .never_fired()
@@ -295,4 +298,37 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
     );
     world.pass(Duration::from_secs(1));
     assert!(world.peers.fired.is_empty());
+}
+
+#[test]
+fn a_key_is_not_turned_to_a_position_that_the_controller_lacks() {
+    for (controller, lacks) in [
+        (ControllerType::Ts3100, None),
+        (ControllerType::Tsl3100, Some("TSL3100")),
+        (ControllerType::Tsl3000e, Some("TSL3000E")),
+    ] {
+        let mut robot = Controller::new(
+            Config {
+                controller,
+                ..Config::new(Dialect::Field)
+            },
+            Vec::new(),
+        )
+        .unwrap();
+        let mut arm = |to: &str| {
+            let fault: Fault = format!("key-turned:to={to}").parse().unwrap();
+            let action = Action::Fault(FaultAction::Arm(Box::new(fault)));
+            let armed = robot.handle(Time::ZERO, Input::Action(action));
+            armed.map(drop).map_err(|error| error.to_string())
+        };
+        assert_eq!(arm("teaching"), Ok(()));
+        match (arm("internal"), lacks) {
+            (Ok(()), None) => {}
+            (Err(error), Some(name)) => {
+                let expected = format!("the {name} has no INTERNAL position; give to=teaching or to=ext");
+                assert!(error.contains(&expected), "{error}");
+            }
+            (found, _) => panic!("{controller:?}: {found:?}"),
+        }
+    }
 }

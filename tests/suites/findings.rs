@@ -89,6 +89,27 @@ fn a_host_cannot_wait_for_an_sp_it_does_not_expect() {
     assert_eq!(robot.findings.count(&rules::COMMAND_EARLY), 0);
 }
 
+// clause: T26
+#[test]
+fn a_host_that_sends_before_the_start_waits_and_the_finding_says_what_to_do() {
+    let mut robot = Robot::ready(PROGRAM);
+    robot.raw(Port::Ip1, b"1,2\r");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(3_600_000);
+    assert_eq!(robot.received(Port::Ip1), b"", "INPUT waits for ever");
+    let (_, tally) = robot
+        .findings
+        .broken()
+        .find(|(rule, _)| **rule == rules::DATA_CLEARED)
+        .unwrap();
+    assert_eq!((tally.count, tally.first[0].port), (1, Some(Port::Ip1)));
+    assert!(rules::DATA_CLEARED.remedy.starts_with("Send after the start"));
+    // The remedy helps.
+    robot.raw(Port::Ip1, b"1,2\r");
+    robot.advance_ms(100);
+    assert!(!robot.received(Port::Ip1).is_empty());
+}
+
 #[test]
 fn answers_are_the_same_bytes_whatever_is_found() {
     // The same command in the form of the manual and in one that is forgiven.
@@ -215,6 +236,40 @@ fn texts_of_a_file_without_a_download_are_never_blamed_for_their_missing_cr() {
 }
 
 #[test]
+fn the_rest_of_a_file_whose_download_was_given_up_is_a_file_without_download() {
+    let robot = after(|r| {
+        commands(r, &["DL,NEW"]);
+        r.advance_ms(60);
+        r.send(Port::Ip0, b"FL,PROGRAM NEW\r");
+        r.advance_ms(10_500);
+        r.send(Port::Ip0, b"END\r\x1a");
+    });
+    let found: Vec<&str> = robot.findings.broken().map(|(rule, _)| rule.id).collect();
+    let expected = [&rules::DOWNLOAD_ABANDONED, &rules::FILE_WITHOUT_DOWNLOAD];
+    assert_eq!(found, expected.map(|rule| rule.id));
+}
+
+/// After the end of a refused file, a wrong command is an unknown command again.
+#[test]
+fn a_refused_file_ends_with_eof_and_with_eof_cr() {
+    for (end, rest) in [("\x1a", 0), ("\x1a\r", 0), ("\r", 1)] {
+        let mut robot = Robot::ready(PROGRAM);
+        robot.send(Port::Ip0, format!("FL,PROGRAM NEW\rEND\r{end}").as_bytes());
+        commands(&mut robot, &["XX"]);
+        let found = |rule| robot.findings.count(rule);
+        assert_eq!(
+            (
+                found(&rules::FILE_WITHOUT_DOWNLOAD),
+                found(&rules::UNKNOWN_COMMAND)
+            ),
+            (1 + rest, 1 - rest),
+            "{}",
+            end.escape_debug()
+        );
+    }
+}
+
+#[test]
 fn answers_and_files_in_lower_case_are_found_too() {
     let answer = after(|r| commands(r, &["SU", "ok"]));
     assert_eq!(answer.findings.count(&rules::LOWER_CASE), 1);
@@ -240,6 +295,9 @@ fn polls_of_different_things_are_no_fast_poll() {
     assert_eq!(fast(&["SU", "SF", "MR,A 0", "MR,B 0"]), 0);
     assert_eq!(fast(&["SU", "SF", "SU", "SF"]), 2);
     assert_eq!(fast(&["MR,A 0", "MR,A 0", "mr,A 0"]), 1);
+    // The last poll counts, not the first.
+    assert_eq!(fast(&["MR,A 0", "MR,B 0", "MR,B 0"]), 1);
+    assert_eq!(fast(&["MR,A 0", "MR,B 0", "MR,A 0"]), 0);
 }
 
 #[test]

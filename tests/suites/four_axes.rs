@@ -72,7 +72,7 @@ fn what_needs_a_fifth_axis_is_refused_with_words_and_the_arm_stays() {
         order(&mut robot, "MOVE A");
         let before = joints(&robot);
         order(&mut robot, statement);
-        assert_eq!(robot.alarms(), ["4-101"], "{statement}");
+        assert_eq!(robot.alarms(), ["8-035"], "{statement}");
         assert_eq!(joints(&robot), before, "{statement}");
     }
     let mut robot = four_axes();

@@ -180,6 +180,31 @@ fn each_coordinate_system_has_its_own_directions() {
 }
 
 #[test]
+fn the_tool_system_is_that_of_the_tool_in_effect() {
+    let mut robot = six_axis();
+    for command in [
+        "DO,MOVE POINT(400.0,0.0,300.0,0.0,90.0,0.0,0.0,0.0)",
+        "DO,TOOL = TRANS(0,0,20,0,90,0)",
+        "MD,1",
+        "RT,2",
+        "SC,1",
+    ] {
+        robot.command(Port::Ip0, command);
+        robot.advance_ms(5_000);
+    }
+    assert_eq!(robot.alarms(), [""; 0]);
+    let before = world(&mut robot);
+    robot.command(Port::Ip0, "JG,3 +");
+    robot.advance_ms(5_000);
+    let after = world(&mut robot);
+    let way: Vec<f64> = (0..3).map(|index| after[index] - before[index]).collect();
+    assert!(
+        (way[2].abs() - 10.0).abs() < 0.01 && way[0].abs() < 0.01,
+        "the flange looks along X, the tool across it: {way:?}"
+    );
+}
+
+#[test]
 fn a_host_that_leaves_stops_the_arm() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "JG,1 +");
@@ -244,7 +269,7 @@ fn a_program_does_not_start_while_the_arm_is_jogged() {
     assert_eq!(robot.received(Port::Ip1), b"A\r");
 }
 
-// clause: S11 S25
+// clause: S11 S25 L9
 #[test]
 fn the_watchdog_raises_the_alarm_of_its_level() {
     for (level, servo, status, alarm, word) in [
@@ -267,7 +292,7 @@ fn the_watchdog_raises_the_alarm_of_its_level() {
         );
         assert_eq!(item(&mut robot, "AL"), level);
         let message = "Host Port Time Out: no text of a host within 700 ms";
-        let record = format!("1,00{alarm},{message},14-02-06 00:00:00\r");
+        let record = format!("1,00{alarm},{message},2014-02-06 00:00:00\r");
         assert_eq!(text(&mut robot, "AC"), record);
         assert_eq!(super::extensions::word(&robot.total(Port::Ip0), 4), word);
         robot.advance_ms(5_000);
@@ -282,7 +307,7 @@ fn the_watchdog_raises_the_alarm_of_its_level() {
     }
 }
 
-// clause: S11
+// clause: S11 L8
 #[test]
 fn every_text_feeds_the_watchdog_and_wd_0_0_ends_it() {
     let mut robot = six_axis();
@@ -322,6 +347,7 @@ fn every_text_feeds_the_watchdog_and_wd_0_0_ends_it() {
     assert!(robot.alarms().is_empty(), "power off ends it");
 }
 
+// clause: L9
 #[test]
 fn the_watchdog_stops_a_move_of_do() {
     for (level, stopped) in [(8, true), (2, false), (1, false)] {
@@ -406,9 +432,10 @@ fn a_move_that_cannot_be_made_leaves_dc_and_ds_alone() {
         assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (1, 0));
         robot.advance_ms(20);
     }
-    assert_eq!(item(&mut robot, "AL"), 4);
-    assert_eq!(word(&robot.total(Port::Ip0), 4), 368 + 100);
+    assert_eq!(item(&mut robot, "AL"), 8);
+    assert_eq!(word(&robot.total(Port::Ip0), 4), 34, "8-035");
     robot.command(Port::Ip0, "RS,ERR");
+    robot.command(Port::Ip0, "SO");
     robot.command(Port::Ip0, "DO,MOVEA 1,0.0");
     robot.advance_ms(3_000);
     assert_eq!(item(&mut robot, "DC"), 2);
@@ -517,9 +544,9 @@ fn turning_the_key_ends_the_jog() {
 #[test]
 fn a_jog_ends_with_the_control_right_of_its_host_and_only_with_that() {
     let stays = |robot: &mut Robot| {
-        let early = robot.cell.controller.arm_pose().joints;
+        let early = robot.seat.controller.arm_pose().joints;
         robot.advance_ms(500);
-        robot.cell.controller.arm_pose().joints == early
+        robot.seat.controller.arm_pose().joints == early
     };
     for right in [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether] {
         let mut robot = six_axis();

@@ -21,6 +21,8 @@ fn there_and_back_in_all_configurations_along_lines_and_in_time() {
         (ArmModel::tv800(), 21),
         (ArmModel::thl400(), 22),
         (ArmModel::thl400_four_axes(), 23),
+        (ArmModel::thl300(), 24),
+        (ArmModel::scara_600(), 25),
     ] {
         let report = verify(&model, seed, POSES);
         assert!(report.holds(), "{}: {report:?}", model.name);

@@ -34,7 +34,7 @@ fn a_file_without_data_finds_the_taught_points() {
     assert_eq!(robot.alarms(), Vec::<String>::new());
     assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
     robot.received(Port::Ip0);
-    let world = robot.cell.controller.arm_pose().world_values();
+    let world = robot.seat.controller.arm_pose().world_values();
     assert!(
         (world[1] + 150.0).abs() < 1e-6 && (world[2] - 15.0).abs() < 1e-6,
         "{world:?}"
@@ -114,35 +114,36 @@ fn stored(robot: &Robot) -> String {
 }
 
 #[test]
-fn a_restored_controller_knows_its_points_and_one_of_old_has_none() {
+fn a_restored_controller_knows_its_points() {
     let mut robot = taught(ArmModel::thl400(), TABLE);
     robot.load("PICK", BARE);
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(50);
-    let mut again = Robot::from_controller(Controller::restore(robot.cell.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.seat.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.advance_ms(10_000);
         assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
         robot.load("AGAIN", BARE);
         assert!(read(robot, "T1 4").starts_with("250.000"));
     }
-    let mut snapshot = serde_json::to_value(robot.cell.controller.snapshot()).unwrap();
-    let two = snapshot["config"]["points"][0].clone();
-    snapshot["config"]["points"].as_array_mut().unwrap().push(two);
-    let twice = serde_json::from_value(snapshot).unwrap();
-    assert!(Controller::restore(twice).is_err(), "a name appears twice");
-    let mut plain = Robot::ready("PROGRAM P\nMOVE P1\nEND\nDATA\nPOINT P1=400/\nEND\n");
-    plain.advance_ms(1);
-    let mut snapshot = serde_json::to_value(plain.cell.controller.snapshot()).unwrap();
-    snapshot["config"].as_object_mut().unwrap().remove("points");
-    let old = serde_json::from_value(snapshot).unwrap();
-    assert_eq!(Controller::restore(old).unwrap(), plain.cell.controller);
+    let snapshot = serde_json::to_value(robot.seat.controller.snapshot()).unwrap();
+    let refused = |change: &dyn Fn(&mut Vec<serde_json::Value>)| {
+        let mut changed = snapshot.clone();
+        change(changed["config"]["points"].as_array_mut().unwrap());
+        let error = Controller::restore(serde_json::from_value(changed).unwrap()).unwrap_err();
+        error.to_string().contains("config.points")
+    };
+    assert!(refused(&|points| points.push(points[0].clone())), "a name twice");
+    // A work frame is what a program has given a point; the table has none.
+    let frame = serde_json::json!({"name": "W", "trans": {"coords": [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]}});
+    assert!(refused(&|points| points[0]["position"]["work"] = frame.clone()));
+    assert!(refused(&|points| points[0]["name"] = "MOVE".into()));
 }
 
 #[test]
 fn a_point_without_a_value_is_refused_with_what_to_do() {
     let mut robot = scara_of(ArmModel::thl400());
-    robot.cell.controller.put_file("PICK", BARE.as_bytes()).unwrap();
+    robot.seat.controller.put_file("PICK", BARE.as_bytes()).unwrap();
     robot.connect(Port::Ip0);
     assert_eq!(robot.ask(Port::Ip0, "SL,PICK"), b"NG\r");
     let reasons = format!("{:?}", robot.outputs);
@@ -221,24 +222,6 @@ fn a_scara_counts_a_difference_of_a_thousandth_as_equal() {
     assert_eq!(of(&mut scara), exact);
 }
 
-/// A snapshot from before these options: the controller goes on as the one it was taken of did.
-#[test]
-fn options_that_an_older_snapshot_does_not_name_are_as_they_were() {
-    let mut config = Config::new(Dialect::Field);
-    config.model = ArmModel::thl400();
-    config.options.equal_within = Some(0.0);
-    config.options.din_unknown = ts3100_controller::options::UnknownInput::Zero;
-    let mut robot = Robot::with(config);
-    robot.load("P", "PROGRAM P\nPRINT IP1, 1.001 == 1.0, DIN(70), CR\nEND\n");
-    let mut old = serde_json::to_value(robot.cell.controller.snapshot()).unwrap();
-    let options = old["config"]["options"].as_object_mut().unwrap();
-    for name in ["equal_within", "din_unknown"] {
-        assert!(options.remove(name).is_some(), "{name}");
-    }
-    let old = serde_json::from_value(old).unwrap();
-    assert_eq!(Controller::restore(old).unwrap(), robot.cell.controller);
-}
-
 // clause: INP-03 INP-14 INP-10
 #[test]
 fn integers_out_of_range_raise_the_overflow_alarm_on_both_sides() {
@@ -305,13 +288,13 @@ fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
     assert_eq!(robot.ask(Port::Ip0, "DO,INPUT IP1, FRESH, N, MINE"), b"OK\r");
     robot.advance_ms(500);
     assert_eq!(robot.ask(Port::Ip0, "DO,DELAY 0"), b"NG\r", "it waits");
-    let mut again = Robot::from_controller(Controller::restore(robot.cell.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.seat.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.raw(Port::Ip1, b"2.5,");
         robot.advance_ms(100);
         assert_eq!(
-            Controller::restore(robot.cell.controller.snapshot()).unwrap(),
-            robot.cell.controller
+            Controller::restore(robot.seat.controller.snapshot()).unwrap(),
+            robot.seat.controller
         );
         robot.raw(Port::Ip1, b"12,3\r");
         robot.advance_ms(500);
@@ -338,7 +321,7 @@ fn no_coordinate_is_read_that_a_real_cannot_hold() {
     robot.advance_ms(100);
     let alarms = robot.alarms();
     assert!(alarms.len() == 1 && alarms[0].starts_with("2-107"), "{alarms:?}");
-    let controller = &robot.cell.controller;
+    let controller = &robot.seat.controller;
     assert_eq!(&Controller::restore(controller.snapshot()).unwrap(), controller);
 }
 
@@ -369,7 +352,7 @@ fn restore_writes_the_data_back_into_the_file() {
             "{statement}"
         );
         let file = robot
-            .cell
+            .seat
             .controller
             .files()
             .find(|(name, _)| *name == "TEST")
@@ -391,8 +374,8 @@ fn restore_writes_the_data_back_into_the_file() {
         assert_eq!(read(&mut robot, "FIRST(0) 5"), first, "{statement}");
         // The machine goes on in the new file.
         assert_eq!(
-            Controller::restore(robot.cell.controller.snapshot()).unwrap(),
-            robot.cell.controller
+            Controller::restore(robot.seat.controller.snapshot()).unwrap(),
+            robot.seat.controller
         );
         robot.load("TEST", &text);
         assert_eq!(
@@ -418,8 +401,8 @@ fn restore_by_do_and_by_a_monitor_is_the_same_and_what_cannot_be_restored_is_an_
     robot.advance_ms(500);
     assert!(stored(&robot).contains("N = 3\nEND"), "{}", stored(&robot));
     assert_eq!(
-        Controller::restore(robot.cell.controller.snapshot()).unwrap(),
-        robot.cell.controller
+        Controller::restore(robot.seat.controller.snapshot()).unwrap(),
+        robot.seat.controller
     );
 
     let mut robot = Robot::new(Dialect::Field);

@@ -123,7 +123,7 @@ fn of_two_channels_with_one_port_the_display_shows_one_closed() {
     robot.connect(Port::Ip0);
     edit(&mut robot, "{IP2} = 1002", "{IP2} = 1001");
     let states = |robot: &Robot| {
-        let rows = robot.cell.controller.ethernet_pages()[2].lines.clone();
+        let rows = robot.seat.controller.ethernet_pages()[2].lines.clone();
         [1, 2].map(|place: usize| rows[place].split_whitespace().last().unwrap().to_string())
     };
     assert_eq!(states(&robot), ["LISTEN", "LISTEN"], "before the power cycle");
@@ -137,23 +137,23 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
     let mut robot = Robot::new(Dialect::Field);
     robot.connect(Port::Ip0);
     let plain = String::from_utf8(robot.file(Port::Ip0, "UL,ETHERNET.PAR")).unwrap();
-    let before = *robot.cell.controller.network();
+    let before = *robot.seat.controller.network();
     let other = plain
         .replace("Open mode of IP0 IP1 IP2 IP3", "OPEN MODE OF THE CHANNELS")
         .replace("IP address of the controller", "{another comment} MY ADDRESS")
         .replace("Own ports, each number once", "");
     assert_ne!(plain, other);
     robot
-        .cell
+        .seat
         .controller
         .put_file("ETHERNET.PAR", other.as_bytes())
         .unwrap();
     robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Ip0);
-    assert_eq!(*robot.cell.controller.network(), before);
+    assert_eq!(*robot.seat.controller.network(), before);
     assert_eq!(robot.file(Port::Ip0, "EU"), b"0\r");
     robot
-        .cell
+        .seat
         .controller
         .put_file(
             "ETHERNET.PAR",
@@ -162,7 +162,7 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
         .unwrap();
     robot.panel(PanelAction::PowerCycle);
     assert_eq!(
-        robot.cell.controller.network().channels[1].own_port,
+        robot.seat.controller.network().channels[1].own_port,
         4001,
         "the value after = means something"
     );

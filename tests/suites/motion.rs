@@ -276,7 +276,7 @@ fn the_override_slows_every_motion() {
     assert!(half > 1.5 * full && half < 2.5 * full, "{full} s and {half} s");
 }
 
-// clause: SF-05 CMD-SO-02 CMD-SP-05 CMD-RN-05
+// clause: SF-05 CMD-SO-02 CMD-SP-05 CMD-RN-05 I15 L35
 #[test]
 fn the_emergency_stop_ends_everything_and_tells_the_host() {
     let mut robot = under_way();
@@ -285,14 +285,14 @@ fn the_emergency_stop_ends_everything_and_tells_the_host() {
     robot.advance_ms(1_000);
     let body = robot.total(Port::Ip0);
     assert_eq!(body[..3], [0, 1, 2], "servo off, emergency stop on, stop (retry)");
-    assert_eq!(body[4..6], [0, 26], "8-027");
+    assert_eq!(body[4..6], [0, 13], "8-014");
     assert_eq!(robot.ask(Port::Ip0, "SO"), b"NG\r");
     robot.panel(PanelAction::EmergencyStop(false));
     robot.panel(PanelAction::AlarmReset);
     robot.command(Port::Ip0, "SO");
     let body = robot.total(Port::Ip0);
     assert_eq!(body[..2], [1, 0]);
-    assert_eq!(body[4..6], [0xFF, 0xFF]);
+    assert_eq!(body[4..24], [0xFF; 20], "none of the ten");
     robot.command(Port::Ip0, "RN");
     until(&mut robot, "FAR", |robot| robot.received(Port::Ip1) == b"2");
 }
@@ -309,6 +309,44 @@ fn under_machine_lock_the_arm_stands_and_the_program_runs() {
     until(&mut robot, "the end", |robot| motion_status(robot) == 0);
     assert_eq!(robot.received(Port::Ip1), b"123");
     assert_eq!(position(&mut robot), before);
+}
+
+// clause: SU-09
+#[test]
+fn under_machine_lock_an_interrupted_motion_is_not_taken_up() {
+    let mut robot = under_way();
+    robot.command(Port::Ip0, "BR");
+    robot.advance_ms(1_000);
+    robot.panel(PanelAction::MachineLock(true));
+    robot.command(Port::Ip0, "SO");
+    let before = position(&mut robot);
+    robot.command(Port::Ip0, "RN");
+    until(&mut robot, "the end", |robot| {
+        assert_eq!(position(robot), before);
+        motion_status(robot) == 0
+    });
+    assert_eq!(robot.received(Port::Ip1), b"23");
+}
+
+#[test]
+fn a_direct_motion_that_is_broken_off_ends_when_the_arm_rests() {
+    let mut robot = Robot::ready("PROGRAM T\nEND\n");
+    robot.command(Port::Ip0, "DO,MOVEA 1, 60");
+    robot.advance_ms(300);
+    robot.command(Port::Ip0, "EC,BREAK");
+    let busy = |robot: &mut Robot| {
+        let status = String::from_utf8(robot.file(Port::Ip0, "SM,1")).unwrap();
+        status.ends_with("DS1")
+    };
+    let mut slowing = 0;
+    while robot.seat.controller.is_arm_moving() {
+        assert!(busy(&mut robot), "after {slowing} ms");
+        robot.advance_ms(1);
+        slowing += 1;
+    }
+    assert!(slowing > 10, "{slowing} ms");
+    robot.advance_ms(1);
+    assert!(!busy(&mut robot));
 }
 
 // clause: CMD-SP-07 CMD-SP-10 SEQ-02
@@ -369,10 +407,13 @@ fn refused(statements: &[&str]) -> (Vec<String>, bool) {
         robot.command(Port::Ip0, &format!("DO,{statement}"));
         robot.advance_ms(5_000);
     }
+    let alarms = robot.alarms();
+    robot.command(Port::Ip0, "RS,ERR");
+    robot.command(Port::Ip0, "SO");
     // The flange: SF shows the tool point.
     robot.command(Port::Ip0, "DO,TOOL=TRANS(0,0,0)");
     let stayed = distance(position(&mut robot), HOME) < 0.01;
-    (robot.alarms(), stayed)
+    (alarms, stayed)
 }
 
 // clause: DATA-01
@@ -381,7 +422,7 @@ fn tool_and_frames_count_for_reach_and_for_the_path() {
     let reached = |statements: &[&str]| assert_eq!(refused(statements), (vec![], false), "{statements:?}");
     let out = |statements: &[&str]| {
         let (alarms, stayed) = refused(statements);
-        assert_eq!(alarms, ["4-101"], "{statements:?}");
+        assert_eq!(alarms, ["8-035"], "{statements:?}");
         assert!(stayed, "{statements:?}");
     };
     let far = "MOVE POINT(900,0,300)";
@@ -401,7 +442,7 @@ fn tool_and_frames_count_for_reach_and_for_the_path() {
 #[test]
 fn a_singular_posture_has_an_alarm_of_its_own() {
     let (alarms, _) = refused(&["MOVE POINT(437,0,123)", "MOVES POINT(237,0,123)"]);
-    assert_eq!(alarms, ["4-103"]);
+    assert_eq!(alarms, ["8-034"]);
 }
 
 /// Fastest the tool point is from now to the end of the motion, mm/s.

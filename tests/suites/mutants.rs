@@ -86,7 +86,7 @@ fn an_open_safety_switch_keeps_its_alarm_through_a_reset() {
     let mut robot = with(|_| {});
     robot.panel(PanelAction::SafetySwitch(true));
     robot.command(Port::Ip0, "RS,ERR");
-    assert_eq!(active(&mut robot), ["008-203"]);
+    assert_eq!(active(&mut robot), ["008-017"]);
     assert_eq!(robot.ask(Port::Ip0, "SO"), b"NG\r");
     robot.panel(PanelAction::SafetySwitch(false));
     robot.command(Port::Ip0, "RS,ERR");
@@ -103,7 +103,7 @@ fn what_persists_is_an_alarm_again_at_power_on() {
     robot.connect(Port::Ip0);
     let mut found = active(&mut robot);
     found.sort();
-    assert_eq!(found, ["001-102", "008-203"]);
+    assert_eq!(found, ["001-102", "008-017"]);
 }
 
 // clause: RAM-03 RAM-15
@@ -136,7 +136,7 @@ fn the_drive_has_a_thousand_files() {
     let mut robot = with(|_| {});
     let before = text(&mut robot, "CA").split('\r').count() - 1;
     for number in before..1_000 {
-        let stored = robot.cell.controller.put_file(&format!("F{number}"), b"END\n");
+        let stored = robot.seat.controller.put_file(&format!("F{number}"), b"END\n");
         assert!(stored.is_ok(), "{number}");
     }
     robot.command(Port::Ip0, "DL,ONEMORE");
@@ -178,7 +178,7 @@ fn mw_does_not_restore_into_a_file_that_was_downloaded_anew() {
 #[test]
 fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
     for (number, ready) in [
-        ("8-203", false),
+        ("8-017", false),
         ("4-101", false),
         ("2-101", true),
         ("1-102", true),

@@ -7,17 +7,41 @@ use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
 use ts3100_controller::{PanelAction, Port};
 use ts3100_emulator::config::Ports;
 use ts3100_emulator::embed::Emulator;
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
 use ts3100_tests::host::{Host, LONG, dial, dial_address};
+use ts3100_tests::testing::eventually;
 
 /// What one read brings: on the loopback interface what one write sent, if nothing else was sent.
 fn segment(stream: &mut TcpStream) -> Vec<u8> {
     let mut buffer = [0; 4_096];
     let count = stream.read(&mut buffer).unwrap();
     buffer[..count].to_vec()
+}
+
+/// Connects from a source port of the host's own choice, as the maker's library does when it is told to.
+fn dial_from(source: u16, address: SocketAddr) -> TcpStream {
+    let stream = eventually("connect from a port of the host's own", || {
+        let socket = Socket::new(Domain::IPV4, Type::STREAM, Some(Protocol::TCP)).unwrap();
+        socket.set_reuse_address(true).unwrap();
+        // Without lingering, the pair of ports is free for the next connection at once.
+        socket.set_linger(Some(Duration::ZERO)).unwrap();
+        socket
+            .bind(&SocketAddr::from((Ipv4Addr::LOCALHOST, source)).into())
+            .unwrap();
+        match socket.connect(&address.into()) {
+            Ok(()) => Some(TcpStream::from(socket)),
+            // A program that another test is starting holds a copy of the socket before, from its fork to its exec.
+            Err(reason) if reason.kind() == ErrorKind::AddrNotAvailable => None,
+            Err(reason) => panic!("connect from port {source}: {reason}"),
+        }
+    });
+    stream.set_nodelay(true).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    stream
 }
 
 /// Where the ports of these tests begin, and how many a process has: below those that systems hand out by themselves to
@@ -175,6 +199,25 @@ fn a_host_connects_to_the_port_of_e05_not_of_e06() {
     );
 }
 
+// clause: L4 L5 J1-J5
+#[test]
+fn a_host_that_comes_back_from_the_same_source_port_is_served_each_time() {
+    let robot = Emulator::builder().start().unwrap();
+    let source = free_ports(1);
+    for visit in 0..60 {
+        let mut ip0 = dial_from(source, robot.address(Port::Ip0).unwrap());
+        // What the library asks when it connects.
+        for command in ["SM,1", "VR"] {
+            ip0.write_all(format!("{command}\r\x03").as_bytes()).unwrap();
+            let answer = ip0.read_until(0x03);
+            assert!(answer.starts_with(b"FL,"), "visit {visit}: {command}");
+            ip0.write_all(b"OK\r\x03").unwrap();
+        }
+        // The last exchange is over when the next command is served.
+        ip0.exchange(b"SP\r\x03", b"OK\r\x03");
+    }
+}
+
 // clause: TSPC-02
 #[test]
 fn factory_settings_answer_a_client_with_factory_settings() {
@@ -193,7 +236,7 @@ fn factory_settings_answer_a_client_with_factory_settings() {
     drop(robot);
     assert_eq!(ip0.rest(), (vec![], None));
     let serial = ts3100_tests::Robot::new(ts3100_controller::Dialect::Field);
-    let com1 = serial.cell.controller.serial_line(Port::Com1).unwrap();
+    let com1 = serial.seat.controller.serial_line(Port::Com1).unwrap();
     assert_eq!(
         (com1.speed, com1.length, com1.parity.number(), com1.stop),
         (9_600, 8, 0, 1)

@@ -3,11 +3,17 @@
 //! rest of its behaviour, is in the suites of its subject.
 
 mod delays;
+mod programs;
 mod sockets;
+mod texts;
 
 use crate::extensions::text;
 use std::collections::BTreeSet;
 use std::time::Duration;
+use texts::{
+    answer_of_host_at_once, command_without_etx, first_text_of_sf, second_text_after_10_ms,
+    text_and_one_byte, text_while_the_robot_sends,
+};
 use ts3100_controller::{Config, ControlRight, Dialect, HostEnd, HostSettings, Input, PanelAction, Port};
 use ts3100_emulator::config::{LinkOptions, OPTIONS, set_option};
 use ts3100_proto::parameter::Parity;
@@ -35,8 +41,45 @@ const fn row(
 
 const ROWS: &[Row] = &[
     row(
+        "alarm.out_of_reach",
+        |robot| {
+            robot.command(Port::Ip0, "DO,MOVE POINT(9000,0,0)");
+            let servo = robot.total(Port::Ip0)[0];
+            format!("servo {servo}, alarms {}", robot.alarms().join(" "))
+        },
+        &[
+            ("8-035", "servo 0, alarms 8-035"),
+            ("4-101", "servo 1, alarms 4-101"),
+        ],
+    ),
+    row(
         "channel.no_peer",
-        input_without_peer,
+        programs::input_without_peer,
+        &[
+            ("alarm", "stop(continue), alarms 2-046"),
+            ("silent", "running, alarms; then N = 5"),
+        ],
+    ),
+    row(
+        "ac.date",
+        |robot| {
+            robot.panel(PanelAction::EmergencyStop(true));
+            ask(robot, "AC")
+        },
+        &[
+            (
+                "yyyy",
+                "FL,1,008-014,Emergency Stop SW ON,2014-02-06 00:00:00<CR><EOF>",
+            ),
+            (
+                "yy",
+                "FL,1,008-014,Emergency Stop SW ON,14-02-06 00:00:00<CR><EOF>",
+            ),
+        ],
+    ),
+    row(
+        "channel.no_peer",
+        programs::input_without_peer,
         &[
             ("alarm", "stop(continue), alarms 2-046"),
             ("silent", "running, alarms; then N = 5"),
@@ -44,11 +87,16 @@ const ROWS: &[Row] = &[
     ),
     row(
         "channel.no_peer",
-        print_without_peer,
+        programs::print_without_peer,
         &[
             ("alarm", "stop(continue), alarms 2-046"),
             ("silent", "stop(reset), alarms"),
         ],
+    ),
+    row(
+        "channel.reconnect",
+        programs::input_whose_peer_connects_again,
+        &[("keep", "nothing, running"), ("release", "N = 0, stop(reset)")],
     ),
     row(
         "dl.command_ends",
@@ -97,6 +145,11 @@ const ROWS: &[Row] = &[
         ],
     ),
     row(
+        "io.field_bus",
+        |robot| ask(robot, "IW,301 1"),
+        &[("absent", "NG<CR>"), ("present", "OK<CR>")],
+    ),
+    row(
         "parameter.line_end",
         line_end_of_a_fresh_file,
         &[("lf", "LF"), ("cr", "CR")],
@@ -109,6 +162,11 @@ const ROWS: &[Row] = &[
             ("30", "after 30 ms"),
             ("10 10 40 40 40", "between 10 and 40 ms"),
         ],
+    ),
+    row(
+        "rs.cycle_without_label",
+        |robot| ask(robot, "RS,CYC"),
+        &[("as-step", "OK<CR>"), ("ng", "NG<CR>")],
     ),
     row(
         "scol.data_copy",
@@ -134,6 +192,11 @@ const ROWS: &[Row] = &[
         "scol.int_division",
         |robot| printed(robot, "PRINT IP1, 7/2, CR"),
         &[("truncate", "3, alarms"), ("real", "3.500, alarms")],
+    ),
+    row(
+        "scol.reset_locals",
+        programs::variable_after_rs_stp,
+        &[("false", "5, alarms"), ("true", "nothing, alarms 2-102")],
     ),
     row(
         "scol.sticky_work",
@@ -169,8 +232,8 @@ const ROWS: &[Row] = &[
         "sig.low_speed",
         low_speed,
         &[
-            ("10", "LSPEED:10%, slow: 2.5 s"),
-            ("50", "LSPEED:50%, slow: 0.6 s"),
+            ("10", "LSPEED:10%, slow: 5.0 s"),
+            ("50", "LSPEED:50%, slow: 1.0 s"),
         ],
     ),
     row(
@@ -215,6 +278,15 @@ const ROWS: &[Row] = &[
         ],
     ),
     row(
+        "text.end",
+        command_without_etx,
+        &[
+            ("detect", "silence, after 250 ms OK<CR><ETX>"),
+            ("etx", "silence, after 250 ms silence"),
+            ("cr", "OK<CR><ETX>, after 250 ms silence"),
+        ],
+    ),
+    row(
         "text.require_cr",
         |robot| received(robot, Port::Ip0, b"\x02SP\x03"),
         &[("false", "<STX>OK<CR><ETX>"), ("true", "<STX>NG<CR><ETX>")],
@@ -231,7 +303,7 @@ const ROWS: &[Row] = &[
     ),
     row(
         "wait.after_stop",
-        start_after_a_stop_in_wait,
+        programs::start_after_a_stop_in_wait,
         &[("next", "PAST, stop(reset)"), ("again", "nothing, running")],
     ),
 ];
@@ -349,25 +421,6 @@ fn printed(robot: &mut Robot, statement: &str) -> String {
     format!("{shown}, {}", alarms(robot))
 }
 
-fn input_without_peer(robot: &mut Robot) -> String {
-    robot.connect(Port::Ip2);
-    run(robot, "PROGRAM T\nINPUT IP1, N\nPRINT IP2, N, CR\nEND\n");
-    let found = format!("{}, {}", status(robot), alarms(robot));
-    robot.connect(Port::Ip1);
-    robot.raw(Port::Ip1, b"5\r");
-    robot.advance_ms(100);
-    let shown = String::from_utf8(robot.received(Port::Ip2)).unwrap();
-    match shown.trim() {
-        "" => found,
-        number => format!("{found}; then N = {number}"),
-    }
-}
-
-fn print_without_peer(robot: &mut Robot) -> String {
-    run(robot, "PROGRAM T\nPRINT IP1, 1, CR\nEND\n");
-    format!("{}, {}", status(robot), alarms(robot))
-}
-
 fn command_in_a_download(robot: &mut Robot) -> String {
     robot.command(Port::Ip0, "DL,OTHER");
     robot.send(Port::Ip0, b"FL,PROGRAM O\n");
@@ -473,26 +526,6 @@ fn with_host(robot: &mut Robot) {
     robot.connect(Port::Host);
 }
 
-fn answer_of_host_at_once(robot: &mut Robot) -> String {
-    with_host(robot);
-    received(robot, Port::Host, &frame(b"SP\r"))
-}
-
-fn text_while_the_robot_sends(robot: &mut Robot) -> String {
-    with_host(robot);
-    robot.raw(Port::Host, &[frame(b"SP\r"), frame(b"SP\r")].concat());
-    robot.advance_ms(1_000);
-    match robot
-        .received(Port::Host)
-        .iter()
-        .filter(|byte| **byte == 3)
-        .count()
-    {
-        1 => "1 answer".to_string(),
-        count => format!("{count} answers"),
-    }
-}
-
 fn third_servo_on(robot: &mut Robot) -> String {
     for _ in 0..2 {
         robot.command(Port::Ip0, "BR");
@@ -502,11 +535,6 @@ fn third_servo_on(robot: &mut Robot) -> String {
     let at_once = robot.total(Port::Ip0)[0];
     robot.advance_ms(8_000);
     format!("servo {at_once}, after 8 s {}", robot.total(Port::Ip0)[0])
-}
-
-fn first_text_of_sf(robot: &mut Robot) -> String {
-    robot.send(Port::Ip0, b"SF\r");
-    format!("{} bytes", robot.received(Port::Ip0).len())
 }
 
 /// A turn of 60 degrees with LOW_SPD on.
@@ -545,33 +573,4 @@ fn told_of_stops(robot: &mut Robot) -> String {
     };
     let (first, second) = (stop_comes(), stop_comes());
     format!("{first}, after an extension {second}")
-}
-
-fn second_text_after_10_ms(robot: &mut Robot) -> String {
-    robot.command(Port::Ip0, "SP");
-    robot.advance_ms(10);
-    received(robot, Port::Ip0, &frame(b"SP\r"))
-}
-
-fn text_and_one_byte(robot: &mut Robot) -> String {
-    let text = frame(b"SP\r");
-    let first = received(robot, Port::Ip0, &text);
-    let sum = text[1..].iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
-    format!("{first}, then {}", received(robot, Port::Ip0, &[sum]))
-}
-
-fn start_after_a_stop_in_wait(robot: &mut Robot) -> String {
-    robot.connect(Port::Ip1);
-    run(robot, "PROGRAM T\nWAIT DIN(5)\nPRINT IP1, \"PAST\"\nEND\n");
-    robot.command(Port::Ip0, "SP");
-    robot.advance_ms(100);
-    robot.command(Port::Ip0, "RN");
-    robot.advance_ms(100);
-    let shown = String::from_utf8(robot.received(Port::Ip1)).unwrap();
-    let shown = if shown.is_empty() {
-        "nothing".to_string()
-    } else {
-        shown
-    };
-    format!("{shown}, {}", status(robot))
 }

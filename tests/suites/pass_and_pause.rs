@@ -14,7 +14,7 @@ fn with_pass_the_frames_of_a_motion_hold_from_its_beginning_to_its_end() {
          POINT A=400,-200,200/\nPOINT B=400,200,200/\nWORK W1\nPOINT C=450,0,250/\nEND\n",
     );
     let shown = |robot: &Robot| {
-        let controller = &robot.cell.controller;
+        let controller = &robot.seat.controller;
         let frames = controller.frames();
         let name = |frame: scol_mini::Frame| frame.name.unwrap_or_default();
         let names = [controller.work_name(), name(frames.tool), name(frames.base)];
@@ -28,7 +28,7 @@ fn with_pass_the_frames_of_a_motion_hold_from_its_beginning_to_its_end() {
         if [30, 36].contains(&(look % 40)) {
             robot.command(Port::Ip0, "FD");
         }
-        if !robot.cell.controller.is_arm_moving() {
+        if !robot.seat.controller.is_arm_moving() {
             break;
         }
         let now = shown(&robot);
@@ -56,7 +56,7 @@ fn nearest(robot: &mut Robot, point: [f32; 3]) -> f32 {
 #[test]
 fn with_pass_rn_begins_the_motion_anew_that_was_cut_short() {
     const TOP: [f32; 3] = [400.0, 0.0, 350.0];
-    for behind in ["MOVES TOP", "MOVEJ TOP, POINT(20,30,20)", "MOVEA 1, 0"] {
+    for behind in ["MOVES TOP", "MOVEJ TOP, POINT(30,20,20)", "MOVEA 1, 0"] {
         let program = TRIP.replace("PRINT IP1, \"2\"", &format!("{behind}\nMOVES HOME WITH SPEED=20"));
         let program = program.replace("POINT HOME", "POINT TOP=400,0,350/\nPOINT HOME");
         let mut robot = Robot::ready(&program.replace("TRIP\n", "TRIP\nPASS = 10\n"));
@@ -86,7 +86,7 @@ fn with_pass_rn_begins_the_motion_anew_that_was_cut_short() {
     let mut robot = Robot::ready(&program.replace("TRIP\n", "TRIP\nPASS = 10\n"));
     robot.command(Port::Ip0, "RN");
     until(&mut robot, "the way to TOP", |robot| {
-        robot.cell.controller.steps().0 == 6
+        robot.seat.controller.steps().0 == 6
     });
     robot.advance_ms(300);
     robot.command(Port::Ip0, "EC,BREAK");

@@ -64,7 +64,7 @@ fn program(rng: &mut Rng, small: bool) -> String {
             0..=2 => format!("MOVE {name} WITH SPEED={}\n", 10 + rng.below(90)),
             3..=5 => format!("MOVES {name}\n"),
             6 => format!("MOVEC {name} {other} WITH SPEED={}\n", 10 + rng.below(90)),
-            7 => format!("MOVEJ {name} POINT(5,20,5)\n"),
+            7 => format!("MOVEJ {name} POINT(20,5,5)\n"),
             8 => format!("PASS={}\n", rng.below(101)),
             9 => ["ENABLE NOWAIT\n", "DISABLE NOWAIT\n", "DISABLE PASS\n"][rng.below(3)].to_string(),
             10 => format!("WAIT MOTION >= {}\n", rng.below(101)),
@@ -125,8 +125,8 @@ fn seen(robot: &mut Robot, log: &mut String) {
         "{} {} {raised:?} {:?} {:?}",
         robot.now(),
         String::from_utf8_lossy(&printed),
-        robot.cell.controller.outputs_on(),
-        robot.cell.controller.arm_pose(),
+        robot.seat.controller.outputs_on(),
+        robot.seat.controller.arm_pose(),
     );
 }
 

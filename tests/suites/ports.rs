@@ -20,7 +20,7 @@ fn with_parameters(dialect: Dialect, name: &str, change: &[(&str, &str)]) -> Rob
         assert!(content.contains(from), "{from:?} in {content}");
         content = content.replacen(from, to, 1);
     }
-    robot.cell.controller.put_file(name, content.as_bytes()).unwrap();
+    robot.seat.controller.put_file(name, content.as_bytes()).unwrap();
     robot.panel(PanelAction::PowerCycle);
     for port in [Port::Ip0, Port::Host, Port::Com1] {
         robot.connect(port);
@@ -81,7 +81,7 @@ fn the_serial_lines_are_as_u06_sets_them() {
                     let line = format!("{speed} {length} {code} {stop}");
                     let mut robot = with_lines(&line, &line);
                     let found = |port| {
-                        let line = robot.cell.controller.serial_line(port).unwrap();
+                        let line = robot.seat.controller.serial_line(port).unwrap();
                         (line.speed, line.length, line.parity, line.stop)
                     };
                     assert_eq!(found(Port::Host), (speed, length, parity, stop));
@@ -105,7 +105,7 @@ fn the_serial_lines_are_as_u06_sets_them() {
     assert!(
         Port::ETHERNET
             .iter()
-            .all(|port| robot.cell.controller.serial_line(*port).is_none())
+            .all(|port| robot.seat.controller.serial_line(*port).is_none())
     );
 }
 
@@ -147,7 +147,7 @@ fn a_transfer_of_host_is_255_bytes_at_most() {
     fill.push(b'\r');
     robot.panel(PanelAction::Servo(true));
     robot
-        .cell
+        .seat
         .controller
         .put_file("T", b"GLOBAL\nN = 0\nEND\nPROGRAM T\nEND\n")
         .unwrap();
@@ -167,7 +167,7 @@ fn a_transfer_of_host_is_255_bytes_at_most() {
     let mut robot = Robot::new(Dialect::Manual);
     robot.connect(Port::Host);
     robot
-        .cell
+        .seat
         .controller
         .put_file("LONG", program.as_bytes())
         .unwrap();
@@ -221,7 +221,7 @@ fn fields_keep_to_their_lengths() {
     let mut robot = Robot::ready("GLOBAL\nA = 10\nEND\nPROGRAM TEST\nEND\n");
     for name in ["A", "ABCDEFGH.SCL", "B12345678901"] {
         robot
-            .cell
+            .seat
             .controller
             .put_file(name, &vec![b'\n'; 20_000])
             .unwrap();
@@ -236,7 +236,7 @@ fn fields_keep_to_their_lengths() {
     robot.advance_ms(3_600_000);
     robot.panel(PanelAction::EmergencyStop(true));
     for record in text(&mut robot, "EU").split_terminator('\r').skip(1) {
-        assert_eq!(record.len(), "008-027 14-02-06 01:00:00".len(), "{record}");
+        assert_eq!(record.len(), "008-014 14-02-06 01:00:00".len(), "{record}");
     }
     assert_eq!(robot.total(Port::Ip0).len(), 276);
     let mut robot = Robot::new(Dialect::Manual);
@@ -315,7 +315,7 @@ fn a_program_downloaded_at_each_cycle_is_the_one_that_runs() {
 }
 
 fn page(robot: &Robot, number: usize) -> Vec<String> {
-    robot.cell.controller.ethernet_pages()[number - 1].lines.clone()
+    robot.seat.controller.ethernet_pages()[number - 1].lines.clone()
 }
 
 /// Words of a row: blanks between them do not count.
@@ -327,7 +327,7 @@ fn words(row: &str) -> Vec<&str> {
 #[test]
 fn the_display_has_three_pages_in_a_row() {
     let robot = Robot::new(Dialect::Field);
-    let pages = robot.cell.controller.ethernet_pages();
+    let pages = robot.seat.controller.ethernet_pages();
     assert_eq!(PAGES, 3);
     let headings: Vec<&str> = pages.iter().map(|page| page.heading.as_str()).collect();
     assert_eq!(
@@ -383,8 +383,8 @@ fn page_2_shows_ports_and_peers() {
     assert_eq!(words(&lines[0]), ["IP0", "01000", "00000", "0.0.0.0"]);
     assert!(lines[1..].iter().all(|row| unused(row)), "{lines:?}");
     robot.connect(Port::Ip0);
-    assert_eq!(robot.cell.controller.peer(Port::Ip0), Some("suite"));
-    let mut robot = robot.cell.controller;
+    assert_eq!(robot.seat.controller.peer(Port::Ip0), Some("suite"));
+    let mut robot = robot.seat.controller;
     let peer = "192.168.0.150:54321".to_string();
     robot.feed(
         robot.now(),
@@ -428,7 +428,7 @@ fn page_3_shows_application_mode_and_state() {
     assert_eq!(rows(&robot), expected);
 }
 
-// clause: GEN-04
+// clause: GEN-04 S95
 #[test]
 fn ip3_keeps_silent() {
     let mut robot = Robot::new(Dialect::Field);
@@ -451,18 +451,18 @@ fn a_peer_that_has_left_is_not_there_after_a_snapshot_is_restored() {
     for port in [Port::Host, Port::Com1] {
         let mut robot = Robot::with(Config::new(Dialect::Field));
         robot.connect(port);
-        let snapshot = robot.cell.controller.clone();
+        let snapshot = robot.seat.controller.clone();
         robot.raw(port, b"1,2,3,4\r");
         robot.disconnect(port);
         let mut next = snapshot.clone();
-        next.adopt_peers(&robot.cell.controller);
+        next.adopt_peers(&robot.seat.controller);
         assert_eq!(next.peer(port), None, "bytes of it were on the line");
         robot.feed(Input::Connected {
             port,
             peer: "next".to_owned(),
         });
         let mut next = snapshot;
-        next.adopt_peers(&robot.cell.controller);
+        next.adopt_peers(&robot.seat.controller);
         assert_eq!(next.peer(port), Some("next"));
     }
 }

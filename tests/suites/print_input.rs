@@ -3,7 +3,9 @@
 //!
 //! The syntax of both statements is tested in `scol-mini`; faults of channels are in `faults.rs`.
 
-use ts3100_controller::{Dialect, PanelAction, Port};
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::options::{NoPeer, Reconnect};
+use ts3100_controller::{Config, Controller, Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation};
 
 /// A program of these lines that runs at once; what it prints on COM1 or IP1 can be read.
@@ -193,6 +195,204 @@ fn a_channel_without_a_peer() {
     }
 }
 
+/// A robot whose program waits in this INPUT, with or without a peer on IP1.
+fn waiting(config: Config, lines: &str, has_peer: bool) -> Robot {
+    let mut robot = Robot::with(config);
+    robot.load("TEST", &format!("PROGRAM TEST\n{lines}\nEND\n"));
+    robot.connect(Port::Ip0);
+    robot.connect(Port::Com1);
+    robot.connect(Port::Ip2);
+    if has_peer {
+        robot.connect(Port::Ip1);
+    }
+    robot.panel(PanelAction::Servo(true));
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot
+}
+
+fn connect_again(robot: &mut Robot, port: Port) {
+    robot.disconnect(port);
+    robot.connect(port);
+    robot.advance_ms(100);
+}
+
+/// The field dialect with an INPUT that a new peer ends, and that waits without one.
+fn releasing() -> Config {
+    let mut config = Config::new(Dialect::Field);
+    config.options.reconnect = Reconnect::Release;
+    config.options.no_peer = NoPeer::Silent;
+    config.options.serial_pacing = false;
+    config
+}
+
+fn waits(robot: &Robot) -> bool {
+    robot.seat.controller.waits_for().is_some()
+}
+
+// clause: T25 T27 INP-10
+#[test]
+fn a_new_peer_ends_a_waiting_input_only_where_the_option_says_so() {
+    for dialect in [Dialect::Field, Dialect::Manual] {
+        for model in [ArmModel::tv800(), ArmModel::thl400()] {
+            let preset = Config {
+                model,
+                ..Config::new(dialect)
+            };
+            assert_eq!(preset.options.reconnect, Reconnect::Keep, "in both dialects");
+            for (rule, printed, later) in [
+                (Reconnect::Keep, "", "           5           6"),
+                (Reconnect::Release, "           5           0", ""),
+            ] {
+                let mut config = preset.clone();
+                config.options.reconnect = rule;
+                let lines = "M = 1\nN = 7\nINPUT IP1, M, N\nPRINT IP1, M, N";
+                let mut robot = waiting(config, lines, true);
+                // The 8 is not complete: it is dropped with its sender, and never a value.
+                robot.raw(Port::Ip1, b"5,8");
+                robot.disconnect(Port::Ip1);
+                robot.advance_ms(100);
+                assert!(waits(&robot), "a peer that leaves ends nothing");
+                robot.connect(Port::Ip1);
+                robot.advance_ms(100);
+                assert_eq!(
+                    robot.received(Port::Ip1),
+                    printed.as_bytes(),
+                    "{dialect:?} {rule:?}"
+                );
+                assert_eq!(waits(&robot), rule == Reconnect::Keep);
+                robot.raw(Port::Ip1, b"6\r");
+                robot.advance_ms(100);
+                assert_eq!(
+                    robot.received(Port::Ip1),
+                    later.as_bytes(),
+                    "{dialect:?} {rule:?}"
+                );
+                assert!(robot.alarms().is_empty());
+            }
+        }
+    }
+}
+
+// clause: T25 T27
+#[test]
+fn the_first_peer_of_a_channel_ends_no_input() {
+    let mut robot = waiting(releasing(), "INPUT IP1, N\nINPUT IP1, N", false);
+    let line = |robot: &Robot| robot.seat.controller.line();
+    assert_eq!(line(&robot), 2);
+    robot.connect(Port::Ip1);
+    robot.advance_ms(100);
+    assert_eq!(line(&robot), 2, "the first since power-on");
+    // Without Disconnected: a second connection that replaces the first.
+    robot.connect(Port::Ip1);
+    robot.advance_ms(100);
+    assert_eq!(
+        line(&robot),
+        3,
+        "the second; the next INPUT has just begun and waits"
+    );
+    assert!(waits(&robot));
+    robot.disconnect(Port::Ip1);
+    robot.panel(PanelAction::PowerCycle);
+    robot.connect(Port::Ip0);
+    robot.panel(PanelAction::Servo(true));
+    robot.command(Port::Ip0, "RN");
+    robot.connect(Port::Ip1);
+    robot.advance_ms(100);
+    assert_eq!(line(&robot), 2, "power-on forgets the peers");
+    connect_again(&mut robot, Port::Ip1);
+    assert_eq!(line(&robot), 3);
+}
+
+// clause: T25
+#[test]
+fn a_new_peer_ends_no_input_of_another_channel_or_of_a_serial_line() {
+    let mut robot = waiting(releasing(), "INPUT IP1, N", true);
+    for port in [Port::Ip0, Port::Ip2, Port::Com1] {
+        connect_again(&mut robot, port);
+        assert!(waits(&robot), "{port}");
+    }
+    for channel in ["COM1", "TP"] {
+        let mut robot = waiting(releasing(), &format!("INPUT {channel}, N"), true);
+        for port in [Port::Ip1, Port::Com1] {
+            connect_again(&mut robot, port);
+            assert!(waits(&robot), "{channel}, {port}");
+        }
+    }
+}
+
+// clause: T25
+#[test]
+fn a_new_peer_ends_inputs_of_tasks_of_monitors_and_of_do() {
+    let program = "GLOBAL\nA = 7\nB = 7\nEND\nPROGRAM TEST\nTASK(\"OTHER\")\nON DIN(5) DO INPUT IP1, A\nDELAY 9\nEND\n\
+        PROGRAM OTHER\nINPUT IP1, B\nEND\n";
+    let mut robot = Robot::with(releasing());
+    robot.load("TEST", program);
+    for port in [Port::Ip0, Port::Ip1] {
+        robot.connect(port);
+    }
+    robot.panel(PanelAction::Servo(true));
+    robot.command(Port::Ip0, "RN");
+    robot.panel(PanelAction::InputLine { line: 5, on: true });
+    robot.advance_ms(100);
+    connect_again(&mut robot, Port::Ip1);
+    for name in ["A", "B"] {
+        assert_eq!(robot.file(Port::Ip0, &format!("MR,{name} 0")), b"0\r", "{name}");
+    }
+    robot.command(Port::Ip0, "EC,BREAK");
+    robot.command(Port::Ip0, "RS,PRG");
+    robot.command(Port::Ip0, "DO,INPUT IP1, A");
+    robot.advance_ms(1_000);
+    assert!(waits(&robot));
+    connect_again(&mut robot, Port::Ip1);
+    assert!(!waits(&robot));
+    assert_eq!(robot.file(Port::Ip0, "MR,A 0"), b"0\r");
+}
+
+// clause: T25
+#[test]
+fn an_input_that_a_new_peer_ends_is_a_step_of_the_program() {
+    let mut robot = waiting(releasing(), "DELAY 0.2\nINPUT IP1, N\nDELAY 9", true);
+    robot.advance_ms(200);
+    assert!(waits(&robot));
+    connect_again(&mut robot, Port::Ip1);
+    assert_eq!(status(&mut robot), "running", "DELAY follows");
+    robot.command(Port::Ip0, "EC,BREAK");
+    robot.advance_ms(100);
+    robot.received(Port::Ip0);
+    robot.command(Port::Ip0, "RS,STP");
+    robot.command(Port::Ip0, "EC,MODE STEP");
+    for _ in 0..2 {
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(300);
+        robot.received(Port::Ip0);
+    }
+    assert!(waits(&robot));
+    connect_again(&mut robot, Port::Ip1);
+    robot.received(Port::Ip0);
+    assert_eq!(
+        status(&mut robot),
+        "stop(continue)",
+        "each step stops in STEP mode"
+    );
+}
+
+// clause: T25
+#[test]
+fn a_snapshot_remembers_that_a_channel_had_a_peer() {
+    let restored = |robot: &Robot| {
+        Robot::from_controller(Controller::restore(robot.seat.controller.snapshot()).unwrap())
+    };
+    for had_peer in [false, true] {
+        let mut robot = waiting(releasing(), "INPUT IP1, N", had_peer);
+        robot.disconnect(Port::Ip1);
+        let mut robot = restored(&robot);
+        robot.connect(Port::Ip1);
+        robot.advance_ms(100);
+        assert_eq!(waits(&robot), !had_peer);
+    }
+}
+
 // clause: INP-14 INP-03
 #[test]
 fn a_datum_that_is_no_number() {
@@ -241,7 +441,7 @@ fn ready(program: &str) -> Robot {
     robot
 }
 
-// clause: EXAMPLE-01 EXAMPLE-02
+// clause: EXAMPLE-01 EXAMPLE-02 S93
 #[test]
 fn example_repeat() {
     let mut robot = ready(REPEATER);
@@ -278,7 +478,7 @@ fn example_repeat() {
     assert_eq!(robot.received(Port::Com1), b"REQ");
 }
 
-// clause: EXAMPLE-03 EXAMPLE-04 EXAMPLE-09
+// clause: EXAMPLE-03 EXAMPLE-04 EXAMPLE-09 S93
 #[test]
 fn example_select() {
     let program = "PROGRAM CHOOSE\nCHOOSE:\nK = 0\nPRINT COM1, \"STR\"\nINPUT COM1, K\nGOTO(K) L1, L2, L3\n\
@@ -307,7 +507,7 @@ fn example_select() {
     assert_eq!(robot.received(Port::Com1), b"NG");
 }
 
-// clause: EXAMPLE-05
+// clause: EXAMPLE-05 S93
 #[test]
 fn example_position_with_check_value() {
     let program = "PROGRAM DIRECT\nX = 0.0\nY = 0.0\nZ = 0.0\nA = 0.0\nB = 0.0\nC = 0.0\nU = 0.0\nV = 0.0\n\
@@ -337,7 +537,7 @@ fn example_position_with_check_value() {
     assert_eq!(robot.float(Port::Ip0, 148).to_bits(), before.to_bits());
 }
 
-// clause: EXAMPLE-07 EXAMPLE-08 EXAMPLE-10
+// clause: EXAMPLE-07 EXAMPLE-08 EXAMPLE-10 S93
 #[test]
 fn example_relative_correction() {
     let program = "PROGRAM SHIFTED\nX = 0.0\nY = 0.0\nSUM = 0.0\nMOVE P1\nPRINT COM1, \"REQ\"\nINPUT COM1, X, Y, SUM\n\

@@ -204,7 +204,7 @@ pub fn play(source: &str) -> String {
         if now >= limit * 1_000 || (next == limit * 1_000 && !runs(&robot)) {
             break;
         }
-        let due = robot.cell.controller.poll_deadline().map_or(u64::MAX, |due| {
+        let due = robot.seat.controller.poll_deadline().map_or(u64::MAX, |due| {
             (due.as_micros().saturating_sub(log.start)).max(now + 1)
         });
         robot.advance(Duration::from_micros(due.min(next).min(limit * 1_000) - now));
@@ -287,7 +287,7 @@ fn the_task_that_moves_and_the_task_that_is_read_are_told_apart() {
     assert_eq!(lines(&robot), [8, 5, 2, 1]);
 }
 
-// clause: CMD-DO-01 CMD-DO-02
+// clause: CMD-DO-01 CMD-DO-02 L75
 #[test]
 fn gain_by_do_is_ok_and_read_by_a_program() {
     let mut robot = Robot::ready("PROGRAM M\nPRINT IP1, GAIN(4), GAIN(5), CR\nEND\n");

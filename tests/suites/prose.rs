@@ -1,4 +1,4 @@
-//! Words that this project does not use where users read: the pages, the help texts, and the texts of the code's tables.
+//! Words that this project does not use where users read: the pages, the help texts, and every string of the product.
 //!
 //! The list is short and each entry names the usual word. Grammar and spelling are checked by `tests/docs_book.py`.
 
@@ -165,6 +165,29 @@ fn the_tables_of_the_code_use_the_usual_words() {
             .into_iter()
             .map(|(place, text)| (place.to_owned(), text.to_owned())),
     );
+}
+
+/// A field of `/clock` has this name.
+const NAME_OF_A_FIELD: &str = "(`behind` of /clock)";
+
+#[test]
+fn the_strings_of_the_product_use_the_usual_words() {
+    let root = super::house::root();
+    let sources = super::house::files(&root.join("crates"), "rs");
+    let inside = sources.iter().filter(|path| !super::house::is_test(path));
+    let mut texts = Vec::new();
+    for path in inside {
+        let source = fs::read_to_string(path).unwrap();
+        let name = path.strip_prefix(&root).unwrap().display().to_string();
+        let strings = super::words::pieces(super::house::product(&source)).strings;
+        // One word alone is a name or a code.
+        let sentences = strings.into_iter().filter(|(_, text)| text.contains(' '));
+        texts.extend(
+            sentences.map(|(line, text)| (format!("{name}:{line}"), text.replace(NAME_OF_A_FIELD, ""))),
+        );
+    }
+    assert!(texts.len() > 2_000, "{} strings", texts.len());
+    assert_clean(texts);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The serial lines HOST and COM1 at bit level: how long characters take, what mismatched settings make of them, what is
-//! lost on a half-duplex line.
-//!
-//! The settings themselves ([U06]) are in `ports.rs`; real ports are tried by `cable.py`.
+//! lost on a half-duplex line. The settings themselves ([U06]) are in `ports.rs`; real ports are tried by `cable.py`.
+
+mod departed;
 
 use std::time::Duration;
 use ts3100_controller::{
@@ -103,7 +103,7 @@ fn ten_thousand_bytes_take_what_the_line_takes_in_both_directions() {
         let mut rest = rest.as_slice();
         while !rest.is_empty() {
             let room = robot
-                .cell
+                .seat
                 .controller
                 .line_room(Port::Host)
                 .unwrap()
@@ -132,7 +132,7 @@ fn a_file_takes_the_time_of_its_bytes_and_of_the_hosts_answers() {
         "DELAY 1.0 ' filler of some length\n".repeat(282)
     );
     robot
-        .cell
+        .seat
         .controller
         .put_file("BULK", program.as_bytes())
         .unwrap();
@@ -398,7 +398,7 @@ fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     robot.advance_ms(100);
     let servo = Output::Event(Event::Servo(true));
     assert!(robot.outputs.contains(&servo));
-    assert_eq!(robot.cell.controller.peer(Port::Host), None);
+    assert_eq!(robot.seat.controller.peer(Port::Host), None);
     // The next host is there before the line is free, and hears nothing of the former one's answer.
     let mut robot = usual();
     robot.send(Port::Host, b"CA\r");
@@ -420,7 +420,7 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(robot.cell.controller.peer(Port::Host), Some("suite"));
+    assert_eq!(robot.seat.controller.peer(Port::Host), Some("suite"));
     assert!(robot.outputs.contains(&Output::Event(Event::Servo(true))));
     assert_eq!(
         robot.received(Port::Host),
@@ -449,7 +449,7 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
     robot.send(Port::Host, b"SP\r");
     robot.disconnect(Port::Host);
     robot.advance_ms(100);
-    assert_eq!(robot.cell.controller.peer(Port::Host), None);
+    assert_eq!(robot.seat.controller.peer(Port::Host), None);
     assert_eq!(robot.received(Port::Host), b"");
 }
 
@@ -505,15 +505,15 @@ fn after_a_purge_the_next_host_is_answered() {
 #[test]
 fn the_line_takes_no_more_than_it_says() {
     let mut robot = usual();
-    let room = robot.cell.controller.line_room(Port::Com1).unwrap();
+    let room = robot.seat.controller.line_room(Port::Com1).unwrap();
     robot.raw(Port::Com1, &vec![b'1'; room]);
-    assert_eq!(robot.cell.controller.line_room(Port::Com1), Some(0));
+    assert_eq!(robot.seat.controller.line_room(Port::Com1), Some(0));
     assert!(findings(&robot, "line-overflow").is_empty());
     robot.raw(Port::Com1, b"2");
     assert_eq!(findings(&robot, "line-overflow").len(), 1);
     robot.advance_ms(100);
-    assert_eq!(robot.cell.controller.line_room(Port::Com1), Some(96));
-    assert_eq!(robot.cell.controller.line_room(Port::Ip0), None);
+    assert_eq!(robot.seat.controller.line_room(Port::Com1), Some(96));
+    assert_eq!(robot.seat.controller.line_room(Port::Ip0), None);
 }
 
 #[test]
@@ -524,18 +524,18 @@ fn print_waits_for_room_and_a_stop_ends_the_wait() {
     robot.panel(PanelAction::Start);
     robot.advance_ms(500);
     assert!(
-        robot.cell.controller.program_runs(),
+        robot.seat.controller.program_runs(),
         "5,000 bytes are not out in 0.5 s"
     );
     robot.panel(PanelAction::Stop);
     robot.advance_ms(1);
-    assert!(!robot.cell.controller.program_runs());
+    assert!(!robot.seat.controller.program_runs());
     let before = robot.received(Port::Com1).len();
     robot.advance_ms(2_000);
     assert!((480..=1_600).contains(&(before + robot.received(Port::Com1).len())));
     robot.panel(PanelAction::Start);
     robot.advance_ms(10_000);
-    assert!(!robot.cell.controller.program_runs());
+    assert!(!robot.seat.controller.program_runs());
 }
 
 #[test]

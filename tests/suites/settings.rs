@@ -2,6 +2,8 @@
 //!
 //! Each option alone is in `options.rs`.
 
+use std::time::Duration;
+use ts3100_controller::findings::rules;
 use ts3100_controller::options::UnsolicitedSp;
 use ts3100_controller::{Config, ControllerType, Dialect, Input, KeySwitch, Options, PanelAction, Port};
 use ts3100_proto::parameter::OpenMode;
@@ -42,7 +44,7 @@ fn value(text: &str, section: &str, key: &str, new: &str) -> String {
 
 fn modes(robot: &Robot) -> [OpenMode; 4] {
     robot
-        .cell
+        .seat
         .controller
         .network()
         .channels
@@ -51,7 +53,7 @@ fn modes(robot: &Robot) -> [OpenMode; 4] {
 
 fn ports(robot: &Robot) -> [u16; 4] {
     robot
-        .cell
+        .seat
         .controller
         .network()
         .channels
@@ -115,7 +117,7 @@ fn parameters_act_after_a_power_cycle() {
             OpenMode::Server
         ]
     );
-    let client = robot.cell.controller.network().channels[1];
+    let client = robot.seat.controller.network().channels[1];
     assert_eq!(
         (client.peer_address, client.peer_port),
         ([192, 168, 0, 151], 1001)
@@ -155,7 +157,7 @@ fn a_broken_parameter_file_keeps_the_last_good_values() {
     let mut robot = idle(Dialect::Field);
     for broken in ["", "[E05] {IP0} = banana", "[[[[{{{{====", "[END]"] {
         robot
-            .cell
+            .seat
             .controller
             .put_file("ETHERNET.PAR", broken.as_bytes())
             .unwrap();
@@ -257,6 +259,7 @@ fn with_a_checksum_every_text_has_one_byte_more() {
         options.text = TextOptions {
             stx: StxRule::Required,
             checksum: Checksum::Sum,
+            ..TextOptions::default()
         };
     });
     robot.raw(Port::Ip0, b"\x02SU\r\x03\xB8");
@@ -284,6 +287,26 @@ fn an_answer_within_50_ms_is_ignored_with_strict_50ms() {
         robot.send(Port::Ip0, b"SP\r");
         assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"), "strict {strict}");
     }
+}
+
+/// The 50 ms begin when the robot's answer has left; until then nobody has heard it.
+// clause: TRN-04
+#[test]
+fn a_text_before_the_answer_has_left_is_not_ignored_with_strict_50ms() {
+    let mut robot = with_options(|options| {
+        options.strict_50ms = true;
+        options.reply_delay = [Duration::from_millis(100); 5];
+    });
+    for _ in 0..2 {
+        robot.send(Port::Ip0, b"SP\r");
+        robot.advance_ms(10);
+    }
+    robot.advance_ms(500);
+    assert_eq!(
+        robot.received(Port::Ip0),
+        [frame(b"OK\r"), frame(b"OK\r")].concat()
+    );
+    assert_eq!(robot.findings.count(&rules::ANSWER_EARLY), 0);
 }
 
 // clause: RAM-15
@@ -366,11 +389,11 @@ fn a_host_that_stays_when_a_snapshot_is_restored_is_told_of_stops_as_before() {
         let mut robot = with_options(|options| options.unsolicited_sp = rule);
         robot.load("TEST", "PROGRAM T\nDELAY 0.1\nEND\n");
         robot.command(Port::Ip0, "SO");
-        let mut next = robot.cell.controller.clone();
+        let mut next = robot.seat.controller.clone();
         robot.raw(Port::Ip0, b"SU\r\x03OK\r\x03");
         robot.received(Port::Ip0);
-        next.adopt_peers(&robot.cell.controller);
-        robot.cell.controller = next;
+        next.adopt_peers(&robot.seat.controller);
+        robot.seat.controller = next;
         robot.panel(PanelAction::Start);
         robot.advance_ms(200);
         assert_eq!(robot.received(Port::Ip0), expected, "{rule:?}");

@@ -198,7 +198,7 @@ pub fn run(seed: u64) -> Vec<u8> {
     let mut robot = Robot::new(Dialect::Field);
     for (number, program) in PROGRAMS.iter().enumerate() {
         let stored = robot
-            .cell
+            .seat
             .controller
             .put_file(&format!("P{number}"), program.as_bytes());
         stored.unwrap_or_else(|error| panic!("P{number}: {error}"));

@@ -20,7 +20,7 @@ fn word(body: &[u8], offset: usize) -> u16 {
     u16::from_be_bytes([body[offset], body[offset + 1]])
 }
 
-// clause: SF-01 SF-08 SF-18 SF-22 SF-23 SF-24 SF-32 SF-40 SF-46 GEN-03
+// clause: SF-01 SF-08 SF-18 SF-22 SF-23 SF-24 SF-32 SF-40 SF-46 GEN-03 L34-L38
 #[test]
 fn an_idle_controller() {
     let mut robot = idle();
@@ -39,7 +39,35 @@ fn an_idle_controller() {
     assert_eq!(body[212..276], [0; 64]);
 }
 
-// clause: SF-25 SF-26 SF-27 SF-28 SF-33 SF-34 SF-35 SF-41 CMD-IW-01 CMD-IW-02 CMD-IW-03 CMD-IW-04 CMD-IW-05
+// clause: SF-42 SF-43 SF-44 I6-I7
+#[test]
+fn joint_angles_stand_before_world_and_work_coordinates() {
+    let mut robot = idle();
+    robot.panel(PanelAction::Servo(true));
+    let number =
+        |body: &[u8], offset: usize| f32::from_be_bytes(body[offset..offset + 4].try_into().unwrap());
+    let before = robot.total(Port::Ip0);
+    let turn = 30.0 - number(&before, 116);
+    robot.command(Port::Ip0, "DO,MOVEA 1, 30");
+    robot.advance_ms(10_000);
+    let body = robot.total(Port::Ip0);
+    assert!((number(&body, 116) - 30.0).abs() < 0.001, "joint 1");
+    // Axis 1 turns about Z of the world.
+    let (sin, cos) = turn.to_radians().sin_cos();
+    for offset in [148, 180] {
+        let (x, y) = (number(&before, offset), number(&before, offset + 4));
+        let turned = [x * cos - y * sin, x * sin + y * cos, number(&before, offset + 8)];
+        for (axis, expected) in turned.into_iter().enumerate() {
+            let found = number(&body, offset + 4 * axis);
+            assert!(
+                (found - expected).abs() < 0.01,
+                "{offset}, {axis}: {found} {expected}"
+            );
+        }
+    }
+}
+
+// clause: I6-I7 SF-25 SF-26 SF-27 SF-28 SF-33 SF-34 SF-35 SF-41 CMD-IW-01 CMD-IW-02 CMD-IW-03 CMD-IW-04 CMD-IW-05
 #[test]
 fn every_line_has_its_bit() {
     let mut robot = idle();
@@ -122,14 +150,14 @@ fn rs_sig_ends_the_pulse_of_an_output_that_it_clears() {
         length: Duration::from_secs(5),
     }));
     robot.command(Port::Ip0, "RS,SIG");
-    let snapshot = robot.cell.controller.snapshot();
+    let snapshot = robot.seat.controller.snapshot();
     assert!(Controller::restore(snapshot).is_ok());
     robot.command(Port::Ip0, "IW,3 1");
     robot.advance_ms(6_000);
     assert_eq!(word(&robot.total(Port::Ip0), 84), 1 << 2, "on, as IW has set it");
 }
 
-// clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01 S20 S26
+// clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01 S20 S26 L30 T16
 #[test]
 fn su_and_sf_agree_in_every_mode() {
     use ts3100_controller::{ControlRight, KeySwitch};
@@ -238,7 +266,7 @@ fn the_error_history() {
     let text = notation::write(&robot.file(Port::Ip0, "EU"));
     assert_eq!(
         text,
-        "2<CR>008-027 14-02-06 01:01:02<CR>008-027 14-02-06 01:01:01<CR>"
+        "2<CR>008-014 14-02-06 01:01:02<CR>008-014 14-02-06 01:01:01<CR>"
     );
     for _ in 0..120 {
         robot.panel(PanelAction::EmergencyStop(false));

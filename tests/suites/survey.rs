@@ -2,6 +2,7 @@
 //! what it sends is what it says.
 
 mod files;
+mod recordings;
 mod restoring;
 
 use std::time::Duration;
@@ -60,13 +61,16 @@ fn a_controller_as_it_is_by_default_has_the_first_reading_of_every_question() {
 
 /// Options and values that a survey finds, and the class of questions that it takes.
 const DECIDED: &[(&str, Class, &[&str])] = &[
+    ("ac.date", Class::Program, &["yyyy", "yy"]),
     ("channel.no_peer", Class::Program, &["alarm", "silent"]),
+    ("channel.reconnect", Class::Program, &["keep", "release"]),
     ("dl.command_ends", Class::Files, &["true", "false"]),
     ("do.min_run", Class::Motion, &["100ms", "200ms", "0.5s", "1s"]),
     ("drive.open_mode", Class::Look, &["1 1 1 1", "1 0 0 0", "1 0 2 0"]),
     ("extensions", Class::Look, &["true", "false"]),
     ("input.malformed", Class::Program, &["alarm", "leading-number"]),
     ("parameter.line_end", Class::Look, &["lf", "cr"]),
+    ("rs.cycle_without_label", Class::Program, &["as-step", "ng"]),
     ("scol.data_copy", Class::Program, &["true", "false"]),
     ("scol.din_unknown", Class::Program, &["alarm", "zero"]),
     (
@@ -75,6 +79,7 @@ const DECIDED: &[(&str, Class, &[&str])] = &[
         &["0", "0.001", "0.5", "12.5"],
     ),
     ("scol.int_division", Class::Program, &["truncate", "real"]),
+    ("scol.reset_locals", Class::Program, &["true", "false"]),
     ("scol.sticky_work", Class::Motion, &["true", "false"]),
     ("servo.interval", Class::Motion, &["0s", "7s", "3s"]),
     ("sf.split", Class::Look, &["one", "several"]),
@@ -108,6 +113,27 @@ fn the_arm_is_known_with_a_checksum_too() {
         let report = survey(&mut peer(config, Port::Ip0), &plan(&ALL), &mut |_| {}).unwrap();
         assert_eq!((report.stopped, report.arm.as_str()), (None, arm));
     }
+}
+
+/// Under 1 in [U25] of USER.PAR a string is 0, as one without a number is under `leading-number`.
+#[test]
+fn a_string_that_u25_makes_0_is_no_leading_number() {
+    let mut robot = Robot::with(config(&[]));
+    let user = b"[U06]\r{COM1} = 9600 8 0 1\r{HOST} = 9600 8 0 1\r[U25]\r= 1 0 0 0 0 0\r[END]\r";
+    robot.seat.controller.put_file("USER.PAR", user).unwrap();
+    robot.panel(PanelAction::PowerCycle);
+    robot.panel(PanelAction::Servo(true));
+    let mut peer = VirtualPeer::new(robot, Port::Ip0);
+    let report = survey(&mut peer, &plan(&[Class::Program]), &mut |_| {}).unwrap();
+    let mut answers = report.answers.iter();
+    let answer = answers.find(|answer| answer.probe == "input-malformed").unwrap();
+    assert_eq!((answer.heard.as_str(), answer.verdict), ("0", Verdict::Variation));
+    assert!(
+        report
+            .options()
+            .into_iter()
+            .all(|(option, _)| option != "input.malformed")
+    );
 }
 
 #[test]
@@ -247,7 +273,7 @@ const LOOKS: &[&str] = &[
     "<STX>SM,1<CR><ETX>",
     "<STX>HI,1 8<CR><ETX>",
     "<STX>IO,1<CR><ETX>",
-    "<STX>MN<CR><ETX>",
+    "<STX>MN,17<CR><ETX>",
     "<STX>UL,USER.PAR<CR><ETX>",
     "<STX>UL,ETHERNET.PAR<CR><ETX>",
     "<STX>OK<CR><ETX>",
@@ -353,6 +379,10 @@ fn a_serial_line_without_a_fresh_connection_gets_no_wrong_answer_about_sp() {
 
 /// Options that no question decides, and why. Those of other tests are found by a survey too.
 const NOT_ASKED: &[(&str, &str)] = &[
+    (
+        "alarm.out_of_reach",
+        "it would raise an alarm that turns servo power off",
+    ),
     ("auto.silence", "the emulator alone has it"),
     (
         "channel.redial",
@@ -361,6 +391,7 @@ const NOT_ASKED: &[(&str, &str)] = &[
     ("channel.second", "binary::survey, with sockets"),
     ("drive.capacity", "it would fill the drive"),
     ("drive.when_full", "the emulator alone has it"),
+    ("io.field_bus", "it would switch outputs"),
     ("reply.delay", "measured; a_file_makes_another_robot_answer_alike"),
     (
         "serial.bad_character",
@@ -373,6 +404,10 @@ const NOT_ASKED: &[(&str, &str)] = &[
     ),
     ("sig.low_speed", "it takes wires to the inputs"),
     ("sig.strobe", "it takes wires to the inputs"),
+    (
+        "text.end",
+        "it takes a connection that has carried no text with STX; a real host shows it",
+    ),
 ];
 
 #[test]

@@ -3,7 +3,8 @@
 //!
 //! The grammar of both commands is tested in `ts3100-proto`.
 
-use ts3100_controller::{Controller, Dialect, Port};
+use ts3100_controller::options::CycleWithoutLabel;
+use ts3100_controller::{Config, Controller, Dialect, PanelAction, Port};
 use ts3100_tests::Robot;
 
 const PROGRAM: &str = "GLOBAL
@@ -50,7 +51,7 @@ pub fn read(robot: &mut Robot, operands: &str) -> String {
 }
 
 // clause: CMD-MR-01 CMD-MR-02 CMD-MR-03 CMD-MR-04 CMD-MR-05 CMD-MR-06 MR-01 MR-02 MR-03 MR-04 MR-05
-// clause: DATA-01 DATA-02 DATA-03 DATA-05 DATA-06 DATA-07 DATA-08 RAM-07 RAM-09 S15
+// clause: DATA-01 DATA-02 DATA-03 DATA-05 DATA-06 DATA-07 DATA-08 RAM-07 RAM-09 S15 L41 L47
 #[test]
 fn mr_of_every_type() {
     let mut robot = robot();
@@ -91,7 +92,7 @@ fn mr_of_every_type() {
     }
 }
 
-// clause: CMD-MW-01 CMD-MW-03 CMD-MW-04 CMD-MW-05 CMD-MW-06 CMD-MR-03
+// clause: CMD-MW-01 CMD-MW-03 CMD-MW-04 CMD-MW-05 CMD-MW-06 CMD-MR-03 K2-K4
 #[test]
 fn mw_of_every_type() {
     let mut robot = robot();
@@ -171,7 +172,7 @@ fn what_mw_cannot_store_is_not_written_into_the_file_either() {
     robot.command(Port::Ip0, "MW,1 B 0 3");
 }
 
-// clause: CMD-MW-02 CMD-MW-05 CMD-RS-03 CMD-RS-04
+// clause: CMD-MW-02 CMD-MW-05 CMD-RS-03 CMD-RS-04 L48
 #[test]
 fn the_flag_of_mw_decides_about_the_file() {
     let mut robot = robot();
@@ -282,7 +283,7 @@ fn a_program_goes_on_in_the_file_that_says_of_what_kind_a_variable_is() {
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(100);
     robot.command(Port::Ip0, "MW,1 B 4 400 0 200 0 0 0 0 0 0");
-    let controller = &robot.cell.controller;
+    let controller = &robot.seat.controller;
     assert_eq!(&Controller::restore(controller.snapshot()).unwrap(), controller);
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Ip1), b"       0.750     400.000");
@@ -301,12 +302,12 @@ fn files_that_do_not_load_are_refused_by_sl() {
         let mut robot = Robot::new(Dialect::Field);
         robot.connect(Port::Ip0);
         robot
-            .cell
+            .seat
             .controller
             .put_file("GOOD", b"PROGRAM G\nEND\n")
             .unwrap();
         robot
-            .cell
+            .seat
             .controller
             .put_file("BAD", format!("PROGRAM B\nEND\nDATA\n{line}\nEND\n").as_bytes())
             .unwrap();
@@ -334,13 +335,23 @@ fn a_download_of_the_selected_file_acts_on_the_next_start() {
     assert_eq!(robot.received(Port::Ip1), b"NEW");
 }
 
-// clause: CMD-RS-05 CMD-RS-06
+// clause: CMD-RS-05 CMD-RS-06 T19
 #[test]
 fn rs_cyc_finds_the_label_of_the_file_as_it_was_downloaded_again() {
     let program = |label: &str| format!("PROGRAM TEST\nPRINT IP1, \"X\"\n{label}\nPRINT IP1, \"Y\"\nEND\n");
-    let mut robot = Robot::ready("PROGRAM TEST\nRCYCLE:\nPRINT IP1, \"OLD\"\nEND\n");
-    for (label, answer, printed) in [("RCYCLE:", b"OK\r", b"Y".as_slice()), ("OTHER:", b"NG\r", b"XY")] {
-        let stored = robot.cell.controller.put_file("TEST", program(label).as_bytes());
+    for (label, rule, answer, printed) in [
+        ("RCYCLE:", CycleWithoutLabel::Ng, b"OK\r", b"Y".as_slice()),
+        ("OTHER:", CycleWithoutLabel::Ng, b"NG\r", b"XY"),
+        ("OTHER:", CycleWithoutLabel::AsStep, b"OK\r", b"XY"),
+    ] {
+        let mut config = Config::new(Dialect::Field);
+        config.options.cycle_without_label = rule;
+        let mut robot = Robot::with(config);
+        robot.load("TEST", "PROGRAM TEST\nRCYCLE:\nPRINT IP1, \"OLD\"\nEND\n");
+        robot.connect(Port::Ip0);
+        robot.connect(Port::Ip1);
+        robot.panel(PanelAction::Servo(true));
+        let stored = robot.seat.controller.put_file("TEST", program(label).as_bytes());
         stored.unwrap();
         assert_eq!(robot.ask(Port::Ip0, "RS,CYC"), answer, "{label}");
         robot.command(Port::Ip0, "RN");

@@ -94,7 +94,7 @@ fn edit(robot: &mut Robot, section: &str, from: &str, to: &str) {
 
 /// All that a host and the pendant see but for the file itself: SF, SU, the alarms, CA, the display.
 fn seen(robot: &mut Robot) -> (Vec<u8>, String, String, String, Vec<String>) {
-    let pages = robot.cell.controller.ethernet_pages().into_iter();
+    let pages = robot.seat.controller.ethernet_pages().into_iter();
     let lines = pages.flat_map(|page| page.lines).collect();
     (
         robot.total(Port::Ip0),
@@ -289,7 +289,7 @@ fn rs_cyc_forgets_the_motion_that_was_interrupted() {
 
 /// Written down and read back.
 fn restored(robot: &Robot) -> Robot {
-    Robot::from_controller(Controller::restore(robot.cell.controller.snapshot()).unwrap())
+    Robot::from_controller(Controller::restore(robot.seat.controller.snapshot()).unwrap())
 }
 
 #[test]
@@ -325,7 +325,7 @@ fn a_snapshot_restores_tracing() {
     for traced in [false, true] {
         let mut robot = field();
         run(&mut robot, "PROGRAM T\nDELAY 1\nN = 1\nEND\n");
-        robot.cell.controller.trace(traced);
+        robot.seat.controller.trace(traced);
         let mut robot = restored(&robot);
         robot.advance_ms(2_000);
         let is_trace = |output: &Output| matches!(output, Output::Event(Event::Statement { line: 3, .. }));

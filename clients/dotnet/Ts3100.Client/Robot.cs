@@ -42,6 +42,7 @@ namespace Ts3100
             Message = finding["message"].AsString();
             Remedy = finding["remedy"].AsString();
             Seconds = finding["t"].AsDouble();
+            CausedBy = finding.Has("caused-by") ? finding["caused-by"].AsString() : "";
         }
 
         /// <summary>The rule that was broken, as in docs/reference/findings.md.</summary>
@@ -61,6 +62,9 @@ namespace Ts3100
 
         /// <summary>When, in seconds of virtual time.</summary>
         public double Seconds { get; private set; }
+
+        /// <summary>The fault that has caused it; empty if the host has. No test fails on what a fault has caused.</summary>
+        public string CausedBy { get; private set; }
 
         /// <summary>Port, message, rule and remedy in two sentences.</summary>
         public override string ToString()

@@ -38,7 +38,7 @@ namespace Ts3100
         /// <summary>What the operator reads.</summary>
         public string Message { get; private set; }
 
-        /// <summary>Date and time of the controller: <c>26-03-01 13:05:59</c>.</summary>
+        /// <summary>Date and time of the controller: <c>2026-03-01 13:05:59</c> in AC, <c>26-03-01 13:05:59</c> in AH.</summary>
         public string Date { get; private set; }
     }
 

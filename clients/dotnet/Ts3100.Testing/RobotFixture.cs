@@ -167,7 +167,7 @@ namespace Ts3100.Testing
             try
             {
                 denied = fixture.Deny == null ? new Finding[0]
-                    : Findings().Where(one => one.Severity >= fixture.Deny && !allowed.Contains(one.Rule)).ToArray();
+                    : Findings().Where(one => one.CausedBy.Length == 0 && one.Severity >= fixture.Deny && !allowed.Contains(one.Rule)).ToArray();
                 if (failed || denied.Length > 0)
                     transcript = Keep();
             }

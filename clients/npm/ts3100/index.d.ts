@@ -12,6 +12,8 @@ export interface Finding {
   remedy: string;
   /** When, in seconds of virtual time. */
   t: number;
+  /** The fault that has caused it; absent if the host has. */
+  "caused-by"?: string;
 }
 
 /** The emulator refused a call, with its sentence as the message; nothing has changed. */

@@ -86,7 +86,7 @@ class Robot {
     const limit = SEVERITIES.indexOf(deny);
     if (limit < 0) throw new RangeError(`deny: expected ${SEVERITIES.join(", ")}, found ${deny}`);
     const found = (await this.findings()).filter(
-      (one) => SEVERITIES.indexOf(one.severity) >= limit && !allow.includes(one.rule));
+      (one) => !one["caused-by"] && SEVERITIES.indexOf(one.severity) >= limit && !allow.includes(one.rule));
     if (found.length === 0) return;
     const texts = (await this.transcript()).split("\n").filter((line) => /^[<>] /.test(line)).slice(-LAST_TEXTS)
       .map((line) => (line.length > LONGEST_SHOWN ? line.slice(0, LONGEST_SHOWN) + "..." : line));

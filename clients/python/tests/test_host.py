@@ -100,8 +100,9 @@ def test_commands_that_move_stop_and_reset(robot: Robot, connect: Connect) -> No
     host.reset_program()
     host.reset_alarms()
     host.reset_signals()
-    with pytest.raises(Refused):
-        host.reset_cycle()
+    # Without the label RCYCLE it acts as RS,STP.
+    host.reset_cycle()
+    assert host.total_status().status is ExecutionStatus.STOP_RESET
     host.deselect()
     assert host.status().file == ""
     host.erase("PICK")
@@ -161,8 +162,9 @@ def test_status_of_a_six_axis_arm(robot: Robot, connect: Connect) -> None:
     assert (quick.master_mode, quick.run_mode, quick.override, quick.alarm_level) == (5, RunMode.CYCLE, 100, 2)
     (version,) = host.version()
     assert (version.name, version.built) == ("TS3100", datetime(2014, 2, 6, 10, 30))
-    items = host.maintenance()
-    assert [item.number for item in items] == list(range(1, 18)) and len(items[0].values) == 6
+    items = [host.maintenance(number) for number in range(1, 18)]
+    assert [item.number for item in items] == list(range(1, 18))
+    assert [len(item.values) for item in items] == [6] * 9 + [1] * 7 + [6]
 
 
 @pytest.mark.ts3100(model="tsl3000-thl400", servo_on=True)
@@ -370,6 +372,6 @@ def test_a_host_in_a_thread(robot: Robot, connect: Connect) -> None:
     host = connect()
     pressed = threading.Timer(0.1, lambda: setattr(robot, "emergency_stop", True))
     pressed.start()
-    robot.wait("alarm 8-027", within=5)
+    robot.wait("alarm 8-014", within=5)
     pressed.join()
     assert host.total_status().emergency_stop

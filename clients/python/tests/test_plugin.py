@@ -130,7 +130,7 @@ def test_every_test_has_a_fresh_robot(user: pytest.Pytester) -> None:
             robot.arm("ng:command=SU")
             robot.inputs.force(7, True)
             robot.override = 30
-            robot.raise_alarm("8-027")
+            robot.raise_alarm("8-014")
             robot.key_switch = "teaching"
             robot.take_snapshot("mine")
             host.raw(b"so\\r")
@@ -234,7 +234,7 @@ actions = ["emergency-stop press"]
 [[expect]]
 name = "asks for the status after the stop"
 what = "command SU"
-after = "alarm 8-027"
+after = "alarm 8-014"
 """
 
 

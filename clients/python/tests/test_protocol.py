@@ -113,8 +113,10 @@ def test_a_malformed_answer_is_said(parse: Any, data: bytes) -> None:
 
 
 def test_records_of_several_rows() -> None:
-    assert [row.number for row in AlarmRecord.parse_list("AC", b"2,002-046,A,26-03-01 13:05:59\r008-027,B,26-03-01 12:00:00\r")] == [
-        "2-046", "8-027"]
+    for year in (b"2026", b"26"):
+        rows = AlarmRecord.parse_list("AC", b"2,002-046,A,%s-03-01 13:05:59\r008-027,B,%s-03-01 12:00:00\r" % (year, year))
+        assert [row.number for row in rows] == ["2-046", "8-027"]
+        assert rows[0].at == datetime(2026, 3, 1, 13, 5, 59)
     assert AlarmRecord.parse_list("AC", b"0") == AlarmRecord.parse_history(b"0\r") == []
     assert [row.name for row in Version.parse(b"TS3100    2014/02/0610:303BF3\rTV800     2014/02/0610:3067BE\r")] == ["TS3100", "TV800"]
     assert Version.parse(b"TS3100     2014-02-06 10:30 3BF3\r")[0].built == datetime(2014, 2, 6, 10, 30)

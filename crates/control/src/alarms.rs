@@ -3,7 +3,7 @@
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
 use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
-use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
+use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode, AlarmSource};
 use ts3100_controller::{Action, PanelAction};
 use ts3100_recording::book;
 
@@ -96,7 +96,7 @@ impl AlarmRow {
             cause: row.cause,
             remedy: row.remedy,
             docs: book::alarm(row),
-            ours: row.is_assumed,
+            ours: row.source == AlarmSource::Ours,
         }
     }
 }
@@ -151,6 +151,9 @@ pub async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
 pub async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     let row = AlarmCode::from_number(&number);
-    row.map(|row| Json(AlarmRow::new(&row)))
-        .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))
+    row.map(|row| Json(AlarmRow::new(&row))).ok_or_else(|| {
+        let replaced = AlarmCode::replacement(&number).map(|_| AlarmCode::expected_number(&number));
+        let expected = replaced.unwrap_or_else(|| String::from("an alarm of /alarms/table"));
+        Problem::not_found("number", expected, number)
+    })
 }

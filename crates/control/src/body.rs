@@ -11,7 +11,6 @@ use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
-use futures_util::future::BoxFuture;
 use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::Display;
@@ -57,12 +56,7 @@ fn body_message(reason: &str) -> String {
     format!("request body: {reason}")
 }
 
-/// Reads the body of a request. Boxed, so that what waits is not part of every handler.
-fn read(request: Request, most: usize) -> BoxFuture<'static, Result<Bytes, Problem>> {
-    Box::pin(read_body(request, most))
-}
-
-async fn read_body(request: Request, most: usize) -> Result<Bytes, Problem> {
+async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
     let read = read.map_err(|_| {
         let limit = BODY_TIMEOUT.as_secs();
@@ -116,15 +110,10 @@ fn unreadable_body(error: &serde_json::Error) -> Problem {
 
 impl<T: Serialize> IntoResponse for Json<T> {
     fn into_response(self) -> Response {
-        json_response(serde_json::to_vec(&self.0))
-    }
-}
-
-/// The response with a document, or why there is none. It is not generic, so that it is compiled once.
-fn json_response(document: serde_json::Result<Vec<u8>>) -> Response {
-    match document {
-        Ok(document) => ([(CONTENT_TYPE, "application/json")], document).into_response(),
-        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+        match serde_json::to_vec(&self.0) {
+            Ok(document) => ([(CONTENT_TYPE, "application/json")], document).into_response(),
+            Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+        }
     }
 }
 

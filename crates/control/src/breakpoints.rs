@@ -9,14 +9,15 @@ use ts3100_controller::action::Action;
 #[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Breakpoints {
-    /// Lines of the file, from 1; the program stops before each.
-    #[schema(value_type = Vec<u32>)]
+    /// Lines of the file, each 1 or more; the program stops before each.
+    #[schema(inline)]
     lines: Vec<FileLine>,
 }
 
-/// A line of a file, from 1.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+/// A line of a file.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(transparent)]
+#[schema(minimum = 1)]
 struct FileLine(#[serde(deserialize_with = "whole")] u32);
 
 /// A line of the selected file.
@@ -49,6 +50,9 @@ pub async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
 #[utoipa::path(put, path = "/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))]
 pub async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
     let lines = body.lines.into_iter().map(|FileLine(line)| line);
+    if lines.clone().any(|line| line == 0) {
+        return Err(Problem::invalid("lines", "1 or more", 0));
+    }
     let set = handle.act(Action::Breakpoints(lines.collect()), breakpoints);
     set.await.map(Json)
 }

@@ -10,13 +10,39 @@ use ts3100_recording::book;
 
 /// The program to check.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
-#[serde(rename_all = "lowercase", deny_unknown_fields)]
+#[serde(rename_all = "lowercase", try_from = "CheckFields")]
 #[schema(as = Check)]
 pub enum CheckRequest {
     /// This text; the language accepts at most 99,999 bytes.
     Text(String),
     /// The file of this name on the RAM drive.
     File(String),
+}
+
+/// The fields of the request as they come. An enum of serde does not say which field is missing.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CheckFields {
+    text: Option<String>,
+    file: Option<String>,
+}
+
+/// The program to check is named twice or not at all.
+#[derive(Debug, thiserror::Error)]
+#[error("expected either `text` or `file`, found {0}")]
+struct OneProgram(&'static str);
+
+impl TryFrom<CheckFields> for CheckRequest {
+    type Error = OneProgram;
+
+    fn try_from(fields: CheckFields) -> Result<CheckRequest, OneProgram> {
+        match (fields.text, fields.file) {
+            (Some(text), None) => Ok(CheckRequest::Text(text)),
+            (None, Some(file)) => Ok(CheckRequest::File(file)),
+            (Some(_), Some(_)) => Err(OneProgram("both")),
+            (None, None) => Err(OneProgram("neither")),
+        }
+    }
 }
 
 /// Something wrong with a program, or likely so.

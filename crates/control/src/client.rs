@@ -12,6 +12,8 @@ use std::time::{Duration, Instant};
 const MAX_HEAD: u64 = 16 * 1024;
 /// Longest body in bytes. The state with every file and variable is far smaller.
 const MAX_BODY: u64 = 16 * 1024 * 1024;
+/// Most characters of an answer that a message shows.
+const MAX_SHOWN: usize = 100;
 /// Longest wait for a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Default limit for a whole call. It is added to the wait of calls that wait.
@@ -123,7 +125,7 @@ impl Client {
         }
     }
 
-    /// Sends a request; `body` is JSON. The path must be percent-encoded; see [`percent_encoded`].
+    /// Sends a request; `body` is JSON. The path must be percent-encoded.
     ///
     /// # Errors
     /// [`ClientError::Unreachable`], [`ClientError::InvalidResponse`].
@@ -202,7 +204,10 @@ impl Client {
         let mut words = first.split(' ');
         let status = match (words.next(), words.next().map(str::parse::<u16>)) {
             (Some(version), Some(Ok(status))) if version.starts_with("HTTP/1.") => status,
-            _ => return Err(self.invalid_response(&format!("it begins with `{first}`"))),
+            _ => {
+                let begin: String = first.chars().take(MAX_SHOWN).collect();
+                return Err(self.invalid_response(&format!("it begins with `{begin}`")));
+            }
         };
         let mut length = None;
         loop {
@@ -222,6 +227,7 @@ impl Client {
         let body = Body {
             reader: reader.into_inner(),
             remaining: length,
+            most: MAX_BODY,
             size_limit: MAX_BODY,
         };
         Ok(Response { status, body })
@@ -232,7 +238,12 @@ impl Client {
         let mut text = Vec::new();
         let read = reader.read_until(b'\n', &mut text);
         read.map_err(|error| {
-            if error.kind() == io::ErrorKind::TimedOut {
+            if error.kind() == io::ErrorKind::TimedOut && text.starts_with(NG) {
+                // It has taken each line of the request for a text without ETX.
+                ClientError::Robot {
+                    authority: self.authority.clone(),
+                }
+            } else if error.kind() == io::ErrorKind::TimedOut {
                 ClientError::Late {
                     authority: self.authority.clone(),
                     limit: self.timeout,
@@ -298,14 +309,16 @@ pub struct Body {
     reader: BufReader<DeadlineStream>,
     /// Bytes of Content-Length that have not been read; `None` without that header.
     remaining: Option<u64>,
+    /// Bytes that may be read in all.
+    most: u64,
     /// Bytes that may still be read.
     size_limit: u64,
 }
 
 impl Body {
-    /// Lifts the size limit, for a file or a stream of events.
-    pub fn lift_size_limit(&mut self) {
-        self.size_limit = u64::MAX;
+    /// Sets another size limit, for a file or a stream of events.
+    pub fn set_size_limit(&mut self, most: u64) {
+        (self.most, self.size_limit) = (most, most);
     }
 
     /// Lifts the deadline, for a stream of events without an end.
@@ -318,7 +331,7 @@ impl Read for Body {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let most = self.remaining.unwrap_or(u64::MAX).min(self.size_limit);
         if most == 0 && self.remaining != Some(0) {
-            return Err(io::Error::other(format!("more than {MAX_BODY} bytes")));
+            return Err(io::Error::other(format!("more than {} bytes", self.most)));
         }
         let read = (&mut self.reader).take(most).read(buffer)?;
         if let Some(missing) = self.remaining.filter(|missing| read == 0 && *missing > 0)
@@ -331,18 +344,6 @@ impl Read for Body {
         self.size_limit -= read as u64;
         Ok(read)
     }
-}
-
-/// Percent-encodes one segment of a path (RFC 3986, unreserved characters stay).
-pub fn percent_encoded(segment: &str) -> String {
-    segment.bytes().fold(String::new(), |mut text, byte| {
-        if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
-            text.push(char::from(byte));
-        } else {
-            text.push_str(&format!("%{byte:02X}"));
-        }
-        text
-    })
 }
 
 #[cfg(test)]
@@ -421,12 +422,5 @@ mod tests {
                 (found, _) => panic!("{bytes}: {found:?}"),
             }
         }
-    }
-
-    #[test]
-    fn a_segment_is_encoded() {
-        assert_eq!(percent_encoded("A(1,2)"), "A%281%2C2%29");
-        assert_eq!(percent_encoded("USER.PAR"), "USER.PAR");
-        assert_eq!(percent_encoded("a/../b ü"), "a%2F..%2Fb%20%C3%BC");
     }
 }

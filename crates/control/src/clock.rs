@@ -196,9 +196,9 @@ pub struct WaitResponse {
 impl ClockStatus {
     fn new(view: &View<'_>) -> ClockStatus {
         ClockStatus {
-            mode: view.clock.mode().to_string(),
-            behind: view.clock.lag().as_secs_f64(),
-            skipped: view.clock.skipped().as_secs_f64(),
+            mode: view.time.to_string(),
+            behind: view.lag.as_secs_f64(),
+            skipped: view.skipped.as_secs_f64(),
             now: seconds(view.controller.now()),
             calendar: view.controller.calendar_now().to_string(),
             next: view.controller.poll_deadline().map(seconds),
@@ -242,7 +242,8 @@ impl ConditionRequest {
                 Ok(Condition::Alarm(Some(number)))
             }
             ConditionRequest::Alarm(number) => {
-                let expected = "`any` or a number of /alarms/table";
+                let replaced = AlarmCode::replacement(&number).map(|_| AlarmCode::expected_number(&number));
+                let expected = replaced.unwrap_or_else(|| String::from("`any` or a number of /alarms/table"));
                 Err(Problem::not_found("alarm", expected, number))
             }
             ConditionRequest::Idle(EmptyObject {}) => Ok(Condition::Idle),

@@ -52,7 +52,10 @@ pub struct ApiEvent {
     /// Name of the rule of a finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rule: Option<&'static str>,
-    /// How much a finding matters.
+    /// The fault that has caused a finding, with its kind; absent if the host has.
+    #[serde(rename = "caused-by", skip_serializing_if = "Option::is_none")]
+    pub caused_by: Option<String>,
+    /// How much a finding matters; `note` if a fault has caused it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub severity: Option<&'static str>,
     /// Section of the manual a finding goes by, and the clauses.
@@ -177,7 +180,8 @@ impl ApiEvent {
                 let rule = finding.rule;
                 self.t = seconds(finding.at);
                 self.rule = Some(rule.id);
-                self.severity = Some(rule.severity.as_str());
+                self.severity = Some(finding.severity().as_str());
+                self.caused_by = finding.caused_by.map(|cause| cause.to_string());
                 self.source = Some(rule.source);
                 self.message = Some(finding.message.to_string());
                 self.remedy = Some(rule.remedy);

@@ -6,14 +6,12 @@ use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
 use axum::http::StatusCode;
-use futures_util::future::BoxFuture;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
-use tokio::sync::{Semaphore, mpsc, oneshot};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::{Action, PanelAction};
-use ts3100_driver::driver::REQUEST_QUEUE;
-use ts3100_driver::driver::request::{Reply, Request, View, WaitResult};
+use ts3100_driver::driver::request::{Paused, Reply, Request, Requests, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
 use ts3100_recording::scenario::Play;
@@ -27,7 +25,7 @@ pub type Answer<T> = Result<Json<T>, Problem>;
 /// The way to the driver; as a parameter of a handler that to the robot of the call, which [`super::robots`] has found.
 #[derive(Clone)]
 pub struct Handle {
-    driver: mpsc::Sender<Request>,
+    driver: Requests,
     /// What has happened.
     pub journal: Arc<Journal>,
     /// What the reports of this run are made of.
@@ -38,28 +36,9 @@ pub struct Handle {
     pub streams: Arc<Semaphore>,
 }
 
-/// Where the driver puts an answer.
-struct Slot<T> {
-    value: Arc<Mutex<Option<T>>>,
-    done: oneshot::Sender<()>,
-}
-
-impl<T> Slot<T> {
-    fn fill(self, value: T) {
-        *self.value.lock().unwrap_or_else(PoisonError::into_inner) = Some(value);
-        // Fails only when nobody waits for it.
-        let _ = self.done.send(());
-    }
-}
-
 impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
-    pub fn new(
-        driver: mpsc::Sender<Request>,
-        journal: Arc<Journal>,
-        record: RunRecord,
-        scenario: Option<Play>,
-    ) -> Handle {
+    pub fn new(driver: Requests, journal: Arc<Journal>, record: RunRecord, scenario: Option<Play>) -> Handle {
         Handle {
             driver,
             journal,
@@ -69,30 +48,13 @@ impl Handle {
         }
     }
 
-    async fn request<T>(&self, request: impl FnOnce(Slot<T>) -> Request) -> Result<T, Problem> {
-        let (done, is_done) = oneshot::channel();
-        let value = Arc::default();
-        let slot = Slot {
-            value: Arc::clone(&value),
-            done,
-        };
-        self.deliver(request(slot), is_done).await?;
-        let answer = value.lock().unwrap_or_else(PoisonError::into_inner).take();
-        answer.ok_or_else(Problem::shutting_down)
-    }
-
-    /// Sends a request and waits for what comes when it is done. Boxed, and nothing for an answer in a slot, so that it is
-    /// compiled once for all of those.
-    fn deliver<T: Send + 'static>(
-        &self,
-        request: Request,
-        is_done: oneshot::Receiver<T>,
-    ) -> BoxFuture<'_, Result<T, Problem>> {
-        Box::pin(async {
-            let sent = self.driver.send(request).await;
-            sent.map_err(|_| Problem::shutting_down())?;
-            is_done.await.map_err(|_| Problem::shutting_down())
-        })
+    /// Sends the request that `with` makes of a place for its answer, and waits for that answer. There is none once the
+    /// driver has ended.
+    async fn request<T>(&self, with: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {
+        let (sender, receiver) = oneshot::channel();
+        let sent = self.driver.send(with(sender)).await;
+        sent.map_err(|_| Problem::shutting_down())?;
+        receiver.await.map_err(|_| Problem::shutting_down())
     }
 
     /// Does something to the controller, and reads what has come of it, with all that follows from it at once.
@@ -123,11 +85,12 @@ impl Handle {
     where
         Problem: From<E>,
     {
-        let send = |slot: Slot<Result<T, E>>| {
-            let reply = move |result: Result<(), E>, view: &View<'_>| slot.fill(result.map(|()| look(view)));
+        let with = |sender| {
+            let reply =
+                move |result: Result<(), E>, view: &View<'_>| answer(sender, result.map(|()| look(view)));
             request(action, Box::new(reply))
         };
-        Ok(self.request(send).await??)
+        Ok(self.request(with).await??)
     }
 
     /// Looks at everything as it is now.
@@ -135,35 +98,29 @@ impl Handle {
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.request(|slot| Request::Query(Box::new(move |(), view| slot.fill(look(view)))))
+        self.request(|sender| Request::Query(Box::new(move |(), view| answer(sender, look(view)))))
             .await
     }
 
-    /// A way to the same robot, which serves nobody else until that is dropped.
-    pub async fn exclusive(&self) -> Result<Handle, Problem> {
-        let (driver, requests) = mpsc::channel(REQUEST_QUEUE);
-        let sent = self.driver.send(Request::Exclusive(requests)).await;
-        sent.map_err(|_| Problem::shutting_down())?;
-        let handle = Handle {
-            driver,
-            ..self.clone()
-        };
-        // It is answered when everybody else waits.
-        handle.query(|_| ()).await?;
-        Ok(handle)
+    /// The way to the driver alone.
+    pub fn requests(&self) -> &Requests {
+        &self.driver
     }
 
-    /// Lets time stand at this moment, as long as nobody else is served.
-    pub async fn stand_still(&self, moment: Instant) -> Result<(), Problem> {
-        let fill = |slot: Slot<()>| Request::StandStill(moment, Box::new(move |(), _| slot.fill(())));
-        self.request(fill).await
+    /// Has the world of the robot pause.
+    pub async fn pause(&self) -> Result<Paused, Problem> {
+        self.request(Request::Pause).await
+    }
+
+    /// Sets an outside line; whether a wire begins there. What follows from it at once has happened then.
+    pub async fn set_outside(&self, name: String, on: bool) -> Result<bool, Problem> {
+        self.request(|sender| Request::SetOutside(name, on, sender)).await
     }
 
     /// Waits for something, for at most so long on the wall.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
-        let (done, is_done) = oneshot::channel();
-        let waited = timeout(wall, self.deliver(Request::Wait(wait, done), is_done)).await;
-        waited.unwrap_or_else(|_| {
+        let waited = self.request(|sender| Request::Wait(wait, sender));
+        timeout(wall, waited).await.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             let expected = format!("an end of the wait within {limit} s of the wall clock");
             let status = StatusCode::REQUEST_TIMEOUT;
@@ -171,4 +128,9 @@ impl Handle {
             Err(Problem::expected_found(status, "wall", expected, "none").told(told))
         })
     }
+}
+
+/// Answers a caller; it may have gone.
+fn answer<T>(sender: oneshot::Sender<T>, value: T) {
+    let _ = sender.send(value);
 }

@@ -8,10 +8,11 @@ use super::metrics::Metrics;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
+use ts3100_controller::faults::FaultCause;
 use ts3100_controller::findings::{Finding, Message, Rule};
 use ts3100_controller::output::Verdict;
 use ts3100_controller::{Bytes, Event, Input, Output, Port, Time};
-use ts3100_driver::cell::{Notice, Side, Subscriber};
+use ts3100_driver::seat::{Notice, Side, Subscriber};
 use ts3100_proto::status::MasterMode;
 use ts3100_recording::byte_log::ByteLog;
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
@@ -41,6 +42,7 @@ enum What {
         rule: &'static Rule,
         port: Option<Port>,
         message: Message,
+        caused_by: Option<FaultCause>,
     },
     /// A peer with this address has connected.
     Connected(Port, String),
@@ -68,13 +70,19 @@ impl What {
                 };
                 ApiEvent::from_output(at, &Output::Event(answered))
             }
-            What::Finding { rule, port, message } => {
+            What::Finding {
+                rule,
+                port,
+                message,
+                caused_by,
+            } => {
                 let finding = Finding {
                     rule,
                     port: *port,
                     at,
                     bytes: Bytes::copy_from_slice(bytes),
                     message: message.clone(),
+                    caused_by: *caused_by,
                 };
                 ApiEvent::from_output(at, &Output::Event(Event::Finding(finding)))
             }
@@ -87,6 +95,18 @@ impl What {
             What::Document(event) => (**event).clone(),
         };
         ApiEvent { seq, ..document }
+    }
+
+    /// The rule of a finding that no fault has caused.
+    fn mistake(&self) -> Option<&'static str> {
+        let caused = matches!(
+            self,
+            What::Finding {
+                caused_by: Some(_),
+                ..
+            }
+        );
+        self.finding().filter(|_| !caused)
     }
 
     /// The rule of a finding.
@@ -252,11 +272,11 @@ impl Journal {
         documents.collect()
     }
 
-    /// How often each rule was broken, of the findings kept.
+    /// How often hosts broke each rule, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
         let findings = self.kept_findings().into_iter();
-        for rule in findings.filter_map(|((_, _, what), _)| what.finding()) {
+        for rule in findings.filter_map(|((_, _, what), _)| what.mistake()) {
             *counts.entry(rule.to_owned()).or_default() += 1;
         }
         counts
@@ -287,6 +307,7 @@ impl Subscriber for JournalWriter {
             | Input::SerialErrors { .. }
             | Input::SecondPeer { .. }
             | Input::Backlogged { .. }
+            | Input::WireLoop { .. }
             | Input::Persisted(_)
             | Input::Panel(_)
             | Input::Action(_) => return,
@@ -322,8 +343,13 @@ impl Subscriber for JournalWriter {
                 (What::Document(Box::new(document)), &[])
             } else if let Output::Event(Event::Finding(finding)) = output {
                 at = finding.at;
-                let (rule, port, message) = (finding.rule, finding.port, finding.message.clone());
-                (What::Finding { rule, port, message }, &finding.bytes)
+                let what = What::Finding {
+                    rule: finding.rule,
+                    port: finding.port,
+                    message: finding.message.clone(),
+                    caused_by: finding.caused_by,
+                };
+                (what, &finding.bytes)
             } else {
                 (What::Output(Box::new(output.clone())), &[])
             };
@@ -411,6 +437,11 @@ mod tests {
         );
         writer.notice(Time::ZERO, Notice::Reset { controller, calendar });
         assert_eq!(journal.findings(), []);
+        // The events of before the reset are kept, their findings stay forgotten when they leave.
+        for _ in 0..KEPT_EVENTS {
+            writer.output(Time::ZERO, &Output::PowerOff);
+        }
+        assert_eq!(journal.findings().len(), 0);
         hasty(&mut writer, 1);
         assert!(!journal.findings().is_empty());
     }

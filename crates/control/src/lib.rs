@@ -68,7 +68,7 @@ use axum::{Extension, Router};
 pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
-use robots::{OfRobot, Robots};
+use robots::{NamedInPath, OfRobot, Robots};
 use route_table::{Call, calls};
 use std::io;
 use std::net::SocketAddr;
@@ -92,6 +92,10 @@ const OPEN_API: Asset = asset!("openapi.json");
 const OPTIONAL_TOKEN: &str = "\"security\": [\n    {},\n";
 /// How the document says that every call needs the token.
 const REQUIRED_TOKEN: &str = "\"security\": [\n";
+/// Where the servers of the document begin.
+const SERVERS: &str = "  \"servers\": [\n";
+/// What follows them.
+const AFTER_SERVERS: &str = "  \"paths\": {\n";
 /// What a page may do: connect to where it comes from.
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -178,7 +182,10 @@ impl Server {
 
 fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
     let needs_token = settings.token.is_some();
-    let open_api = async move || ([(CONTENT_TYPE, "application/json")], open_api_text(needs_token));
+    let open_api = async move |named: Option<Extension<NamedInPath>>| {
+        let document = open_api_text(needs_token, named.as_ref().map(|named| named.0.0.as_str()));
+        ([(CONTENT_TYPE, "application/json")], document)
+    };
     let calls = route_table::router(calls())
         .route("/openapi.json", get(open_api))
         .route("/", get(front_page))
@@ -197,9 +204,22 @@ fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
         .layer(axum::middleware::map_response(with_security_headers))
 }
 
-/// The OpenAPI document. With a token, every call needs it.
-fn open_api_text(needs_token: bool) -> String {
-    let text = OPEN_API.text();
+/// The OpenAPI document. With a token, every call needs it. One that was asked for below `/robots/NAME` names that robot as
+/// its server.
+fn open_api_text(needs_token: bool, robot: Option<&str>) -> String {
+    let mut text = OPEN_API.text();
+    if let Some(robot) = robot
+        && let Some(begin) = text.find(SERVERS)
+        && let Some(length) = text.get(begin..).and_then(|rest| rest.find(AFTER_SERVERS))
+    {
+        // Relative to the address of the document, so it holds under a prefix that a proxy puts in front; without a slash
+        // at its end, because each path begins with one.
+        let server = format!(
+            "  \"servers\": [\n    {{\n      \"url\": \"../{robot}\",\n      \
+             \"description\": \"The robot that served this document\"\n    }}\n  ],\n"
+        );
+        text.replace_range(begin..begin + length, &server);
+    }
     if needs_token {
         text.replacen(OPTIONAL_TOKEN, REQUIRED_TOKEN, 1)
     } else {

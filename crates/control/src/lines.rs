@@ -257,7 +257,7 @@ pub async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answ
 
 /// Set a user output
 ///
-/// As the command IW does. User outputs are 1-64, 101-164 and 201-208.
+/// As the command IW does. User outputs are 1-64, 101-164 and 201-208; with `io.field_bus = present` also 301-364 and 401-464.
 #[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 pub async fn put_output(
     handle: Handle,

@@ -7,6 +7,7 @@ use crate::printable::escape_line;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use ts3100_controller::findings::Finding;
 use ts3100_controller::{Event, Input, Output, Port, Verdict};
 
 /// Most series of one family; the rest is counted as [`OTHER`]. Hosts can send arbitrary commands, so labels must be
@@ -68,7 +69,7 @@ const FAMILIES: [Family; 9] = [
     },
     Family {
         name: "ts3100_findings_total",
-        help: "Findings about hosts.",
+        help: "Findings about hosts, without those that faults caused.",
         labels: &["rule"],
         series: Metrics::findings,
     },
@@ -224,6 +225,10 @@ impl Metrics {
                     1,
                 );
             }
+            // One that a fault has caused says nothing of the host.
+            Event::Finding(Finding {
+                caused_by: Some(_), ..
+            }) => {}
             Event::Finding(finding) => count_name(&mut self.findings, finding.rule.id),
             Event::Alarm { number, .. } => count(&mut self.alarms, [number.clone().into()], 1),
             Event::Fault {

@@ -151,7 +151,7 @@ switches! {
     get_emergency_stop
     /// Press or release the emergency stop
     ///
-    /// Pressing it raises alarm 8-027: motion stops at once and servo power goes off.
+    /// Pressing it raises alarm 8-014: motion stops at once and servo power goes off.
     put_emergency_stop
 
     "/safety-switch" SafetySwitch { open: safety_open } => Action::Panel(PanelAction::SafetySwitch(open));

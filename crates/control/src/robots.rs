@@ -14,14 +14,16 @@ use axum::response::{IntoResponse, Response};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tokio::time::timeout;
-use ts3100_driver::driver::wired::WireHandle;
+use ts3100_driver::driver::FIRST;
+use ts3100_driver::driver::request::{Paused, Requests, View};
+use ts3100_driver::snapshot::{SnapshotRequestError, SnapshotTask};
 use ts3100_proto::words::did_you_mean;
 
 /// What all paths of one robot begin with.
 const PREFIX: &str = "/robots/";
-/// Longest wall-clock time that a call for all robots waits for one of them, while those before it stand still.
+/// Longest wall-clock time that a call for all robots waits for one of them, while the worlds before it pause.
 const MAX_GATHERING: Duration = Duration::from_secs(5);
 /// Most names that a message lists.
 const MAX_LISTED: usize = 8;
@@ -44,13 +46,17 @@ pub trait Robots: Send + Sync {
     /// The way to a robot that has started.
     fn running(&self, name: &str) -> Option<Handle>;
     /// The wires between them, if there are some.
-    fn wires(&self) -> Option<Vec<WireInfo>> {
+    fn wires(&self) -> Option<Wires> {
         None
     }
-    /// Sets lines from outside.
-    fn wire_handle(&self) -> Option<&WireHandle> {
-        None
-    }
+}
+
+/// The wires between robots.
+pub struct Wires {
+    /// The beginning and the end of each: `ROBOT.dout.LINE`, `ROBOT.din.LINE` or `outside.NAME`.
+    pub ends: Vec<(String, String)>,
+    /// The way to one of the robots that they join.
+    pub handle: Handle,
 }
 
 /// A robot of this process.
@@ -124,25 +130,76 @@ impl Scope {
             }
         }
     }
+}
 
-    /// As [`Scope::started`]. Several stand still at one moment, and serve nobody else, until their handles are dropped.
-    pub async fn together(&self) -> Result<Vec<(String, Handle)>, Problem> {
-        let mut robots = self.started()?;
-        if let Scope::All(_) = self {
-            // Every caller takes them in this order, so nobody waits for a robot of somebody who waits.
-            for (name, handle) in &mut robots {
-                let taken = timeout(MAX_GATHERING, handle.exclusive()).await;
-                *handle = taken.map_err(|_| {
-                    let told = format!("cannot stop all robots at one moment: {name} is busy; try again");
-                    Problem::new(StatusCode::SERVICE_UNAVAILABLE, told)
-                })??;
-            }
-            let moment = Instant::now();
-            for (_, handle) in &robots {
-                handle.stand_still(moment).await?;
+/// Robots at one moment: their worlds pause until this is dropped.
+pub struct Together {
+    worlds: Vec<Paused>,
+    /// The name of each robot, the place of its world, and its number there.
+    robots: Vec<(String, usize, usize)>,
+}
+
+impl Together {
+    /// Has the worlds of all robots pause, each once, and lets time stand at one moment.
+    pub async fn gather(robots: Vec<(String, Handle)>) -> Result<Together, Problem> {
+        let mut worlds: Vec<(Requests, Paused)> = Vec::new();
+        let mut places = Vec::new();
+        // Every caller takes them in this order, so nobody waits for a world of somebody who waits.
+        for (name, handle) in robots {
+            let requests = handle.requests();
+            // The first robot of a world comes before the others; only those have to look for it.
+            let known = match requests.robot() {
+                FIRST => None,
+                _ => worlds.iter().position(|(taken, _)| taken.is_same_world(requests)),
+            };
+            let place = match known {
+                Some(place) => place,
+                None => {
+                    let paused = timeout(MAX_GATHERING, handle.pause()).await.map_err(|_| {
+                        let told = format!("cannot stop all robots at one moment: {name} is busy; try again");
+                        Problem::new(StatusCode::SERVICE_UNAVAILABLE, told)
+                    })??;
+                    worlds.push((requests.clone(), paused));
+                    worlds.len() - 1
+                }
+            };
+            places.push((name, place, requests.robot()));
+        }
+        let mut worlds: Vec<Paused> = worlds.into_iter().map(|(_, paused)| paused).collect();
+        if let Some(moment) = worlds.iter().map(Paused::wall).max() {
+            for world in &mut worlds {
+                world.stand_at(moment).await;
             }
         }
-        Ok(robots)
+        Ok(Together {
+            worlds,
+            robots: places,
+        })
+    }
+
+    /// What can be read of each robot, by its name.
+    pub fn views(&self) -> impl Iterator<Item = (&str, View<'_>)> {
+        let robots = self.robots.iter();
+        robots.filter_map(|(name, world, robot)| Some((name.as_str(), self.worlds.get(*world)?.view(*robot))))
+    }
+
+    /// Does something about the snapshots of each robot, in the order of [`Together::views`]. Returns the first reason why
+    /// one does not have all of it.
+    pub async fn act_on_snapshots(&mut self, tasks: Vec<SnapshotTask>) -> Result<(), SnapshotRequestError> {
+        let mut of_worlds: Vec<Vec<(usize, SnapshotTask)>> = Vec::new();
+        of_worlds.resize_with(self.worlds.len(), Vec::new);
+        for ((_, world, robot), task) in self.robots.iter().zip(tasks) {
+            if let Some(tasks) = of_worlds.get_mut(*world) {
+                tasks.push((*robot, task));
+            }
+        }
+        let mut answer = Ok(());
+        for (world, tasks) in self.worlds.iter_mut().zip(of_worlds) {
+            for result in world.act_on_snapshots(tasks).await {
+                answer = answer.and(result);
+            }
+        }
+        answer
     }
 }
 
@@ -192,6 +249,7 @@ pub async fn find(State(robots): State<Arc<dyn Robots>>, mut request: Request, n
     let mut found = robots.only().map(str::to_owned);
     if let Some((name, rest)) = split_path(request.uri()) {
         *request.uri_mut() = rest;
+        request.extensions_mut().insert(NamedInPath(name.clone()));
         found = Some(name);
     }
     if let Some(name) = found {
@@ -211,6 +269,10 @@ pub async fn find(State(robots): State<Arc<dyn Robots>>, mut request: Request, n
 /// A call that says for which robot it is, or that needs not.
 #[derive(Clone, Copy)]
 pub struct OfRobot;
+
+/// A call whose path names the robot, and that name.
+#[derive(Clone)]
+pub struct NamedInPath(pub String);
 
 /// The pages ask for the token themselves and show nothing without it.
 pub fn is_page(path: &str) -> bool {

@@ -5,16 +5,11 @@
 
 use super::problem::Problem;
 use axum::Router;
-use axum::extract::Request;
+use axum::handler::Handler;
 use axum::http::{Method, StatusCode, Uri};
-use axum::response::Response;
 use axum::routing::MethodRouter;
-use futures_util::future::BoxFuture;
 use utoipa::openapi::HttpMethod;
 use utoipa_axum::PathItemExt as _;
-
-/// A handler with its extractors, of one type for all calls: the router is compiled for it once, and not for each.
-pub type AnyHandler = fn(Request) -> BoxFuture<'static, Response>;
 
 /// A call: what [`calls!`] makes of a handler.
 pub struct Call {
@@ -33,26 +28,25 @@ pub struct Call {
 /// Makes a [`Call`] of each handler with `#[utoipa::path]` of these modules.
 macro_rules! calls {
     ($($module:ident: $($handler:ident)+;)+) => { utoipa_axum::paste! {
-        vec![$($({
-            let handler: $crate::route_table::AnyHandler =
-                |request| Box::pin(axum::handler::Handler::call($module::$handler, request, ()));
-            $crate::route_table::Call {
-                path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
-                methods: $crate::route_table::methods(&<$module::[<__path_ $handler>] as utoipa::Path>::methods(), handler),
-                #[cfg(test)]
-                resource: stringify!($module),
-                #[cfg(test)]
-                described: utoipa_axum::routes!($module::$handler),
-            }
+        vec![$($($crate::route_table::Call {
+            path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
+            methods: $crate::route_table::methods(
+                &<$module::[<__path_ $handler>] as utoipa::Path>::methods(),
+                &$module::$handler,
+            ),
+            #[cfg(test)]
+            resource: stringify!($module),
+            #[cfg(test)]
+            described: utoipa_axum::routes!($module::$handler),
         }),+),+]
     }};
 }
 pub(crate) use calls;
 
 /// The handler by the methods that its `#[utoipa::path]` names.
-pub fn methods(names: &[HttpMethod], handler: AnyHandler) -> MethodRouter {
+pub fn methods<T: 'static>(names: &[HttpMethod], handler: &impl Handler<T, ()>) -> MethodRouter {
     names.iter().fold(MethodRouter::new(), |methods, name| {
-        methods.on(name.to_method_filter(), handler)
+        methods.on(name.to_method_filter(), handler.clone())
     })
 }
 

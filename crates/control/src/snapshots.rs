@@ -6,14 +6,14 @@
 use super::body::SnapshotText;
 use super::event::seconds;
 use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
-use super::robots::Scope;
+use super::robots::{Scope, Together};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use std::iter::repeat_with;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::Request;
-use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask};
+use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask, States};
 
 /// The named snapshots.
 #[derive(Debug, Clone, Default, Serialize, ToSchema)]
@@ -62,24 +62,29 @@ pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
 
 /// Does something about a snapshot of each robot, or of none if one refuses it. The answer is that of the last, or why one
 /// does not have all of it.
-async fn change(scope: Scope, tasks: impl Iterator<Item = SnapshotTask>) -> Answer<SnapshotList> {
-    let robots = scope.together().await?;
+async fn change(scope: Scope, mut tasks: impl Iterator<Item = SnapshotTask>) -> Answer<SnapshotList> {
+    let robots = match &scope {
+        Scope::One(handle) => {
+            let task = tasks.next().ok_or_else(Problem::shutting_down)?;
+            let changed = handle.change(Request::Snapshot, task, SnapshotList::new);
+            return changed.await.map(Json);
+        }
+        Scope::All(_) => scope.started()?,
+    };
+    let mut together = Together::gather(robots).await?;
     let mut checked = Vec::new();
-    for ((_, handle), task) in robots.iter().zip(tasks) {
-        checked.push(match &scope {
-            Scope::One(_) => task,
-            Scope::All(_) => {
-                let asked = move |view: &View<'_>| view.snapshots.check(&task).map(|()| task);
-                handle.query(asked).await?.map_err(SnapshotRequestError::from)?
-            }
-        });
+    for ((_, view), task) in together.views().zip(tasks) {
+        view.snapshots.check(&task).map_err(SnapshotRequestError::from)?;
+        checked.push(task);
     }
-    let mut answer = Ok(SnapshotList::default());
-    for ((_, handle), task) in robots.iter().zip(checked) {
-        let changed = handle.change(Request::Snapshot, task, SnapshotList::new);
-        answer = answer.and(changed.await);
-    }
-    answer.map(Json)
+    // A task: a caller that goes away in the middle does not leave some robots behind.
+    let changed = tokio::spawn(async move {
+        together.act_on_snapshots(checked).await?;
+        let last = together.views().last();
+        Ok(last.map(|(_, view)| SnapshotList::new(&view)).unwrap_or_default())
+    });
+    let changed: Result<_, SnapshotRequestError> = changed.await.map_err(|_| Problem::shutting_down())?;
+    Ok(Json(changed?))
 }
 
 /// Save the current state under a name
@@ -111,10 +116,13 @@ pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) 
 /// States as a file has them: that of one robot, or of each by its name.
 fn snapshot_file(scope: &Scope, states: &[(String, Controller)]) -> impl IntoResponse + use<> {
     let file = match (scope, states) {
-        (Scope::One(_), [(_, controller)]) => snapshot::to_pretty_json(controller),
-        _ => snapshot::cell::to_pretty_json(states),
+        (Scope::One(_), [(_, controller)]) => States::One(controller),
+        _ => States::Named(states),
     };
-    ([(CONTENT_TYPE, "application/json")], file)
+    (
+        [(CONTENT_TYPE, "application/json")],
+        snapshot::to_pretty_json(file),
+    )
 }
 
 /// Get a named snapshot as a file
@@ -139,13 +147,19 @@ pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl In
 /// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
 pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
-    let robots = scope.together().await?;
-    let mut states = Vec::new();
-    for (robot, handle) in &robots {
-        let state = handle.query(|view| view.controller.clone()).await?;
-        states.push((robot.clone(), state));
-    }
-    drop(robots);
+    let states = match &scope {
+        Scope::One(handle) => {
+            let state = handle.query(|view| view.controller.clone()).await?;
+            vec![(String::new(), state)]
+        }
+        Scope::All(_) => {
+            let together = Together::gather(scope.started()?).await?;
+            let views = together.views();
+            views
+                .map(|(name, view)| (name.to_owned(), view.controller.clone()))
+                .collect()
+        }
+    };
     Ok(snapshot_file(&scope, &states))
 }
 
@@ -156,7 +170,7 @@ pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
 pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let states = match &scope {
         Scope::One(_) => snapshot::from_json(&text).map(|state| vec![state]),
-        Scope::All(robots) => snapshot::cell::from_json(&text, &robots.names()),
+        Scope::All(robots) => snapshot::named_from_json(&text, &robots.names()),
     };
     let states = states.map_err(SnapshotRequestError::Parse)?.into_iter();
     let tasks = states.map(|state| SnapshotTask::Replace(Box::new(state)));

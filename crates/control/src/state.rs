@@ -211,7 +211,7 @@ impl ControllerState {
         };
         ControllerState {
             t: seconds(now),
-            time_mode: view.clock.mode().to_string(),
+            time_mode: view.time.to_string(),
             calendar: controller.calendar_now().to_string(),
             power: state.powered,
             key_switch: state.key,

@@ -151,7 +151,7 @@ mod tests {
             assert!(fields.iter().any(|field| field.key == key), "{key}");
         }
         let of = |key, value| meaning(key, value, true);
-        assert_eq!(of("alarm.1", "8-027").as_deref(), Some("Emergency stop ON"));
+        assert_eq!(of("alarm.1", "8-014").as_deref(), Some("Emergency Stop SW ON"));
         assert_eq!(of("alarm.2", "none"), None);
         assert_eq!(
             of("output.system.4", "Dout250 Dout256 Dout264").as_deref(),

@@ -1,8 +1,8 @@
 //! `/wires`: the wires between the robots of this process, and the lines that lead to them from outside.
 //!
-//! What a wire does is [`ts3100_driver::driver::wired`].
+//! What a wire does is [`ts3100_driver::world`].
 
-use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema};
+use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema, View};
 use super::robots::{Fleet, Robots, WireInfo};
 use axum::Extension;
 
@@ -22,15 +22,24 @@ pub struct SetOutside {
     on: bool,
 }
 
-fn list(robots: &dyn Robots) -> WireList {
-    let wires = robots.wires().unwrap_or_default();
-    WireList { wires }
+fn levels(view: &View<'_>) -> Vec<bool> {
+    view.wire_levels()
+}
+
+async fn list(robots: &dyn Robots) -> Answer<WireList> {
+    let mut wires = Vec::new();
+    if let Some(known) = robots.wires() {
+        let levels = known.handle.query(levels).await?;
+        let ends = known.ends.into_iter().zip(levels);
+        wires.extend(ends.map(|((from, to), on)| WireInfo { from, to, on }));
+    }
+    Ok(Json(WireList { wires }))
 }
 
 /// List the wires
 #[utoipa::path(get, path = "/wires", responses((status = 200, body = WireList)))]
-pub async fn get_wires(Extension(robots): Fleet) -> Json<WireList> {
-    Json(list(robots.as_ref()))
+pub async fn get_wires(Extension(robots): Fleet) -> Answer<WireList> {
+    list(robots.as_ref()).await
 }
 
 /// Set an outside line
@@ -43,19 +52,19 @@ pub async fn put_outside(
     Path(name): Path<String>,
     Json(body): Json<SetOutside>,
 ) -> Answer<WireList> {
-    let Some(wires) = robots.wire_handle().filter(|wires| wires.can_set(&name)) else {
-        let wires = robots.wires().unwrap_or_default().into_iter();
-        let names: Vec<String> = wires
-            .filter_map(|wire| Some(wire.from.strip_prefix("outside.")?.to_owned()))
-            .collect();
-        let expected = match names.is_empty() {
-            true => "one at which a wire begins (there is none)".to_owned(),
-            false => names.join(", "),
-        };
-        return Err(Problem::not_found("outside line", expected, name));
-    };
-    if !wires.set(&name, body.on).await {
-        return Err(Problem::shutting_down());
+    let wires = robots.wires();
+    if let Some(wires) = &wires
+        && wires.handle.set_outside(name.clone(), body.on).await?
+    {
+        return list(robots.as_ref()).await;
     }
-    Ok(Json(list(robots.as_ref())))
+    let begins = wires.iter().flat_map(|wires| &wires.ends);
+    let names: Vec<&str> = begins
+        .filter_map(|(from, _)| from.strip_prefix("outside."))
+        .collect();
+    let expected = match names.is_empty() {
+        true => "one at which a wire begins (there is none)".to_owned(),
+        false => names.join(", "),
+    };
+    Err(Problem::not_found("outside line", expected, name))
 }

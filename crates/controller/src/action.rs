@@ -28,7 +28,7 @@ pub enum Action {
     RaiseAlarm {
         /// `level-code`, for example `2-046`.
         number: String,
-        /// What stands behind its text; may be empty.
+        /// Shown after its text; may be empty.
         detail: String,
     },
     /// A line is driven for a time and then the other way: an input from outside, an output as a program's PULOUT.
@@ -108,7 +108,7 @@ pub enum Action {
     Fault(FaultAction),
 }
 
-/// What became of an input that was not refused.
+/// State of an input that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Accepted {
     /// It has had its effect.

@@ -15,7 +15,6 @@ use alloc::string::FromUtf8Error;
 use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::{Number, RunMode};
-use ts3100_proto::error_text;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::{UnexpectedWord, Word};
 
@@ -64,27 +63,23 @@ pub const ACTION_FORMS: [&str; 40] = [
 ];
 
 /// Why words are not an action.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ActionParseError {
     /// A word of an action.
-    Expected(UnexpectedWord),
+    #[error(transparent)]
+    Expected(#[from] UnexpectedWord),
     /// No action begins so.
+    #[error("unknown action `{0}`")]
     Unknown(String),
     /// Keys of the pendant or a name that are not UTF-8.
+    #[error("expected UTF-8: {0}")]
     NotUtf8(FromUtf8Error),
     /// Bytes.
-    Bytes(EscapeError),
+    #[error(transparent)]
+    Bytes(#[from] EscapeError),
     /// A fault.
-    Fault(FaultError),
-}
-
-error_text! {
-    ActionParseError: Expected from UnexpectedWord, Bytes from EscapeError, Fault from FaultError;
-    Self::Expected(error) => "{error}";
-    Self::Unknown(words) => "unknown action `{words}`";
-    Self::NotUtf8(error) => "expected UTF-8: {error}";
-    Self::Bytes(error) => "{error}";
-    Self::Fault(error) => "{error}";
+    #[error(transparent)]
+    Fault(#[from] FaultError),
 }
 
 type ParseResult<T> = Result<T, ActionParseError>;
@@ -319,7 +314,7 @@ fn pendant_action(rest: &str) -> ParseResult<Action> {
     Ok(Action::Panel(PanelAction::Keys(unescaped(keys)?)))
 }
 
-/// What is done to an input or output: `5 on`, `5 pulse on 200 ms`, `5 force off`, `5 release`.
+/// Actions on an input or output: `5 on`, `5 pulse on 200 ms`, `5 force off`, `5 release`.
 fn line_action(side: IoKind, rest: &str) -> ParseResult<Action> {
     let (number, what) = split(rest);
     let line = number

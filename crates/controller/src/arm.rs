@@ -9,14 +9,14 @@ mod trajectory;
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Route, Target, Transform, pairwise};
 use crate::prelude::*;
-#[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use core::time::Duration;
-use scol_mini::{Conditions, Configuration, Frame, Path, Position};
+use scol_mini::{Conditions, Configuration, FULL, Frame, Path, Position};
 
 mod append;
 mod jog;
+mod load;
 mod memo;
 mod retry;
 mod settings;
@@ -38,25 +38,23 @@ pub struct SpeedLimits {
 }
 
 /// A motion under way.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct ActiveMotion {
     motion: Motion,
     start: Time,
-    #[cfg_attr(feature = "serde", serde(rename = "asked"))]
     settings: MotionSettings,
     /// The machine lock was on: time passes but the arm stays.
     locked: bool,
     /// The coordinate systems named by its WITH, in force while it is under way.
     frames: Option<Frames>,
-    /// What will hold instead when the motion put behind it by PASS begins.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    /// Frames from the moment at which the motion queued by PASS begins.
     next: Option<NextFrames>,
 }
 
 /// The coordinate systems of a motion that has been put behind another.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct NextFrames {
     /// Those named by its WITH.
     frames: Option<Frames>,
@@ -73,8 +71,8 @@ impl ActiveMotion {
 }
 
 /// The three coordinate systems of a motion or of a program, with their names.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Frames {
     /// BASE: where the robot stands in the world.
     pub base: Frame,
@@ -101,26 +99,24 @@ impl Frames {
 }
 
 /// The arm.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Arm {
-    #[cfg_attr(feature = "serde", serde(skip, default = "ArmModel::tv800"))]
+    #[serde(skip, default = "ArmModel::tv800")]
     model: ArmModel,
     /// Posture while no motion is under way.
     rest: Joints,
     active: Option<Box<ActiveMotion>>,
     /// The motion that a stop (retry) interrupted.
-    #[cfg_attr(feature = "serde", serde(default))]
     interrupted: Option<Box<ActiveMotion>>,
     /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
     /// Who guides the arm; a snapshot has it apart.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     guide: Option<Guide>,
-    /// What the axes have done so far.
-    #[cfg_attr(feature = "serde", serde(default))]
+    /// Counters of the axes.
     wear: Wear,
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     memo: Memo,
 }
 
@@ -189,7 +185,6 @@ impl Arm {
     }
 
     /// The same arm with this model, guided so: a snapshot has both apart.
-    #[cfg(feature = "serde")]
     pub(crate) fn with_model(self, model: ArmModel, guide: Option<Guide>) -> Arm {
         Arm { model, guide, ..self }
     }
@@ -198,7 +193,6 @@ impl Arm {
     ///
     /// # Errors
     /// The field, and what is wrong with it.
-    #[cfg(feature = "serde")]
     pub(crate) fn validate(&self, now: Time) -> Result<(), SnapshotError> {
         let fits = |holds, place, found| check(holds, place, "a posture of the arm", found);
         let posture = |place, joints: &Joints| {
@@ -207,7 +201,7 @@ impl Arm {
         };
         posture("arm.rest", &self.rest)?;
         fits(
-            self.wear.is_valid(),
+            self.wear.is_valid(now),
             "arm.wear",
             "numbers that no motion leads to",
         )?;
@@ -340,8 +334,9 @@ impl Arm {
         let load_part = load_part(mass, self.model.max_payload);
         let settings = MotionSettings {
             speed: conditions.speed,
-            accel: conditions.accel * load_part,
-            decel: conditions.decel * load_part,
+            // More than there is has no effect (T15).
+            accel: conditions.accel.min(FULL) * load_part,
+            decel: conditions.decel.min(FULL) * load_part,
             torque: torque(conditions),
             load_part,
         };
@@ -366,14 +361,14 @@ impl Arm {
             Path::Arc { via, end } => (end, Route::Arc(world(via))),
             Path::Arch {
                 end,
-                rise,
-                height,
-                descent,
+                single_axis_1,
+                retreat,
+                single_axis_2,
             } => {
                 let gate = Gate {
-                    rise: *rise,
-                    height: *height,
-                    descent: *descent,
+                    single_axis_1: *single_axis_1,
+                    retreat: *retreat,
+                    single_axis_2: *single_axis_2,
                 };
                 (end, Route::Arch(gate))
             }
@@ -389,6 +384,22 @@ impl Arm {
             Path::Ready => return Target::Joints(self.model.ready),
         };
         Target::Pose(world(end), merge(end.config, config), way)
+    }
+
+    /// A motion to a position at the present height of the tool point, in the world, and at its own place otherwise (MP,1).
+    pub(crate) fn at_present_height(&self, now: Time, motion: &scol_mini::Motion) -> scol_mini::Motion {
+        let mut motion = motion.clone();
+        if let Path::Ptp(end) = &mut motion.path {
+            let frames = Frames::new(&motion.conditions);
+            let work = end.work.as_deref().unwrap_or(&frames.work);
+            let here = self.pose_in(self.joints(now), &frames, work).world;
+            let target = self.world_pose(end, &frames);
+            let mut placed = target.transform();
+            placed.origin[2] = here.transform().origin[2];
+            let local = frames.origin(work).inverse().compose(&placed);
+            end.coords = Pose::from_transform(&local, target.uv).coords(self.kind());
+        }
+        motion
     }
 
     /// World pose of a position: BASE, then the position's own or the set work coordinate, then its values.

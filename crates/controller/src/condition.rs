@@ -25,14 +25,14 @@ pub enum Condition {
     Printed {
         /// Channel; `None` is the teach pendant.
         port: Option<Port>,
-        /// What is printed; not empty.
+        /// Not empty.
         text: Vec<u8>,
     },
     /// A peer sends something that contains this.
     Received {
         /// COM1, IP1 or IP2.
         port: Port,
-        /// What is received; not empty.
+        /// Not empty.
         text: Vec<u8>,
     },
     /// A peer connects.
@@ -189,7 +189,9 @@ fn is_event(condition: &Condition, event: &Event) -> bool {
         (Condition::Selected(expected), Event::Selected(file)) => {
             expected == file.as_deref().unwrap_or_default()
         }
-        (Condition::Finding(expected), Event::Finding(finding)) => expected == finding.rule.id,
+        (Condition::Finding(expected), Event::Finding(finding)) => {
+            finding.caused_by.is_none() && expected == finding.rule.id
+        }
         (Condition::Statement(expected), Event::Statement { line, .. }) => expected == line,
         _ => false,
     }

@@ -13,7 +13,6 @@ use crate::signals::{LINE_NUMBERS, Signals};
 use crate::text_form::{single_word, split};
 use core::fmt;
 use core::str::FromStr;
-use ts3100_proto::error_text;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
@@ -74,7 +73,8 @@ pub const CONDITION_FORMS: [ConditionForm; 20] = [
     state("selected NAME", "selected PICK").when("a file is selected; `none` for no file"),
     event("stored NAME", "stored PICK").when("a file is stored on the RAM drive"),
     event("erased NAME", "erased PICK").when("a file is erased"),
-    event("finding RULE", "finding no-cr").when("a host breaks a [rule](findings.md)"),
+    event("finding RULE", "finding no-cr")
+        .when("a host breaks a [rule](findings.md); not if a fault has caused it"),
     state("input LINE on|off", "input 5 on").when("an input goes on or off"),
     state("output LINE on|off", "output 264 off").when("an output goes on or off"),
     event("line N", "line 12").when("the statement in line N of the selected file begins"),
@@ -85,43 +85,34 @@ pub const CONDITION_FORMS: [ConditionForm; 20] = [
 const PENDANT: &str = "TP";
 
 /// Why words are not a condition.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConditionParseError {
     /// No condition begins so.
+    #[error("unknown condition `{words}`{hint}")]
     Unknown {
         /// The words.
         words: String,
-        /// What may be meant, as the end of the message.
+        /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
     /// A condition that goes on in a way that it cannot.
+    #[error("cannot read the condition `{words}`: {reason}{remedy}")]
     Form {
         /// The words.
         words: String,
-        /// What is wrong with them.
         reason: String,
         /// How conditions that begin so go on, as the end of the message.
         remedy: String,
     },
 }
 
-error_text! {
-    ConditionParseError;
-    Self::Unknown { words, hint } => "unknown condition `{words}`{hint}";
-    Self::Form { words, reason, remedy } => "cannot read the condition `{words}`: {reason}{remedy}";
-}
-
-/// What is wrong after the first word.
-#[derive(Debug)]
+/// The fault after the first word.
+#[derive(Debug, thiserror::Error)]
 enum Wrong {
-    Word(UnexpectedWord),
-    Bytes(EscapeError),
-}
-
-error_text! {
-    Wrong: Word from UnexpectedWord, Bytes from EscapeError;
-    Self::Word(error) => "{error}";
-    Self::Bytes(error) => "{error}";
+    #[error(transparent)]
+    Word(#[from] UnexpectedWord),
+    #[error(transparent)]
+    Bytes(#[from] EscapeError),
 }
 
 type ReadResult<T> = Result<T, Wrong>;
@@ -171,8 +162,8 @@ fn read(name: &str, rest: &str) -> ReadResult<Condition> {
         "disconnected" => Condition::Disconnected(port(rest)?),
         "alarm" if rest.is_empty() || rest == "any" => Condition::Alarm(None),
         "alarm" => {
-            let expected = "the number of an alarm, for example 2-046";
-            let row = AlarmCode::from_number(rest).ok_or_else(|| UnexpectedWord::new(expected, rest))?;
+            let unknown = || UnexpectedWord::new(AlarmCode::expected_number(rest), rest);
+            let row = AlarmCode::from_number(rest).ok_or_else(unknown)?;
             Condition::Alarm(Some(row.number()))
         }
         "alarms" if rest == "reset" => Condition::AlarmsReset,

@@ -1,5 +1,11 @@
-//! The controller value: one input, its effects, and the deadlines. It routes between the ports ([`Endpoints`]) and the
-//! robot behind them ([`Robot`]) and decides nothing else.
+//! The controller value: one input, its effects, and the deadlines. It alone sees the ports ([`Endpoints`]) and the robot
+//! ([`Robot`]) together: it owns time, hands each input to the part it is for, and carries what comes of it to the other.
+
+mod commands;
+mod owner;
+mod peers;
+mod texts;
+mod timers;
 
 use crate::action::{Accepted, ActionError};
 use crate::alarm::Alarm;
@@ -9,7 +15,7 @@ use crate::executor::selection::SelectError;
 use crate::input::Input;
 use crate::options::Config;
 use crate::output::Output;
-use crate::persistence::PendingChange;
+use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
@@ -22,6 +28,8 @@ pub struct Controller {
     /// Several kilobytes, which a move of the controller would copy.
     pub(crate) robot: Box<Robot>,
     pub(crate) endpoints: Endpoints,
+    /// When the first timer of all is due. It is asked for several times an input and found once after it.
+    pub(crate) due: Option<Time>,
 }
 
 impl Controller {
@@ -33,8 +41,14 @@ impl Controller {
     pub fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Controller, DriveError> {
         let mut endpoints = Endpoints::new(&config);
         let robot = Robot::new(config, files)?;
-        endpoints.find_due(&robot);
-        Ok(Controller { robot, endpoints })
+        endpoints.settings = robot.parameters.serial_lines();
+        let mut controller = Controller {
+            robot,
+            endpoints,
+            due: None,
+        };
+        controller.find_due();
+        Ok(controller)
     }
 
     /// This controller, whose error history (EU) goes on from before the power came on: newest first.
@@ -54,12 +68,12 @@ impl Controller {
         if let Input::Persisted(answer) = input {
             return self.persisted(answer);
         }
-        while self.robot.persistence.is_pending() {
+        while self.robot.persistence.is_waiting() {
             // Whoever did not wait for the answer does not wait for the result either.
             let _late = self.persisted(Err(PersistError::NoAnswer));
         }
-        let settled = self.endpoints.advance_to(&mut self.robot, now);
-        if self.robot.persistence.is_pending() {
+        let settled = self.advance_to(now);
+        if self.robot.persistence.is_waiting() {
             self.robot.persistence.defer(now, input);
             return Ok(Accepted::Pending);
         }
@@ -76,38 +90,44 @@ impl Controller {
                 if !robot.panel.state().powered => {}
             Input::Tick if settled => return result,
             Input::Tick | Input::Persisted(_) => {}
-            Input::Connected { port, peer } => endpoints.connected(robot, port, peer),
+            Input::Connected { port, peer } => self.connected(port, &peer),
             Input::SerialOpened { port, host } => endpoints.line_opened(port, host),
-            Input::SerialPurged { port } => endpoints.purge_line(robot, port),
-            Input::SerialErrors { port, bytes } => endpoints.line_faults(robot, port, &bytes.into()),
+            Input::SerialPurged { port } => endpoints.purge_line(&mut robot.context, port),
+            Input::SerialErrors { port, bytes } => {
+                let heard = endpoints.line_faults(&mut robot.context, port, bytes.into());
+                self.hear(port, heard);
+            }
             Input::Received { port, bytes } if port.ethernet_index().is_none() => {
-                endpoints.received_on_line(robot, port, bytes);
+                let heard = endpoints.take_from_host(&mut robot.context, port, bytes);
+                self.hear(port, heard);
             }
             Input::Received { port, bytes } => {
-                let settled = endpoints.received(robot, port, robot.now, &bytes);
-                if settled && endpoints.due.is_none_or(|due| due > robot.now) {
+                let now = robot.context.now;
+                let settled = self.received(port, now, &bytes);
+                if settled && self.due.is_none_or(|due| due > now) {
                     return result;
                 }
             }
-            Input::Disconnected { port } => endpoints.peer_left(robot, port),
-            Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
-            Input::Backlogged { port } => robot.report_backlog(port),
-            Input::Panel(action) => endpoints.panel(robot, action),
-            Input::Action(action) => result = endpoints.act(robot, action),
+            Input::Disconnected { port } => self.peer_left(port),
+            Input::SecondPeer { port, peer, kept } => robot.context.report_second_peer(port, &peer, kept),
+            Input::Backlogged { port } => robot.context.report_backlog(port),
+            Input::WireLoop { wires } => robot.context.report_wire_loop(&wires),
+            Input::Panel(action) => self.panel(action),
+            Input::Action(action) => result = self.act(action),
         }
-        self.endpoints.settle(&mut self.robot);
+        self.settle();
         result
     }
 
-    /// What is to be done outside, in order.
+    /// The next thing to do outside, in order.
     pub fn poll_output(&mut self) -> Option<Output> {
-        self.robot.outputs.take_next()
+        self.robot.context.outputs.take_next()
     }
 
     /// When the controller wants to be called again, at the latest.
     pub fn poll_deadline(&self) -> Option<Time> {
-        debug_assert_eq!(self.endpoints.due, self.endpoints.deadline(&self.robot));
-        self.endpoints.due
+        debug_assert_eq!(self.due, self.deadline());
+        self.due
     }
 
     /// Handles one input and drains what comes of it. The refusal of an action is among the events
@@ -120,11 +140,11 @@ impl Controller {
     /// Stores a file as a completed download does, without asking whether it is kept outside.
     ///
     /// # Errors
-    /// What the RAM drive does not take.
+    /// The RAM drive does not take it.
     pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
         let name = FileName::parse(name)?;
         self.robot.store_inside(&name, &Bytes::copy_from_slice(content))?;
-        self.endpoints.find_due(&self.robot);
+        self.find_due();
         Ok(())
     }
 
@@ -133,10 +153,10 @@ impl Controller {
     /// # Errors
     /// See [`SelectError`].
     pub fn select(&mut self, now: Time, name: &str) -> Result<(), SelectError> {
-        self.endpoints.advance_to(&mut self.robot, now);
+        self.advance_to(now);
         let result = FileName::parse(name).map_err(SelectError::from);
         let result = result.and_then(|name| self.robot.select_file(&name));
-        self.endpoints.find_due(&self.robot);
+        self.find_due();
         result
     }
 
@@ -146,42 +166,18 @@ impl Controller {
         self.robot.persistence.set_outside(outside);
     }
 
-    /// Takes over the peers of the controller that was here before, and what the edge records of it.
-    pub fn adopt_peers(&mut self, before: &Controller) {
-        self.robot.outputs.trace(before.robot.outputs.is_traced());
-        self.endpoints
-            .adopt_peers(&mut self.robot, &before.endpoints, &before.robot);
-        self.endpoints.settle(&mut self.robot);
-    }
-
     /// The answer has come: what waited for it goes on, and then what came at the same instant.
     fn persisted(&mut self, answer: Result<(), PersistError>) -> Result<Accepted, ActionError> {
-        if !self.robot.persistence.is_pending() {
+        let Some(waiting) = self.robot.persistence.take_waiting() else {
             return Ok(Accepted::Done);
+        };
+        let result = self.finish(waiting, answer);
+        self.settle();
+        for port in [Port::Host, Port::Ip0] {
+            self.read_texts(port, false);
         }
-        let mut result = Ok(Accepted::Done);
-        let (robot, endpoints) = (&mut self.robot, &mut self.endpoints);
-        match robot.persistence.begin_answer(answer) {
-            Some(PendingChange::Download {
-                port,
-                name,
-                content,
-                last,
-            }) => endpoints.end_download(robot, port, name, content, &last),
-            Some(PendingChange::Command {
-                port,
-                message,
-                command,
-            }) => endpoints.answer_command(robot, port, &message, command),
-            Some(PendingChange::Action(action)) => result = endpoints.act(robot, action),
-            Some(PendingChange::Restore { names, direct }) => robot.restore_data(names, direct),
-            None => {}
-        }
-        self.robot.persistence.end_answer();
-        self.endpoints.settle(&mut self.robot);
-        self.endpoints.read_waiting_texts(&mut self.robot);
-        self.endpoints.find_due(&self.robot);
-        if self.robot.persistence.is_pending() {
+        self.find_due();
+        if self.robot.persistence.is_waiting() {
             return Ok(Accepted::Pending);
         }
         match self.robot.persistence.take_deferred() {

@@ -8,32 +8,29 @@ use crate::limits::{MAX_FILE, MAX_FILES};
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 use bytes::Bytes;
-use ts3100_proto::error_text;
 use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::status::ca::DirectoryEntry;
 
 /// Why the embedding program has not kept a change of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PersistError {
     /// Another input came instead of the answer.
+    #[error("nobody has answered")]
     NoAnswer,
     /// Its own reason.
+    #[error("{0}")]
     Refused(String),
 }
 
-error_text! {
-    PersistError;
-    Self::NoAnswer => "nobody has answered";
-    Self::Refused(reason) => "{reason}";
-}
-
 /// Why a file was not stored.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DriveError {
     /// The name is not a valid file name.
+    #[error("file name: {0}")]
     Name(NameError),
     /// The content breaks the rules for a user file.
+    #[error("file {name}: {fault}")]
     Content {
         /// The file.
         name: String,
@@ -41,6 +38,7 @@ pub enum DriveError {
         fault: FileError,
     },
     /// The file is larger than the directory can show (RAM-03).
+    #[error("file {name} has {size} bytes; at most {MAX_FILE} are possible")]
     TooLarge {
         /// The file.
         name: String,
@@ -48,6 +46,7 @@ pub enum DriveError {
         size: usize,
     },
     /// The drive has too little room.
+    #[error("file {name}: {size} bytes found, {free} free on the RAM drive")]
     Full {
         /// The file.
         name: String,
@@ -57,6 +56,7 @@ pub enum DriveError {
         free: usize,
     },
     /// The embedding program could not persist the file, so it is not stored here either.
+    #[error("file {name}: {reason}")]
     NotPersisted {
         /// The file.
         name: String,
@@ -64,33 +64,54 @@ pub enum DriveError {
         reason: PersistError,
     },
     /// The drive holds the maximum number of files already.
+    #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]
     TooMany {
         /// The file.
         name: String,
     },
 }
 
-error_text! {
-    DriveError: Name from NameError;
-    Self::Name(error) => "file name: {error}";
-    Self::Content { name, fault } => "file {name}: {fault}";
-    Self::TooLarge { name, size } => "file {name} has {size} bytes; at most {MAX_FILE} are possible";
-    Self::Full { name, size, free } => "file {name}: {size} bytes found, {free} free on the RAM drive";
-    Self::NotPersisted { name, reason } => "file {name}: {reason}";
-    Self::TooMany { name } => "file {name}: the RAM drive holds at most {MAX_FILES} files";
+impl From<NameError> for DriveError {
+    fn from(error: NameError) -> DriveError {
+        DriveError::Name(error)
+    }
 }
 
 /// The content of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-struct Content(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes);
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+struct Content(#[serde(with = "ts3100_proto::serde_latin1")] Bytes);
+
+#[cfg(test)]
+std::thread_local! {
+    /// How often a file was checked in this thread: each change has to be carried out once.
+    pub(crate) static STAGED: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
+}
 
 /// The files of the RAM drive, by name.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Drive {
     files: BTreeMap<String, Content>,
     capacity: usize,
+}
+
+/// A change of the drive that has been checked: a file is stored, or with no content erased.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Staged {
+    name: FileName,
+    content: Option<Content>,
+}
+
+impl Staged {
+    /// The file.
+    pub(crate) fn name(&self) -> &FileName {
+        &self.name
+    }
+
+    /// Its new content; `None`: it is erased.
+    pub(crate) fn content(&self) -> Option<&Bytes> {
+        self.content.as_ref().map(|content| &content.0)
+    }
 }
 
 impl Drive {
@@ -143,17 +164,43 @@ impl Drive {
     ///
     /// # Errors
     /// [`DriveError`]; the drive is then unchanged.
-    pub fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
-        self.check(name, content)?;
-        self.store_checked(name, Bytes::copy_from_slice(content));
+    pub fn store(&mut self, name: &FileName, content: impl Into<Bytes>) -> Result<(), DriveError> {
+        let staged = self.stage(name, content.into())?;
+        self.commit(staged);
         Ok(())
     }
 
-    /// Checks whether [`Drive::store`] would succeed.
+    /// Checks everything that can speak against storing a file.
     ///
     /// # Errors
-    /// The error of [`Drive::store`].
-    pub fn check(&self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
+    /// [`DriveError`]; of everything but the world outside.
+    pub(crate) fn stage(&self, name: &FileName, content: Bytes) -> Result<Staged, DriveError> {
+        #[cfg(test)]
+        STAGED.with(|staged| staged.set(staged.get() + 1));
+        self.check(name, &content)?;
+        Ok(Staged {
+            name: name.clone(),
+            content: Some(Content(content)),
+        })
+    }
+
+    /// The same for erasing one, against which nothing speaks.
+    pub(crate) fn stage_erase(name: &FileName) -> Staged {
+        Staged {
+            name: name.clone(),
+            content: None,
+        }
+    }
+
+    /// Makes a change.
+    pub(crate) fn commit(&mut self, Staged { name, content }: Staged) {
+        match content {
+            Some(content) => self.files.insert(name.to_string(), content),
+            None => self.files.remove(name.as_str()),
+        };
+    }
+
+    fn check(&self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         let label = || String::from(name.as_str());
         let size = content.len();
         if size > MAX_FILE {
@@ -172,16 +219,6 @@ impl Drive {
         }
         check_file(content, Drive::file_rule(name))
             .map_err(|fault| DriveError::Content { name: label(), fault })
-    }
-
-    /// Stores a file that [`Drive::check`] accepted.
-    pub(crate) fn store_checked(&mut self, name: &FileName, content: Bytes) {
-        self.files.insert(name.to_string(), Content(content));
-    }
-
-    /// Erases a file; false if it does not exist.
-    pub fn erase(&mut self, name: &str) -> bool {
-        self.files.remove(name).is_some()
     }
 
     /// The directory in alphabetical order (DIR-04); size without EOF (DIR-03).

@@ -2,29 +2,31 @@
 //! (HOST, IP0) has a [`Session`]; HOST and COM1 have a serial line in front; faults and variation act on what passes.
 //! What a command does is `ops`'; the data of INPUT waits in the robot's channels.
 
-mod actions;
-mod command;
+pub(crate) mod command;
 mod download;
-mod exchange;
+pub(crate) mod exchange;
 mod filters;
 mod notices;
 pub(crate) mod send_queue;
 mod sending;
 pub mod serial_line;
-mod serial_lines;
+pub(crate) mod serial_lines;
 pub(crate) mod session;
 
+use crate::context::Context;
 use crate::endpoint::send_queue::SendQueue;
 use crate::endpoint::serial_line::SerialLine;
 use crate::endpoint::session::Session;
 use crate::faults::Faults;
+use crate::faults::kind::ScheduledAction;
 use crate::options::Config;
+use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
+use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::text::TextOptions;
 
 /// The ports with their peers.
@@ -37,8 +39,10 @@ pub(crate) struct Endpoints {
     pub(crate) faults: Faults,
     pub(crate) variation: Option<Variation>,
     pub(crate) send_queue: SendQueue,
-    /// When the first timer of all is due. It is asked for several times an input and found once after it.
-    pub(crate) due: Option<Time>,
+    /// The settings of the serial lines as of the last power-on.
+    pub(crate) settings: BTreeMap<Port, SerialSettings>,
+    /// Faults that have fired, with what they do to the machine at once; empty between two inputs.
+    pub(crate) fired: Vec<(Vec<ScheduledAction>, Event)>,
 }
 
 impl Endpoints {
@@ -52,7 +56,8 @@ impl Endpoints {
             faults: Faults::new(config.fault_seed),
             variation: config.vary.map(Variation::new),
             send_queue: SendQueue::default(),
-            due: None,
+            settings: BTreeMap::new(),
+            fired: Vec::new(),
         }
     }
 
@@ -78,57 +83,14 @@ impl Endpoints {
         })
     }
 
-    /// Serves the texts that waited for a file to be kept.
-    pub(crate) fn read_waiting_texts(&mut self, robot: &mut Robot) {
-        for port in [Port::Host, Port::Ip0] {
-            self.read_texts(robot, port, false);
-        }
-    }
-
-    /// The peer of a port, while there is one.
-    pub(crate) fn peer<'a>(&'a self, robot: &'a Robot, port: Port) -> Option<&'a str> {
-        let session = self.sessions.get(&port).map(|session| session.peer.as_deref());
-        session.unwrap_or_else(|| robot.channels.get(port)?.peer())
-    }
-
-    /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
-    /// own peers is gone as with a cable that was cut, and those that are there now are met as new ones. Only what kind
-    /// of host one is stays known.
-    pub(crate) fn adopt_peers(&mut self, robot: &mut Robot, before: &Endpoints, robot_before: &Robot) {
+    /// Power off: nothing of any conversation remains.
+    pub(crate) fn power_off(&mut self, context: &Context) {
+        self.lines = fresh_lines();
         for port in Port::ALL {
-            let departed = before
-                .lines
-                .get(&port)
-                .and_then(|line| line.departed_peer.as_ref());
-            let (there, host) = match departed {
-                Some(departed) => (departed.next_peer.as_deref(), None),
-                None => (before.peer(robot_before, port), before.sessions.get(&port)),
-            };
-            let knew = self.peer(robot, port).is_some();
-            if knew {
-                robot.arm.stop_jog_from(port, robot.now);
-            }
-            if let Some(line) = self.lines.get_mut(&port) {
-                // How the far end is opened is the edge's knowledge.
-                *line = SerialLine {
-                    host: before.lines.get(&port).map(|line| line.host).unwrap_or_default(),
-                    ..SerialLine::default()
-                };
-            }
-            match there {
-                Some(peer) => {
-                    if let Some(channel) = robot.channels.get_mut(port) {
-                        channel.disconnect_peer();
-                    }
-                    self.connected(robot, port, String::from(peer));
-                    if let (Some(session), Some(host)) = (self.sessions.get_mut(&port), host) {
-                        session.framing = host.framing;
-                        session.never_told_of_stops = host.never_told_of_stops;
-                    }
-                }
-                None if knew => self.disconnected(robot, port),
-                None => {}
-            }
+            self.forget_peer(port);
+        }
+        for session in self.sessions.values_mut() {
+            *session = Session::new(session.port, context.config.options.text);
         }
     }
 }

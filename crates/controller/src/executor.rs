@@ -5,7 +5,6 @@
 
 mod breakpoints;
 pub(crate) mod direct;
-#[cfg(feature = "serde")]
 mod relink;
 pub(crate) mod requests;
 pub(crate) mod run_control;
@@ -36,8 +35,8 @@ use ts3100_proto::status::ExecutionStatus;
 pub const MAIN_TASK: u16 = 1;
 
 /// The running timer of TIMER.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Stopwatch {
     /// When it was set.
     set_at: Time,
@@ -58,8 +57,8 @@ impl Stopwatch {
 }
 
 /// Everything that runs.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Executor {
     /// The selected file.
     selected: Option<Selected>,
@@ -82,36 +81,24 @@ pub struct Executor {
     /// TIMER.
     timer: Stopwatch,
     /// Automatic operation.
-    #[cfg_attr(feature = "serde", serde(rename = "course"))]
     operation: Operation,
     /// The statement of DO, while it runs.
     direct: Option<Direct>,
-    /// What older snapshots say instead of `direct_ended`.
-    #[cfg(feature = "serde")]
-    #[serde(default, skip_serializing)]
-    direct_done: serde::de::IgnoredAny,
     /// Where the program stops besides its end.
-    #[cfg_attr(
-        feature = "serde",
-        serde(default, skip_serializing_if = "Breakpoints::is_default")
-    )]
     breakpoints: Breakpoints,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
-    #[cfg_attr(feature = "serde", serde(default))]
     direct_ended: u8,
     /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
     /// refused for it.
-    #[cfg_attr(feature = "serde", serde(default))]
     run_shown_until: Option<Time>,
     /// The program of DO while no file is selected.
-    #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
+    #[serde(skip, default = "no_program")]
     spare_program: Arc<Program>,
     /// Its data.
     spare_memory: Memory,
 }
 
 /// The program of what was read back, until it is compiled again.
-#[cfg(feature = "serde")]
 fn no_program() -> Arc<Program> {
     Program::empty(&LanguageOptions::default())
 }
@@ -134,8 +121,6 @@ impl Executor {
             timer: Stopwatch::new(0.0, now),
             operation: Operation::RESET,
             direct: None,
-            #[cfg(feature = "serde")]
-            direct_done: serde::de::IgnoredAny,
             breakpoints: Breakpoints::default(),
             direct_ended: 0,
             run_shown_until: None,
@@ -382,6 +367,20 @@ impl Executor {
             selected.memory.start_anew(&selected.program);
         }
         self.rewind(now);
+    }
+
+    /// The variables of the programs have no value again; GLOBAL, DATA and the conditions stay.
+    pub(crate) fn reset_locals(&mut self) {
+        if let Some(selected) = &mut self.selected {
+            selected.memory.reset_locals(&selected.program);
+        }
+    }
+
+    /// Every INPUT that waits at this port ends: the values that came stay, the others are 0.
+    pub(crate) fn release_inputs(&mut self, port: Port) {
+        let direct = self.direct.iter_mut().map(|direct| &mut direct.task);
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        tasks.chain(direct).for_each(|task| task.release_input(port));
     }
 
     /// Step 1, data kept (RS,STP, end of a cycle).

@@ -35,7 +35,6 @@ pub enum Input {
     SerialOpened {
         /// The port.
         port: Port,
-        /// What is known.
         host: HostEnd,
     },
     /// The host has its port forget what is not on the line yet.
@@ -69,6 +68,11 @@ pub enum Input {
     Backlogged {
         /// The port.
         port: Port,
+    },
+    /// Wires that join robots go on changing each other at one moment; told one of the robots, once.
+    WireLoop {
+        /// The wires by name.
+        wires: String,
     },
     /// The answer to [`Output::Persist`](crate::output::Output::Persist): the change is kept, or why it is not. It comes before
     /// any other input; one that comes first says that it is not.

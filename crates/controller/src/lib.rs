@@ -21,7 +21,6 @@
 #![no_std]
 #[macro_use]
 extern crate alloc;
-#[cfg(feature = "serde")]
 #[macro_use]
 extern crate serde;
 #[cfg(test)]
@@ -34,6 +33,7 @@ mod arm;
 pub mod command_coverage;
 mod condition;
 mod condition_text;
+mod context;
 mod controller;
 mod drive;
 mod endpoint;
@@ -56,15 +56,14 @@ mod parameters;
 pub mod pendant_pages;
 mod persistence;
 pub mod port;
+mod port_facts;
 mod prelude;
 pub mod queries;
 mod robot;
-#[cfg(feature = "serde")]
 mod snapshot;
 pub mod statement_coverage;
 mod text_form;
 pub mod time;
-mod timers;
 pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
@@ -83,10 +82,9 @@ pub use input::{ControlRight, Input, KeySwitch, PanelAction};
 pub use io::line_names::line_name;
 pub use io::signals;
 pub use network::{ChannelConfig, NetworkConfig};
-pub use options::{Config, ControllerType, Dialect, Options};
+pub use options::{Config, ControllerType, Dialect, Misprint, Options, Permissions};
 pub use output::{Event, Output, Verdict};
 pub use port::Port;
-#[cfg(feature = "serde")]
 pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHeader};
 pub use statement_coverage::StatementCoverage;
 pub use time::Time;

@@ -10,12 +10,18 @@ pub const MAX_SEND: usize = 512;
 pub const RING_BUFFER: usize = 256;
 /// Most bytes on a serial line towards the robot, those the host's port still holds included.
 pub const LINE_QUEUE: usize = 4_096;
+/// How long the bytes of a host that has gone may keep the next one waiting: the longest text takes about half of it at
+/// 9600 baud. A longer rest is dropped (assumed).
+pub const DEPARTED_LINE_TIME: Duration = Duration::from_millis(500);
 /// Most bytes the robot holds for a serial line; PRINT waits for room (assumed).
 pub const MAX_LINE_OUTPUT: usize = 1_024;
 /// Most characters of a serial line delivered at once: the depth of a common UART's buffer.
 pub const UART_FIFO: usize = 16;
 /// Longest pause between the characters of a text, and longest wait for the host's answer (SER-06, SER-08).
 pub const HOST_TIMEOUT: Duration = Duration::from_secs(10);
+/// How long a bare text that has its CR waits for ETX (option `text.end`, T6). A host writes both in one call; where its
+/// stack parts them, ETX follows after a delayed acknowledge of 200 ms at most. Hosts that send no ETX ask every 500 ms.
+pub const TEXT_END_WAIT: Duration = Duration::from_millis(250);
 /// Advised pause of a host before its next text (TRN-04).
 pub const HOST_DELAY: Duration = Duration::from_millis(50);
 /// Latest time of the unsolicited SP after its stop, unless an exchange is open then (D7).
@@ -68,6 +74,8 @@ pub const JOG_BISECTIONS: u32 = 16;
 pub const MAX_FAULTS: usize = 256;
 /// Times kept of each fault.
 pub const MAX_FAULT_TIMES: usize = 100;
+/// Faults that have fired and can still cause findings.
+pub const MAX_FAULT_EFFECTS: usize = 64;
 /// Actions of faults that can wait for their time.
 pub const MAX_SCHEDULED_ACTIONS: usize = 256;
 /// Most bytes that wait on a port because a fault or a variation delays them.

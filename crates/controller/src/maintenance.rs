@@ -5,11 +5,10 @@
 
 use crate::arm::Wear;
 use crate::model::Joints;
-use crate::motion::Effort;
+use crate::prelude::*;
 use crate::time::Time;
 use core::time::Duration;
-use libm::sqrt;
-use ts3100_proto::status::mn::{MN_AXES, Maintenance};
+use ts3100_proto::status::mn::MN_AXES;
 
 /// Degrees of a revolution.
 const REVOLUTION: f64 = 360.0;
@@ -19,8 +18,8 @@ const MINUTE: f64 = 60.0;
 const SLIDING: usize = 2;
 
 /// How long something has been so.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct DurationMeter {
     before: Duration,
     since: Option<Time>,
@@ -44,15 +43,16 @@ impl DurationMeter {
     }
 }
 
-/// What is counted besides the motions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Counters besides those of motions.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct MaintenanceCounters {
     energised: DurationMeter,
     off: DurationMeter,
     fault: DurationMeter,
     servo: DurationMeter,
     servo_offs: u32,
+    bases: Bases,
 }
 
 impl MaintenanceCounters {
@@ -68,48 +68,99 @@ impl MaintenanceCounters {
         }
     }
 
-    /// The maintenance information now. Which item is which value is assumed, but for the order of items 10 to 16.
-    pub(crate) fn information(&self, now: Time, wear: &Wear, slides: bool) -> Maintenance {
-        let [total, present] = [&wear.total, &wear.since_power_on].map(|effort| per_axis(effort, slides));
-        let mut axes = [PerAxis::default(); _];
-        for (item, values) in axes.iter_mut().zip(total.into_iter().chain(present)) {
-            *item = values;
+    /// The values of an item of MN (T3), since it was last reset.
+    pub(crate) fn item(&self, item: u8, now: Time, wear: &Wear, slides: bool) -> Vec<f64> {
+        let mut values = self.measured(item, now, wear, slides);
+        if let Some(base) = self.bases.of(item) {
+            for (value, base) in values.iter_mut().zip(base) {
+                *value = (*value - base).max(0.0);
+            }
         }
-        let energised = self.energised.minutes(now);
-        let off = self.off.minutes(now);
-        Maintenance {
-            axes,
-            information: [
-                energised + off,
-                energised,
-                off,
-                wear.total.seconds / MINUTE,
-                self.fault.minutes(now),
-                f64::from(self.servo_offs),
-                self.servo.minutes(now),
-            ],
+        values
+    }
+
+    /// An item that is summed up begins at 0 again (RM); no other does.
+    pub(crate) fn reset(&mut self, item: u8, now: Time, wear: &Wear, slides: bool) {
+        let values = self.measured(item, now, wear, slides);
+        if let Some(base) = self.bases.of_mut(item) {
+            for (base, value) in base.iter_mut().zip(values) {
+                *base = value;
+            }
         }
     }
 
+    /// The values as counted. Units are assumed.
+    fn measured(&self, item: u8, now: Time, wear: &Wear, slides: bool) -> Vec<f64> {
+        let axes = |[a, b, c, d, e, f, ..]: Joints| vec![a, b, c, d, e, f];
+        let (energised, off) = (self.energised.minutes(now), self.off.minutes(now));
+        let minutes = match item {
+            1 => {
+                let mut turns = axes(wear.total.way.map(|way| way / REVOLUTION));
+                if slides && let Some(axis) = turns.get_mut(SLIDING) {
+                    *axis = 0.0;
+                }
+                return turns;
+            }
+            2 => return axes(wear.total.way),
+            3 => return axes(wear.total.torque),
+            // No motion of this model uses more torque than an axis has.
+            4 => return axes(Joints::default()),
+            6..=9 => return axes(wear.loads.factor(usize::from(item - 6), now)),
+            10 => energised + off,
+            11 => energised,
+            12 => off,
+            13 => wear.total.seconds / MINUTE,
+            14 => self.fault.minutes(now),
+            15 => f64::from(self.servo_offs),
+            16 => self.servo.minutes(now),
+            // 5 and 17 show one value.
+            _ => return axes(wear.total.peak),
+        };
+        vec![minutes]
+    }
+
+    /// Whether the values at the last resets are possible; for a snapshot.
+    pub(crate) fn has_valid_bases(&self) -> bool {
+        let bases = self.bases.axes.iter().flatten().chain(&self.bases.information);
+        bases.into_iter().all(|base| (0.0..=MAX_BASE).contains(base))
+    }
+
     /// The longest of its durations, for a check of one that was read.
-    #[cfg(feature = "serde")]
     pub(crate) fn longest(&self) -> Duration {
         let meters = [self.energised, self.off, self.fault, self.servo];
         meters.iter().map(|meter| meter.before).max().unwrap_or_default()
     }
 }
 
-type PerAxis = [f64; MN_AXES];
+/// More than any item reaches.
+const MAX_BASE: f64 = 1e18;
+/// Items 1 to 3 are summed up for each axis, 10 to 16 as one value; the others are maxima or windows.
+const SUMMED_AXES: usize = 3;
+const FIRST_INFORMATION: u8 = 10;
+const INFORMATION: usize = 7;
 
-/// Rotation, movement, torque integral, peak torque, load factor.
-fn per_axis(effort: &Effort, slides: bool) -> [PerAxis; 5] {
-    let first = |[a, b, c, d, e, f, ..]: Joints| [a, b, c, d, e, f];
-    let movement = first(effort.way);
-    let mut rotation = movement.map(|way| way / REVOLUTION);
-    if slides && let Some(axis) = rotation.get_mut(SLIDING) {
-        *axis = 0.0;
+/// The values of the items at their last reset.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Bases {
+    axes: [[f64; MN_AXES]; SUMMED_AXES],
+    information: [f64; INFORMATION],
+}
+
+impl Bases {
+    fn of(&self, item: u8) -> Option<&[f64]> {
+        if let Some(values) = self.axes.get(usize::from(item).wrapping_sub(1)) {
+            return Some(values);
+        }
+        let place = usize::from(item.checked_sub(FIRST_INFORMATION)?);
+        self.information.get(place).map(core::slice::from_ref)
     }
-    let (torque, peak) = (first(effort.torque), first(effort.peak));
-    let load = first(effort.mean(effort.square)).map(sqrt);
-    [rotation, movement, torque, peak, load]
+
+    fn of_mut(&mut self, item: u8) -> Option<&mut [f64]> {
+        if let Some(values) = self.axes.get_mut(usize::from(item).wrapping_sub(1)) {
+            return Some(values);
+        }
+        let place = usize::from(item.checked_sub(FIRST_INFORMATION)?);
+        self.information.get_mut(place).map(core::slice::from_mut)
+    }
 }

@@ -5,8 +5,8 @@
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 
 /// One Ethernet channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ChannelConfig {
     /// Not used, server, or client.
     pub mode: OpenMode,
@@ -19,8 +19,8 @@ pub struct ChannelConfig {
 }
 
 /// The four channels IP0 to IP3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct NetworkConfig {
     /// IP0 to IP3, in the order of ETHERNET.PAR.
     pub channels: [ChannelConfig; 4],

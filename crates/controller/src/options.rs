@@ -9,12 +9,16 @@ use crate::prelude::*;
 use core::time::Duration;
 use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;
-use ts3100_proto::command::{COMMANDS, Command, Source};
+use ts3100_proto::command::Command;
 use ts3100_proto::parameter::{LineEnd, OpenMode};
-use ts3100_proto::permission::PermissionTable;
+use ts3100_proto::permission::{Edition, PermissionTable};
+use ts3100_proto::status::eu::YearDigits;
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
-use ts3100_proto::text::{Checksum, StxRule, TextOptions};
+use ts3100_proto::text::{Checksum, EndRule, StxRule, TextOptions};
+
+/// Operand of MD for the guide mode free.
+const GUIDE_FREE: u8 = 2;
 
 /// A named preset of [`Options`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,8 +31,7 @@ pub enum Dialect {
 }
 
 /// How SF travels (option `sf.split`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SfTexts {
     /// One text, whatever its length; what the vendor's library reads.
     One,
@@ -37,8 +40,7 @@ pub enum SfTexts {
 }
 
 /// What PRINT and INPUT do on an Ethernet channel without a peer (option `channel.no_peer`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NoPeer {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -47,8 +49,7 @@ pub enum NoPeer {
 }
 
 /// What INPUT does with a datum that is no number (option `input.malformed`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Malformed {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -57,8 +58,7 @@ pub enum Malformed {
 }
 
 /// Where a program goes on that was stopped by SP inside a WAIT (option `wait.after_stop`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WaitAfterStop {
     /// With the step after the WAIT, as after an INPUT (CMD-RN-02 to the letter).
     Next,
@@ -67,12 +67,8 @@ pub enum WaitAfterStop {
 }
 
 /// Who is sent SP when the robot stops by itself (option `sp.unsolicited`, D7).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(Serialize, Deserialize),
-    serde(from = "Option<bool>", into = "Option<bool>")
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "Option<bool>", into = "Option<bool>")]
 pub enum UnsolicitedSp {
     /// Every host but one that has sent an extension command or a text without STX.
     Auto,
@@ -102,9 +98,26 @@ impl From<UnsolicitedSp> for Option<bool> {
     }
 }
 
+/// What RS,CYC does without a selected file, or without the label RCYCLE (option `rs.cycle_without_label`, T19).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CycleWithoutLabel {
+    /// The same as RS,STP, and OK.
+    AsStep,
+    /// NG.
+    Ng,
+}
+
+/// What a new peer of an Ethernet channel does to an INPUT that waits there (option `channel.reconnect`, T25).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reconnect {
+    /// The INPUT waits on.
+    Keep,
+    /// The INPUT ends; variables without a value become 0.
+    Release,
+}
+
 /// What DIN does with a number that no input has (option `scol.din_unknown`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnknownInput {
     /// The alarm that DOUT raises for such a number.
     Alarm,
@@ -112,9 +125,27 @@ pub enum UnknownInput {
     Zero,
 }
 
+/// Whether the controller has a field bus, whose lines are 301 to 364 and 401 to 464 (option `io.field_bus`, T14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum FieldBus {
+    /// Programs and commands cannot set its outputs.
+    #[default]
+    Absent,
+    /// Programs and commands set its outputs; no device is connected to it.
+    Present,
+}
+
+/// The alarm of a motion whose target or way the arm cannot reach (option `alarm.out_of_reach`, T8).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum OutOfReach {
+    /// 8-035, and 8-034 for a singular posture: servo power goes off.
+    Level8,
+    /// 4-101, and 4-103 for a singular posture: servo power stays on.
+    Level4,
+}
+
 /// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Strobe {
     /// Each acts on its own rising edge.
     Free,
@@ -123,8 +154,7 @@ pub enum Strobe {
 }
 
 /// What becomes of a character with a parity or framing error (option `serial.bad_character`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BadCharacter {
     /// It is dropped; the text around it lacks it.
     Drop,
@@ -133,8 +163,7 @@ pub enum BadCharacter {
 }
 
 /// What becomes of characters that come in on HOST while the robot sends (option `serial.while_sending`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WhileSending {
     /// They are lost: the port is half-duplex.
     Lost,
@@ -143,10 +172,10 @@ pub enum WhileSending {
 }
 
 /// The controller's readings of what the manual leaves open.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Options {
-    /// `text.stx` and `text.checksum`.
+    /// `text.stx`, `text.end` and `text.checksum`.
     pub text: TextOptions,
     /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10); otherwise it is served, with a finding.
     pub require_cr: bool,
@@ -158,8 +187,8 @@ pub struct Options {
     pub vr_layout: VrLayout,
     /// `channel.no_peer`.
     pub no_peer: NoPeer,
-    /// `input.malformed`.
-    pub malformed: Malformed,
+    /// `input.malformed`; none: as the arm has it, see [`Options::malformed`].
+    pub malformed: Option<Malformed>,
     /// `wait.after_stop`.
     pub wait_after_stop: WaitAfterStop,
     /// `sig.strobe`.
@@ -192,40 +221,30 @@ pub struct Options {
     /// `serial.while_sending`.
     pub while_sending: WhileSending,
     /// `reply.delay`: how long the answers to commands take, as least, quartiles and greatest of many; 0: at once.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "is_at_once"))]
     pub reply_delay: [Duration; 5],
     /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub servo_interval: Duration,
     /// `scol.sticky_work`.
     pub sticky_work: bool,
     /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
     pub data_copy: bool,
+    /// `alarm.out_of_reach`.
+    pub out_of_reach: OutOfReach,
     /// `scol.din_unknown`.
-    #[cfg_attr(feature = "serde", serde(default = "serde_defaults::din_unknown"))]
     pub din_unknown: UnknownInput,
     /// `scol.equal_within`: comparisons count reals that differ by so much or less as equal; none: as the arm has it,
     /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
-    #[cfg_attr(feature = "serde", serde(default = "serde_defaults::equal_within"))]
     pub equal_within: Option<f32>,
-}
-
-/// Whether answers leave at once, which files of earlier emulators do not say.
-#[cfg(feature = "serde")]
-fn is_at_once(delay: &[Duration; 5]) -> bool {
-    delay.iter().all(Duration::is_zero)
-}
-
-/// What options of today were before there were snapshots that name them.
-#[cfg(feature = "serde")]
-mod serde_defaults {
-    pub(super) fn din_unknown() -> super::UnknownInput {
-        super::UnknownInput::Zero
-    }
-
-    pub(super) fn equal_within() -> Option<f32> {
-        Some(0.0)
-    }
+    /// `ac.date`: how AC writes the year (T9).
+    pub ac_date: YearDigits,
+    /// `rs.cycle_without_label`.
+    pub cycle_without_label: CycleWithoutLabel,
+    /// `scol.reset_locals`: after RS,STP and RS,CYC the variables of the programs have no value (T10).
+    pub reset_locals: bool,
+    /// `channel.reconnect`.
+    pub reconnect: Reconnect,
+    /// `io.field_bus`.
+    pub field_bus: FieldBus,
 }
 
 impl Options {
@@ -234,6 +253,7 @@ impl Options {
         let field = Options {
             text: TextOptions {
                 stx: StxRule::Detect,
+                end: EndRule::Detect,
                 checksum: Checksum::None,
             },
             require_cr: false,
@@ -241,7 +261,7 @@ impl Options {
             su_layout: SuLayout::OneRecord,
             vr_layout: VrLayout::Blanks,
             no_peer: NoPeer::Alarm,
-            malformed: Malformed::Alarm,
+            malformed: Some(Malformed::Alarm),
             wait_after_stop: WaitAfterStop::Next,
             strobe: Strobe::Free,
             low_speed: limits::LOW_SPEED,
@@ -261,14 +281,21 @@ impl Options {
             servo_interval: Duration::ZERO,
             sticky_work: false,
             data_copy: false,
+            out_of_reach: OutOfReach::Level8,
             din_unknown: UnknownInput::Alarm,
             equal_within: None,
+            ac_date: YearDigits::Four,
+            cycle_without_label: CycleWithoutLabel::AsStep,
+            reset_locals: false,
+            reconnect: Reconnect::Keep,
+            field_bus: FieldBus::Absent,
         };
         match dialect {
             Dialect::Field => field,
             Dialect::Manual => Options {
                 text: TextOptions {
                     stx: StxRule::Required,
+                    end: EndRule::Etx,
                     checksum: Checksum::None,
                 },
                 require_cr: true,
@@ -277,7 +304,9 @@ impl Options {
                 su_layout: SuLayout::SixRecords,
                 vr_layout: VrLayout::Packed,
                 no_peer: NoPeer::Silent,
-                malformed: Malformed::LeadingNumber,
+                malformed: None,
+                ac_date: YearDigits::Two,
+                cycle_without_label: CycleWithoutLabel::Ng,
                 line_end: LineEnd::Cr,
                 extensions: false,
                 open_mode: [
@@ -291,8 +320,16 @@ impl Options {
         }
     }
 
+    /// What INPUT does with a string: the SCARA edition of the manual says it (ste80722 S89), ours does not.
+    pub fn malformed(&self, arm: Arm) -> Malformed {
+        self.malformed.unwrap_or(match arm {
+            Arm::Scara => Malformed::Alarm,
+            Arm::SixAxis => Malformed::LeadingNumber,
+        })
+    }
+
     /// The options of the language.
-    pub fn language(&self, arm: scol_mini::Arm) -> LanguageOptions {
+    pub fn language(&self, arm: Arm) -> LanguageOptions {
         LanguageOptions {
             arm,
             sticky_work: self.sticky_work,
@@ -308,8 +345,7 @@ impl Options {
 
 ts3100_proto::codes! {
     /// Which controller it is: only the TS3100 has an INTERNAL position on its key switch (GEN-05; of the TSL3000E assumed).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
     pub enum ControllerType {
         /// TS3100.
         #[default]
@@ -330,14 +366,33 @@ impl ControllerType {
     }
 }
 
-/// What a controller is made of.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Whether the misprint of RN on HOST in the six-axis manual holds (T2).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Misprint {
+    /// To the letter.
+    Kept,
+    /// As the SCARA edition has it.
+    Corrected,
+}
+
+/// Where tables 5.3 and 5.4 come from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Permissions {
+    /// The edition of the manual for the arm.
+    Edition(Misprint),
+    /// A table of the user's, which holds on every arm.
+    Given(Box<PermissionTable>),
+}
+
+/// Everything a controller is made from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Config {
     /// The readings.
     pub options: Options,
     /// Which commands are valid when (tables 5.3 and 5.4).
-    pub permissions: PermissionTable,
+    pub permissions: Permissions,
     /// The controller.
     pub controller: ControllerType,
     /// The arm.
@@ -353,24 +408,38 @@ pub struct Config {
     /// Seed of the legal variation; none: every text leaves at once, in one piece, in the usual order.
     pub vary: Option<u64>,
     /// Points that are taught on the controller; every selected file sees them as names of its DATA.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub points: Vec<TaughtPoint>,
 }
 
 impl Config {
-    /// Whether this command is served at all: those of the manual, the others by option `extensions`, or because the
-    /// edition of the manual for the arm prints them.
+    /// Whether this command is served at all (T5): those of the edition of the manual for the arm, and by option `extensions`
+    /// all the others. No edition has the guide mode free, which the vendor's library sends.
     pub fn serves(&self, command: &Command) -> bool {
+        if let Command::Md(GUIDE_FREE) = command {
+            return self.options.extensions;
+        }
         !command.is_extension() || self.serves_row(command.permission_row())
     }
 
-    /// The same of an extension by its row in the permission tables.
+    /// The same of a command that only the SCARA edition has, by its row in the permission tables. ZC is about the third axis
+    /// of a SCARA.
     pub fn serves_row(&self, row: &str) -> bool {
-        let mut printed = COMMANDS
-            .iter()
-            .filter(|known| known.source == Source::ScaraManual);
-        let is_scara = self.model.language() == scol_mini::Arm::Scara;
-        self.options.extensions || is_scara && printed.any(|known| known.name == row)
+        self.is_scara() || self.options.extensions && row != "ZC"
+    }
+
+    fn is_scara(&self) -> bool {
+        self.model.language() == Arm::Scara
+    }
+
+    /// The permission tables that hold.
+    pub fn permission_table(&self) -> &PermissionTable {
+        let edition = match &self.permissions {
+            Permissions::Given(table) => return table,
+            _ if self.is_scara() => Edition::Scara,
+            Permissions::Edition(Misprint::Kept) => Edition::SixAxisPrint,
+            Permissions::Edition(Misprint::Corrected) => Edition::SixAxis,
+        };
+        PermissionTable::of(edition)
     }
 
     /// The same with this controller, and the options it presets.
@@ -387,7 +456,10 @@ impl Config {
     pub fn new(dialect: Dialect) -> Config {
         Config {
             options: Options::for_dialect(dialect),
-            permissions: PermissionTable::printed(),
+            permissions: match dialect {
+                Dialect::Field => Permissions::Edition(Misprint::Corrected),
+                Dialect::Manual => Permissions::Edition(Misprint::Kept),
+            },
             controller: ControllerType::default(),
             model: crate::model::ArmModel::tv800(),
             key: KeySwitch::default(),

@@ -9,7 +9,7 @@ use crate::prelude::*;
 use crate::time::Time;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
-use ts3100_proto::text::Framing;
+use ts3100_proto::text::{Framing, Terminator};
 
 /// One thing the edge is asked to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -66,8 +66,7 @@ pub enum Output {
 }
 
 /// How a connection ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DisconnectMode {
     /// By a reset (RST): what is under way is lost.
     Reset,
@@ -90,7 +89,7 @@ ts3100_proto::codes! {
     fn as_str -> &'static str;
 }
 
-/// What happened inside, for logs, transcripts and findings.
+/// An event inside the controller, for logs, transcripts and findings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Event {
     /// A text came in whole.
@@ -101,6 +100,8 @@ pub enum Event {
         framing: Framing,
         /// Its data section.
         data: Bytes,
+        /// The byte that ended it.
+        terminator: Terminator,
     },
     /// A text goes out.
     TextOut {
@@ -150,7 +151,6 @@ pub enum Event {
         kind: &'static str,
         /// Where, if it has fired.
         port: Option<Port>,
-        /// What happened.
         message: String,
         /// It has fired.
         fired: bool,
@@ -190,7 +190,7 @@ pub enum Event {
 }
 
 impl Output {
-    /// What kind of thing it is, as streams of events name it.
+    /// Its name in streams of events.
     pub fn kind(&self) -> &'static str {
         match self {
             Output::Send { .. } => "sent",
@@ -224,7 +224,7 @@ impl Output {
 }
 
 impl Event {
-    /// What kind of event it is, as logs and streams of events name it.
+    /// Its name in logs and streams of events.
     pub fn kind(&self) -> &'static str {
         match self {
             Event::TextIn { .. } => "text-in",

@@ -13,8 +13,7 @@ use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
 
 /// Something done at the controller itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PanelAction {
     /// The key switch is turned.
     Key(KeySwitch),
@@ -68,8 +67,7 @@ pub enum PanelAction {
 
 ts3100_proto::codes! {
     /// Position of the key switch.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
     pub enum KeySwitch {
         /// Teaching (test run).
         Teaching = "teaching",
@@ -86,8 +84,7 @@ ts3100_proto::codes! {
 
 ts3100_proto::codes! {
     /// Who commands the robot in EXT mode.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
     pub enum ControlRight {
         /// The external operation signals.
         Sig = "sig",
@@ -103,8 +100,8 @@ ts3100_proto::codes! {
 }
 
 /// Settings for jogging, as SF shows them (SF-14 to SF-16).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct JogMode {
     /// 0 joint, 1 tool, 2 work, 3 world.
     pub coordinate: u16,
@@ -151,8 +148,8 @@ impl JogMode {
 }
 
 /// The watchdog a host set by WD: it must send a text within the timeout (ste80722 S11).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Watchdog {
     /// Longest pause allowed.
     pub timeout: Duration,
@@ -169,19 +166,51 @@ impl Watchdog {
     }
 }
 
+/// How often a stop has been requested since the power came on, by cause. SM shows what a connection has not seen yet (T1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StopRequests {
+    /// The emergency stop was pressed.
+    pub emergency_stop: u32,
+    /// The safety switch was opened.
+    pub safety_stop: u32,
+    /// SP of a host, STOP of the panel, input STOP.
+    pub stop: u32,
+    /// EC,BREAK of a host, input BREAK.
+    pub break_off: u32,
+}
+
+impl StopRequests {
+    /// Whether no count is above that of `all`.
+    pub(crate) fn is_part_of(&self, all: &StopRequests) -> bool {
+        self.emergency_stop <= all.emergency_stop
+            && self.safety_stop <= all.safety_stop
+            && self.stop <= all.stop
+            && self.break_off <= all.break_off
+    }
+
+    /// Whether each cause has come again since `seen`: EE, SE, SC and BC of SM.
+    pub(crate) fn since(&self, seen: &StopRequests) -> [bool; 4] {
+        [
+            self.emergency_stop != seen.emergency_stop,
+            self.safety_stop != seen.safety_stop,
+            self.stop != seen.stop,
+            self.break_off != seen.break_off,
+        ]
+    }
+}
+
 /// State of the controller apart from program and arm.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PanelState {
     /// The power is on; nothing else happens while it is off.
     pub powered: bool,
     /// Servo power.
     pub servo: bool,
     /// When servo power that was turned on becomes active, if the option `servo.interval` delays it.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub servo_due: Option<Time>,
     /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`] less one at most.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub servo_ons: u8,
     /// The emergency stop button is pressed.
     pub emergency_stop: bool,
@@ -191,6 +220,8 @@ pub struct PanelState {
     pub key: KeySwitch,
     /// EXTERNAL mode control right.
     pub control_right: ControlRight,
+    /// The control right that counts again after power-off, while EM of a host has changed it (T4).
+    pub lasting_right: Option<ControlRight>,
     /// Operation mode.
     pub run_mode: RunMode,
     /// Speed override in percent, 1 to 100.
@@ -202,7 +233,6 @@ pub struct PanelState {
     /// The battery of the RAM drive is low.
     pub battery_low: bool,
     /// Settings for jogging.
-    #[cfg_attr(feature = "serde", serde(rename = "guide"))]
     pub jog_mode: JogMode,
     /// The watchdog of a host, while it is armed.
     pub watchdog: Option<Watchdog>,
@@ -212,6 +242,8 @@ pub struct PanelState {
     pub run_total: Duration,
     /// Since when the present program runs.
     pub running_since: Option<Time>,
+    /// Requests to stop since the power came on.
+    pub stop_requests: StopRequests,
 }
 
 impl PanelState {
@@ -226,6 +258,7 @@ impl PanelState {
             safety_open: false,
             key,
             control_right,
+            lasting_right: None,
             run_mode: RunMode::Cycle,
             override_percent: 100,
             machine_lock: false,
@@ -236,6 +269,7 @@ impl PanelState {
             powered_at: now,
             run_total: Duration::ZERO,
             running_since: None,
+            stop_requests: StopRequests::default(),
         }
     }
 
@@ -257,7 +291,7 @@ impl PanelState {
             safety_open: self.safety_open,
             machine_lock: self.machine_lock,
             battery_low: self.battery_low,
-            ..PanelState::power_on(now, self.key, self.control_right)
+            ..PanelState::power_on(now, self.key, self.lasting_right.unwrap_or(self.control_right))
         }
     }
 
@@ -273,9 +307,14 @@ impl PanelState {
     }
 }
 
+/// One request more. Only whether a count differs from what a host has seen matters, so it may wrap.
+fn count(requests: &mut u32) {
+    *requests = requests.wrapping_add(1);
+}
+
 /// The panel: its state, and the only ways to change it.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(transparent))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
 pub(crate) struct Panel {
     state: PanelState,
 }
@@ -327,7 +366,27 @@ impl Panel {
         ];
         let cause = causes.into_iter().find(|(_, of)| *of == code);
         let lasted = cause.map(|(cause, _)| core::mem::replace(cause, lasts));
-        self.state.powered && lasts && lasted == Some(false)
+        let begins = self.state.powered && lasts && lasted == Some(false);
+        // A button held when the power comes on raises its alarm, but is no request.
+        if begins {
+            let requests = &mut self.state.stop_requests;
+            if code == alarm::EMERGENCY_STOP {
+                count(&mut requests.emergency_stop);
+            } else if code == alarm::SAFETY_STOP {
+                count(&mut requests.safety_stop);
+            }
+        }
+        begins
+    }
+
+    /// STOP was requested, whether anything ran or not.
+    pub(crate) fn note_stop_request(&mut self) {
+        count(&mut self.state.stop_requests.stop);
+    }
+
+    /// BREAK was requested.
+    pub(crate) fn note_break_request(&mut self) {
+        count(&mut self.state.stop_requests.break_off);
     }
 
     pub(crate) fn set_key(&mut self, key: KeySwitch) {
@@ -335,7 +394,14 @@ impl Panel {
     }
 
     pub(crate) fn set_control_right(&mut self, right: ControlRight) {
-        self.state.control_right = right;
+        (self.state.control_right, self.state.lasting_right) = (right, None);
+    }
+
+    /// EM of a host: for as long as the power is on.
+    pub(crate) fn give_control_right(&mut self, right: ControlRight) {
+        let state = &mut self.state;
+        state.lasting_right.get_or_insert(state.control_right);
+        state.control_right = right;
     }
 
     pub(crate) fn set_machine_lock(&mut self, on: bool) {

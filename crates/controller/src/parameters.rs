@@ -1,4 +1,5 @@
-//! The parameter files of the RAM drive: created if missing, read at power-on.
+//! The parameter files of the RAM drive: USER.PAR and ETHERNET.PAR are created if missing, STRING.PAR comes from a host. All
+//! are read at power-on.
 //!
 //! `ts3100_proto::parameter` parses and writes them; the emulator applies the settings to its links; `ops::parameters`
 //! writes the files.
@@ -7,14 +8,18 @@ use crate::drive::Drive;
 use crate::network::NetworkConfig;
 use crate::port::Port;
 use crate::prelude::*;
+use alloc::collections::BTreeMap;
 use ts3100_proto::parameter::{
-    Edition, EthernetParameters, OpenMode, ParameterProblem, SerialSettings, UserParameters,
+    Edition, EthernetParameters, OpenMode, ParameterProblem, SerialSettings, StringRow, StringRule,
+    UserParameters, parse_strings,
 };
 
 /// Name of the Ethernet parameter file.
 pub(crate) const ETHERNET_PAR: &str = "ETHERNET.PAR";
 /// Name of the user parameter file.
 pub(crate) const USER_PAR: &str = "USER.PAR";
+/// Name of the file with the numbers of strings.
+pub(crate) const STRING_PAR: &str = "STRING.PAR";
 
 /// A problem, and the file that has it.
 pub(crate) type FileProblem = (&'static str, ParameterProblem);
@@ -24,6 +29,7 @@ pub(crate) type FileProblem = (&'static str, ParameterProblem);
 pub(crate) struct Parameters {
     ethernet: EthernetParameters,
     user: UserParameters,
+    strings: Vec<StringRow>,
     network: NetworkConfig,
 }
 
@@ -35,18 +41,20 @@ impl Parameters {
             ..EthernetParameters::factory()
         };
         let network = NetworkConfig::new(&ethernet);
-        Parameters::restored(ethernet, UserParameters::factory(), network)
+        Parameters::restored(ethernet, UserParameters::factory(), Vec::new(), network)
     }
 
     /// Those of a snapshot.
     pub(crate) fn restored(
         ethernet: EthernetParameters,
         user: UserParameters,
+        strings: Vec<StringRow>,
         network: NetworkConfig,
     ) -> Parameters {
         Parameters {
             ethernet,
             user,
+            strings,
             network,
         }
     }
@@ -63,6 +71,31 @@ impl Parameters {
         &self.network
     }
 
+    pub(crate) fn strings(&self) -> &[StringRow] {
+        &self.strings
+    }
+
+    /// What INPUT gets for a string that is no number, if \[U25\] has something for it. Letter case counts, and the first
+    /// row that fits (assumed, T13).
+    pub(crate) fn number_of(&self, string: &str) -> Option<u16> {
+        match self.user.input_string {
+            StringRule::Alarm => None,
+            StringRule::Zero => Some(0),
+            StringRule::LookUp => {
+                let row = self.strings.iter().find(|row| row.text == string);
+                row.map(|row| row.number)
+            }
+        }
+    }
+
+    /// What INPUT takes, for the message about a string that it does not take.
+    pub(crate) fn expected_by_input(&self) -> &'static str {
+        match self.user.input_string {
+            StringRule::LookUp => "a number or a text of STRING.PAR",
+            StringRule::Alarm | StringRule::Zero => "a number",
+        }
+    }
+
     /// Settings of a serial port; `None` for the Ethernet channels.
     pub(crate) fn serial_line(&self, port: Port) -> Option<SerialSettings> {
         match port {
@@ -72,12 +105,20 @@ impl Parameters {
         }
     }
 
-    /// What is wrong with the content of a parameter file.
+    /// Settings of both serial ports.
+    pub(crate) fn serial_lines(&self) -> BTreeMap<Port, SerialSettings> {
+        let settings = Port::SERIAL
+            .into_iter()
+            .filter_map(|port| Some((port, self.serial_line(port)?)));
+        settings.collect()
+    }
+
+    /// Problems of a parameter file with this content.
     pub(crate) fn problems(&self, name: &str, content: &[u8], edition: Edition) -> Vec<ParameterProblem> {
-        if name == ETHERNET_PAR {
-            EthernetParameters::parse(content, &self.ethernet).1
-        } else {
-            UserParameters::parse(content, &self.user, edition).1
+        match name {
+            ETHERNET_PAR => EthernetParameters::parse(content, &self.ethernet).1,
+            STRING_PAR => parse_strings(content).1.into_iter().collect(),
+            _ => UserParameters::parse(content, &self.user, edition).1,
         }
     }
 
@@ -94,6 +135,9 @@ impl Parameters {
             self.user = user;
             problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
         }
+        let (strings, problem) = parse_strings(drive.get(STRING_PAR).unwrap_or_default());
+        self.strings = strings;
+        problems.extend(problem.map(|problem| (STRING_PAR, problem)));
         self.network = NetworkConfig::new(&self.ethernet);
         problems
     }

@@ -8,12 +8,8 @@ use ts3100_proto::permission::ProtocolPort;
 
 ts3100_proto::codes! {
     /// A communication port.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-    #[cfg_attr(
-        feature = "serde",
-        derive(Serialize, Deserialize),
-        serde(rename_all = "UPPERCASE")
-    )]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+    #[serde(rename_all = "UPPERCASE")]
     pub enum Port {
         /// Serial port HOST: simple protocol.
         Host = "HOST",

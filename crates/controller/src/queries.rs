@@ -9,6 +9,7 @@ use crate::drive::Drive;
 use crate::endpoint::session::{Exchange, Session};
 pub use crate::executor::TaskView;
 use crate::faults::Faults;
+use crate::faults::effects::FaultEffects;
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::network::NetworkConfig;
@@ -73,9 +74,9 @@ impl Controller {
         &self.robot.drive
     }
 
-    /// What it was made of.
+    /// The configuration it was made from.
     pub fn config(&self) -> &Config {
-        &self.robot.config
+        &self.robot.context.config
     }
 
     /// The Ethernet parameters in effect.
@@ -88,7 +89,7 @@ impl Controller {
         self.robot.parameters.user()
     }
 
-    /// What PRINT has shown on the teach pendant.
+    /// Text that PRINT has shown on the teach pendant.
     pub fn pendant(&self) -> &str {
         self.robot.channels.pendant()
     }
@@ -144,18 +145,18 @@ impl Controller {
     /// The posture of the arm now.
     pub fn arm_pose(&self) -> ArmPose {
         let conditions = self.robot.executor.memory().conditions();
-        self.robot.arm.pose(self.robot.now, conditions)
+        self.robot.arm.pose(self.robot.context.now, conditions)
     }
 
     /// Name of the work coordinate system in which the pose is given; empty if it has none.
     pub fn work_name(&self) -> String {
-        self.robot.arm.work_name(self.robot.now, &self.frames())
+        self.robot.arm.work_name(self.robot.context.now, &self.frames())
     }
 
     /// The coordinate systems in force.
     pub fn frames(&self) -> Frames {
         let conditions = self.robot.executor.memory().conditions();
-        self.robot.arm.frames(self.robot.now, conditions)
+        self.robot.arm.frames(self.robot.context.now, conditions)
     }
 
     /// Tool points in world coordinates along the path of the motion under way or else of the last one, at most
@@ -176,7 +177,7 @@ impl Controller {
 
     /// Percentage of the motion completed; 100 if none is under way.
     pub fn motion_percent(&self) -> f64 {
-        self.robot.arm.percent(self.robot.now)
+        self.robot.arm.percent(self.robot.context.now)
     }
 
     /// A communication port.
@@ -240,7 +241,7 @@ impl Controller {
     /// From now on every statement of the program is told by
     /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
     pub fn trace(&mut self, on: bool) {
-        self.robot.outputs.trace(on);
+        self.robot.context.outputs.trace(on);
     }
 
     /// The files of the RAM drive in alphabetical order, each with its content without EOF.
@@ -265,18 +266,19 @@ impl Controller {
 
     /// User outputs that are on, in the order of their numbers.
     pub fn outputs_on(&self) -> Vec<u16> {
-        let lines = Signals::numbers().filter(|line| Signals::is_user_output(*line));
+        let bus = self.robot.context.config.options.field_bus;
+        let lines = Signals::numbers().filter(|line| Signals::is_user_output(*line, bus));
         lines.filter(|line| self.robot.signals.output(*line)).collect()
     }
 
     /// Date and time now, as the error history writes it.
     pub fn calendar_now(&self) -> CalendarTime {
-        self.robot.calendar()
+        self.robot.context.calendar()
     }
 
     /// Sets the date and time at [`Time::ZERO`](crate::time::Time::ZERO).
     pub fn set_calendar(&mut self, calendar: CalendarTime) {
-        self.robot.config.calendar = calendar;
+        self.robot.context.config.calendar = calendar;
     }
 
     /// The Ethernet channels as of the last power-on.
@@ -286,7 +288,7 @@ impl Controller {
 
     /// The virtual time up to which everything has happened.
     pub fn now(&self) -> Time {
-        self.robot.now
+        self.robot.context.now
     }
 
     /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
@@ -306,15 +308,11 @@ impl Controller {
     #[must_use]
     pub fn without_faults(&self) -> Controller {
         let mut copy = self.clone();
-        copy.endpoints.faults = Faults::new(self.robot.config.fault_seed);
+        copy.endpoints.faults = Faults::new(self.robot.context.config.fault_seed);
+        copy.robot.context.fault_effects = FaultEffects::default();
         copy.endpoints.variation = None;
-        copy.endpoints.find_due(&copy.robot);
+        copy.find_due();
         copy
-    }
-
-    /// Address and port of the peer on a port, as the edge gave it; `None` while there is none.
-    pub fn peer(&self, port: Port) -> Option<&str> {
-        self.endpoints.peer(&self.robot, port)
     }
 
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.

@@ -3,26 +3,26 @@
 
 use crate::alarm::Alarms;
 use crate::arm::Arm;
-use crate::drive::{Drive, DriveError};
+use crate::context::Context;
+use crate::drive::{Drive, DriveError, PersistError};
 use crate::executor::Executor;
-use crate::findings::{Finding, MAX_BYTES, Message, Rule};
+use crate::faults::effects::MachineState;
+use crate::findings::Rule;
 use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::options::Config;
-use crate::output::{Event, Output};
-use crate::outputs::Outputs;
+use crate::output::Output;
 use crate::panel::{KeySwitch, Panel};
 use crate::parameters::Parameters;
-use crate::persistence::Persistence;
+use crate::persistence::{Change, Persistence, Then, Waiting};
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
 use bytes::Bytes;
-use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
 
-/// What the hosts are to be told of the program, in the order in which it happened.
+/// News of the program for the hosts, in the order in which it happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum RunNotice {
     /// It runs (again): an SP that waits is about the past.
@@ -34,8 +34,7 @@ pub(crate) enum RunNotice {
 /// The robot behind the ports.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Robot {
-    pub(crate) config: Config,
-    pub(crate) now: Time,
+    pub(crate) context: Context,
     pub(crate) panel: Panel,
     pub(crate) drive: Drive,
     pub(crate) alarms: Alarms,
@@ -48,7 +47,6 @@ pub(crate) struct Robot {
     pub(crate) persistence: Persistence,
     /// Taken by `Endpoints::settle`; empty between two inputs.
     pub(crate) notices: Vec<RunNotice>,
-    pub(crate) outputs: Outputs,
 }
 
 impl Robot {
@@ -60,7 +58,7 @@ impl Robot {
     pub(crate) fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Box<Robot>, DriveError> {
         let mut drive = Drive::new(config.options.drive_capacity);
         for (name, content) in files {
-            drive.store(&FileName::parse(&name)?, &content)?;
+            drive.store(&FileName::parse(&name)?, content)?;
         }
         let key = if config.key == KeySwitch::Internal && !config.controller.has_internal() {
             KeySwitch::Ext
@@ -68,7 +66,6 @@ impl Robot {
             config.key
         };
         let mut robot = Box::new(Robot {
-            now: Time::ZERO,
             panel: Panel::new(Time::ZERO, key, config.control_right),
             drive,
             alarms: Alarms::default(),
@@ -80,8 +77,7 @@ impl Robot {
             maintenance: MaintenanceCounters::default(),
             persistence: Persistence::default(),
             notices: Vec::new(),
-            outputs: Outputs::default(),
-            config,
+            context: Context::new(config),
         });
         // Before the missing ones are made: what they say counts already.
         robot.take_parameters();
@@ -98,87 +94,93 @@ impl Robot {
         (executed, analysed)
     }
 
-    /// Bytes of a port go no further.
-    pub(crate) fn dropped(&mut self, port: Port, bytes: usize, reason: &'static str) {
-        self.outputs.event(Event::Dropped { port, bytes, reason });
-    }
-
-    /// A rule was broken.
-    pub(crate) fn report(
-        &mut self,
-        rule: &'static Rule,
-        port: impl Into<Option<Port>>,
-        bytes: &[u8],
-        message: impl Into<Message>,
-    ) {
-        let bytes = Bytes::copy_from_slice(bytes.get(..MAX_BYTES).unwrap_or(bytes));
-        self.report_shared(rule, port.into(), bytes, message.into());
-    }
-
-    /// A rule was broken by these bytes, which others keep too.
-    pub(crate) fn report_shared(
-        &mut self,
-        rule: &'static Rule,
-        port: Option<Port>,
-        mut bytes: Bytes,
-        message: Message,
-    ) {
-        bytes.truncate(MAX_BYTES);
-        self.outputs.event(Event::Finding(Finding {
-            rule,
-            port,
-            at: self.now,
-            bytes,
-            message,
-        }));
-    }
-
-    /// Date and time now, for the error history.
-    pub(crate) fn calendar(&self) -> CalendarTime {
-        let seconds = self.now.as_micros() / 1_000_000;
-        self.config.calendar.plus_seconds(seconds)
-    }
-
-    /// A file is about to be stored, or with no content erased.
-    ///
-    /// # Errors
-    /// [`DriveError::NotPersisted`]: see [`Persistence::ask`].
-    pub(crate) fn persist(&mut self, name: &str, content: Option<&Bytes>) -> Result<(), DriveError> {
-        let name = name.to_string();
-        let answer = self.persistence.ask();
-        if self.persistence.is_pending() {
-            self.outputs.push(Output::Persist {
-                name: name.clone(),
-                content: content.cloned(),
-            });
+    /// The state that a fault on the machine changes, as it is now.
+    pub(crate) fn machine_state(&self) -> MachineState {
+        let state = self.panel.state();
+        MachineState {
+            powered: state.powered,
+            servo: state.servo,
+            key: state.key,
+            alarms: self.alarms.active().len(),
+            program: self.executor.program_runs(),
         }
-        answer.map_err(|reason| DriveError::NotPersisted { name, reason })
     }
 
-    /// Stores a file; it is kept outside too if files are.
-    ///
-    /// # Errors
-    /// [`DriveError`]; the drive is then unchanged.
-    pub(crate) fn store(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
-        self.drive.check(name, content)?;
-        self.persist(name.as_str(), Some(content))?;
-        self.drive.store_checked(name, content.clone());
-        self.outputs.push(Output::Stored {
-            name: name.as_str().to_string(),
-            content: content.clone(),
-        });
-        self.executor.mark_stale(name.as_str(), self.now);
-        Ok(())
+    /// An alarm follows a finding of this rule: it is the fault's, too, if the finding is.
+    pub(crate) fn blame_alarm(&mut self, rule: &'static Rule, port: Option<Port>) {
+        if let Some(cause) = self.context.fault_effects.cause_of(rule, port) {
+            let state = self.machine_state();
+            self.context
+                .fault_effects
+                .alarm_follows(self.context.now, cause, state);
+        }
     }
 
-    /// Stores a file without asking whether it is kept outside.
+    /// Stores a file as the power comes on, or on behalf of one who keeps it outside already.
     ///
     /// # Errors
     /// [`DriveError`]; the drive is then unchanged.
     pub(crate) fn store_inside(&mut self, name: &FileName, content: &Bytes) -> Result<(), DriveError> {
-        let persistence = core::mem::take(&mut self.persistence);
-        let stored = self.store(name, content);
-        self.persistence = persistence;
-        stored
+        let staged = self.drive.stage(name, content.clone())?;
+        self.commit(staged.into(), Ok(()))
+    }
+
+    /// Has a change stored outside, which the answer makes; or gives it back to be made at once.
+    #[must_use]
+    pub(crate) fn propose(&mut self, change: Change, then: Then) -> Option<Waiting> {
+        let waiting = Waiting { change, then };
+        if !self.persistence.is_outside() {
+            return Some(waiting);
+        }
+        let staged = &waiting.change.staged;
+        self.context.outputs.push(Output::Persist {
+            name: staged.name().to_string(),
+            content: staged.content().cloned(),
+        });
+        self.persistence.wait(waiting);
+        None
+    }
+
+    /// Makes a change that was stored, or drops it.
+    ///
+    /// # Errors
+    /// [`DriveError::NotPersisted`]; nothing has changed then.
+    pub(crate) fn commit(
+        &mut self,
+        change: Change,
+        stored: Result<(), PersistError>,
+    ) -> Result<(), DriveError> {
+        let Change {
+            staged,
+            program,
+            variable,
+        } = change;
+        let name = staged.name().to_string();
+        if let Err(reason) = stored {
+            return Err(DriveError::NotPersisted { name, reason });
+        }
+        let content = staged.content().cloned();
+        self.drive.commit(staged);
+        match (program, &content) {
+            (Some(program), Some(content)) => {
+                let source = String::from_utf8_lossy(content).into_owned();
+                self.executor.take_rewritten(source, program);
+            }
+            (None, Some(_)) => self.executor.mark_stale(&name, self.context.now),
+            (_, None) => {}
+        }
+        self.context.outputs.push(match content {
+            Some(content) => Output::Stored { name, content },
+            None => Output::Erased { name },
+        });
+        if let Some((variable, value)) = variable {
+            let set = self.executor.set_global(&variable, value);
+            debug_assert!(
+                set.is_ok(),
+                "{}: written into the file, and {set:?}",
+                variable.name
+            );
+        }
+        Ok(())
     }
 }

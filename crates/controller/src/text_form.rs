@@ -8,7 +8,7 @@ pub(crate) fn split(words: &str) -> (&str, &str) {
     words.split_once(' ').unwrap_or((words, ""))
 }
 
-/// What has to be one word and no more.
+/// A text that has to be one word and no more.
 pub(crate) fn single_word(expected: &'static str, word: &str) -> Result<String, UnexpectedWord> {
     if word.is_empty() || word.contains(' ') {
         return Err(UnexpectedWord::new(expected, word));

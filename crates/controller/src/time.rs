@@ -8,8 +8,7 @@ use core::time::Duration;
 use ts3100_proto::words::split_duration;
 
 /// A moment of virtual time, in microseconds since the controller value was made.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
 pub struct Time(u64);
 
 /// A duration that a program gives in seconds, clamped to 0 to `longest` and rounded to the nearest microsecond:

@@ -67,8 +67,8 @@ pub const VARIATIONS: &[VariationRule] = &[
 ];
 
 /// The random state of the variations in a run.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Variation {
     seed: u64,
     segments: Rng,

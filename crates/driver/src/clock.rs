@@ -156,7 +156,7 @@ impl Clock {
         }
     }
 
-    /// Holds wall-clock time at a moment: robots that act on each other take a step at one time. `None` lets it pass.
+    /// Holds wall-clock time at a moment: worlds that are read together are read at one. `None` lets it pass.
     pub fn hold(&mut self, moment: Option<Instant>) {
         self.held = moment;
     }
@@ -166,14 +166,14 @@ impl Clock {
         self.held.unwrap_or_else(Instant::now)
     }
 
-    /// When a host was last active, and how long connections must be quiet before automatic time jumps.
-    pub fn silence(&self) -> (Instant, Duration) {
-        (self.last_activity, self.silence)
+    /// How long connections must be quiet before automatic time jumps.
+    pub fn silence(&self) -> Duration {
+        self.silence
     }
 
-    /// Sets what [`Clock::silence`] returns: clocks that pass together jump together.
-    pub fn set_silence(&mut self, last_activity: Instant, silence: Duration) {
-        (self.last_activity, self.silence) = (last_activity, silence);
+    /// Sets what [`Clock::silence`] returns.
+    pub fn set_silence(&mut self, silence: Duration) {
+        self.silence = silence;
     }
 
     /// Whether the silence is shorter than the timer of the runtime can tell, which counts whole milliseconds.
@@ -253,13 +253,6 @@ impl Clock {
     /// Total lag of virtual time since the clock was started.
     pub fn lag(&self) -> Duration {
         self.lag
-    }
-
-    /// Shows [`Time::ZERO`] again.
-    pub fn restart(&mut self) {
-        let (idle, held) = (self.idle, self.held);
-        *self = Clock::start(self.mode, self.gap, self.silence);
-        (self.idle, self.held) = (idle, held);
     }
 
     /// Notes that a byte was sent or received; `auto` waits for as much silence from now.

@@ -1,32 +1,36 @@
-//! The driver owns the controller and runs its loop: it takes one input (bytes, an action, a deadline), hands it to
-//! the controller, carries out every output, and only then takes the next input.
+//! The driver owns a [`World`] and runs its loop: it takes one input (bytes, an action, a deadline), hands it to the robot it
+//! is for, has every output carried out, and only then takes the next input. One robot is a world of one.
 //!
 //! The driver does not know what bytes or states mean; that is `ts3100-controller`. Who records or reports what happens
-//! subscribes to its [`Cell`]. Sockets are in [`crate::tcp`], serial lines in [`crate::serial`], time in [`crate::clock`],
+//! subscribes to a [`Seat`]. Sockets are in [`crate::tcp`], serial lines in [`crate::serial`], time in [`crate::clock`],
 //! files in [`crate::store`].
 //!
 //! Start with [`Driver::run`] and `run_loop`, then `edge`, which carries out the outputs. `control` serves requests,
-//! `snapshots` replaces the running controller.
+//! `snapshots` replaces running controllers.
 
-use crate::cell::{Cell, Side, Subscriber};
 use crate::clock::{Clock, TimeGap, TimeMode};
+use crate::seat::{Seat, Side, Subscriber};
 use crate::serial::{SerialEndpoint, SerialError, SerialLines};
 use crate::snapshot::SnapshotStore;
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels, LinkOptions, Ports, SharedPorts};
-use edge::{Edge, WriteResult};
-use request::{Reply, Request};
+use crate::world::{Wire, World};
+use edge::{Edge, Start, WriteResult};
+use request::{Awaiting, Paused, Request, Requests};
 use run_loop::Rotation;
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::net::IpAddr;
-use std::time::Instant;
-use tokio::sync::mpsc;
-use ts3100_controller::Controller;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::{Mutex, mpsc};
+use tracing::{Span, warn};
 use ts3100_controller::action::{Accepted, ActionError};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::Input;
 use ts3100_controller::port::Port;
+use ts3100_controller::{Controller, Time};
 
 mod control;
 mod edge;
@@ -35,10 +39,11 @@ mod run_loop;
 pub mod self_check;
 mod snapshots;
 pub mod wait;
-pub mod wired;
 
 /// Requests that may be queued for the driver; further senders wait.
 pub const REQUEST_QUEUE: usize = 64;
+/// The number of the first robot of a driver.
+pub const FIRST: usize = 0;
 
 /// Why a driver cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -54,7 +59,7 @@ pub enum OpenError {
     SelfCheck(std::io::Error),
 }
 
-/// What a driver starts with.
+/// What a robot starts with.
 pub struct Setup {
     /// The controller, after power-on or from a snapshot.
     pub controller: Controller,
@@ -70,149 +75,259 @@ pub struct Setup {
     pub links: LinkOptions,
     /// How the serial ports are reached.
     pub serial: BTreeMap<Port, SerialEndpoint>,
-    /// How time passes.
-    pub time: TimeMode,
-    /// What becomes of time in which the process was stopped.
-    pub time_gap: TimeGap,
     /// Faults that are armed at the start and after a reset.
     pub faults: Vec<Fault>,
     /// Servo power at the start and after a reset.
     pub servo_on: bool,
     /// Who sees what happens, from the first input on.
     pub subscribers: Vec<Box<dyn Subscriber>>,
+    /// Names the robot in the lines of the log.
+    pub span: Span,
 }
 
-/// A controller with its channels, serial lines, clock and backing directory.
+/// Robots that share one time, with their connections, their directories and their clock.
 pub struct Driver {
-    cell: Cell,
-    edge: Edge,
-    requests: mpsc::Receiver<Request>,
-    /// The requests that are served alone.
-    exclusive: Option<mpsc::Receiver<Request>>,
+    world: World<Edge>,
+    clock: Clock,
+    /// Each with the number of the robot it is for.
+    requests: mpsc::Receiver<(usize, Request)>,
     rotation: Rotation,
-    /// Takes the result of an action that waits until a change of a file is stored.
-    awaiting: Option<Reply<Result<(), ActionError>>>,
-    snapshot_store: SnapshotStore,
-    servo_on: bool,
-    /// Faults that are armed at the start and after a reset.
-    faults: Vec<Fault>,
-    /// Copy of the controller before the first input; a reset returns to it.
-    initial_controller: Controller,
+    /// Who waits until a change of a file is stored.
+    awaiting: Option<Awaiting>,
+    /// How many writes the inputs that wait have waited for.
+    writes_awaited: u32,
 }
 
 impl Driver {
-    /// Powers the controller on and opens its ports; to be called in a runtime. Send requests through the returned
-    /// sender; [`Driver::run`] continues after all senders are dropped.
-    ///
-    /// # Errors
-    /// See [`OpenError`]; no port stays open.
-    pub fn open(setup: Setup) -> Result<(Box<Driver>, mpsc::Sender<Request>), OpenError> {
+    /// A driver without robots. `gap` says what becomes of time in which the process was stopped. Send requests by what is
+    /// returned, for the first robot, or [`Requests::of`] another; [`Driver::run`] continues after all senders are dropped.
+    pub fn new(time: TimeMode, gap: TimeGap) -> (Box<Driver>, Requests) {
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
-        let mut clock = Clock::start(setup.time, setup.time_gap, setup.links.silence);
-        clock.set(setup.controller.now());
         // On the heap: a future has a place for each value that is moved through it.
-        let mut driver = Box::new(Driver {
-            initial_controller: setup.controller.clone(),
-            cell: Cell::new(setup.controller),
-            edge: Edge {
-                channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
-                serial_lines: SerialLines::new(setup.serial, setup.links),
-                clock,
-                shares_time: false,
-                backing: setup.backing,
-                waits: Vec::new(),
-                begun: Instant::now(),
-                write: None,
-            },
+        let driver = Box::new(Driver {
+            world: World::new(),
+            clock: Clock::start(time, gap, Duration::ZERO),
             requests,
-            exclusive: None,
             rotation: Rotation::default(),
             awaiting: None,
-            snapshot_store: SnapshotStore::default(),
-            servo_on: setup.servo_on,
-            faults: setup.faults,
+            writes_awaited: 0,
         });
+        (driver, Requests::new(FIRST, sender))
+    }
+
+    /// Adds a robot whose time passes with that of the others: powers its controller on and opens its ports. To be called
+    /// in a runtime. Returns its number.
+    ///
+    /// # Errors
+    /// See [`OpenError`].
+    pub fn add(&mut self, setup: Setup) -> Result<usize, OpenError> {
+        // Robots that jump together wait as long as the most patient of them.
+        self.clock
+            .set_silence(self.clock.silence().max(setup.links.silence));
+        let edge = Edge {
+            channels: Channels::new(setup.listen, setup.ports, setup.shared, setup.links),
+            serial_lines: SerialLines::new(setup.serial, setup.links),
+            backing: setup.backing,
+            waits: Vec::new(),
+            begun: self.clock.wall(),
+            write: None,
+            has_sent: false,
+            snapshots: SnapshotStore::default(),
+            start: Start {
+                controller: setup.controller.clone(),
+                faults: setup.faults,
+                servo_on: setup.servo_on,
+            },
+            lost_before: (Duration::ZERO, Duration::ZERO),
+        };
+        let seat = Seat::new(setup.controller);
+        let number = self.world.add(self.clock.now(), seat, edge, setup.span);
+        let robot = &mut self.world[number];
         for subscriber in setup.subscribers {
-            driver.cell.subscribe(subscriber);
+            robot.seat.subscribe(subscriber);
         }
-        driver.judge_pace();
+        robot.seat.report_timed_findings(self.clock.keeps_pace());
         // A snapshot can hold a controller that is powered off; it has no open ports.
-        if driver.cell.controller.state().powered {
-            driver.edge.channels.open(driver.cell.controller.network())?;
+        if robot.seat.controller.state().powered {
+            robot.edge.channels.open(robot.seat.controller.network())?;
         }
-        driver.edge.serial_lines.open(&driver.cell.controller)?;
-        driver.start();
-        Ok((driver, sender))
+        robot.edge.serial_lines.open(&robot.seat.controller)?;
+        self.start(number);
+        Ok(number)
     }
 
-    /// TCP port of each server channel.
-    pub fn ports(&self) -> &BTreeMap<Port, u16> {
-        self.edge.channels.numbers()
+    /// Joins the robots by wires.
+    pub fn join(&mut self, wires: Vec<Wire>) {
+        self.begin();
+        self.world.join(wires);
+        self.note_effects();
     }
 
-    /// Endpoint (path or address) of each open serial line.
-    pub fn serial_endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
-        self.edge.serial_lines.endpoints()
+    /// TCP port of each server channel of a robot.
+    pub fn ports(&self, robot: usize) -> &BTreeMap<Port, u16> {
+        self.world[robot].edge.channels.numbers()
     }
 
-    /// The controller with its subscribers, for adding some before [`Driver::run`].
-    pub fn cell(&mut self) -> &mut Cell {
-        &mut self.cell
+    /// Endpoint (path or address) of each open serial line of a robot.
+    pub fn serial_endpoints(&self, robot: usize) -> BTreeMap<Port, SerialEndpoint> {
+        self.world[robot].edge.serial_lines.endpoints()
     }
 
-    /// Runs until `stop` completes, closes all ports and returns the final controller.
-    pub async fn run(mut self: Box<Self>, stop: impl Future<Output = ()>) -> Controller {
-        self.serve(stop).await;
-        self.finish().await
+    /// The controller of a robot with its subscribers, for adding some before [`Driver::run`].
+    pub fn seat(&mut self, robot: usize) -> &mut Seat {
+        &mut self.world[robot].seat
     }
 
-    /// Closes all ports and returns the final controller.
-    async fn finish(mut self: Box<Self>) -> Controller {
+    /// Runs until `stop` completes, closes all ports and returns the final controllers.
+    pub async fn run(self: Box<Self>, stop: impl Future<Output = ()>) -> Vec<Controller> {
+        let mut stop = pin!(stop);
+        // Locked by the loop, and by whoever has it pause.
+        let driver = Arc::new(Mutex::new(self));
+        loop {
+            let mut served = driver.lock().await;
+            let Some(caller) = served.serve(stop.as_mut()).await else {
+                return served.finish().await;
+            };
+            drop(served);
+            let paused = Paused::new(Arc::clone(&driver).lock_owned().await);
+            // Fails only when nobody waits for it any more: the loop goes on.
+            drop(caller.send(paused));
+        }
+    }
+
+    /// Closes all ports and returns the final controllers.
+    async fn finish(&mut self) -> Vec<Controller> {
         self.finish_writes().await;
-        // Handle what is already due, so that the returned state and the reports agree.
-        self.feed(Input::Tick);
+        // Handle what is already due, so that the returned states and the reports agree.
+        self.tick();
         self.finish_writes().await;
-        self.edge.channels.close();
-        self.edge.serial_lines.close();
-        self.cell.controller
+        let robots = std::mem::take(&mut self.world).into_robots().into_iter();
+        let ended = robots.map(|mut robot| {
+            robot.edge.channels.close();
+            robot.edge.serial_lines.close();
+            robot.seat.controller
+        });
+        ended.collect()
     }
 
-    /// Handles an input and every input that results from it, at the present time.
-    fn handle(&mut self, input: Input, by: Side) -> Result<Accepted, ActionError> {
-        self.cell.feed(self.edge.begin(), input, by, &mut self.edge)
+    /// Begins a unit of work: the moment at which its inputs are handled.
+    fn begin(&mut self) -> Time {
+        let wall = self.clock.wall();
+        for robot in self.world.robots_mut() {
+            robot.edge.begun = wall;
+        }
+        self.clock.now()
+    }
+
+    /// Handles an input of a robot and every input that results from it, at the present time.
+    fn handle(&mut self, robot: usize, input: Input, by: Side) -> Result<Accepted, ActionError> {
+        let now = self.begin();
+        let result = self.world.feed(now, robot, input, by);
+        self.note_effects();
+        result
     }
 
     /// Handles an input of the host whose result nobody waits for: a refusal is an event.
-    fn feed(&mut self, input: Input) {
-        let _ = self.handle(input, Side::Host);
+    fn feed(&mut self, robot: usize, input: Input) {
+        let _ = self.handle(robot, input, Side::Host);
+    }
+
+    /// Every robot does what is due now.
+    fn tick(&mut self) {
+        let now = self.begin();
+        self.world.advance(now);
+        self.note_effects();
+    }
+
+    /// Takes into account what the robots have just done: how time passes depends on it.
+    fn note_effects(&mut self) {
+        if let Some(reached) = self.world.take_late() {
+            self.note_lag(reached);
+        }
+        let (mut has_sent, mut is_idle) = (false, true);
+        for robot in self.world.robots_mut() {
+            has_sent |= std::mem::take(&mut robot.edge.has_sent);
+            is_idle &= robot.edge.is_idle(&robot.seat.controller);
+        }
+        // Whatever leaves one robot ends the silence of all.
+        if has_sent {
+            self.clock.note_activity();
+        }
+        self.clock.set_idle(is_idle);
+    }
+
+    /// The machine is too slow: time goes on from the moment that was reached.
+    fn note_lag(&mut self, reached: Time) {
+        if self.clock.note_lag(reached) {
+            let mode = self.clock.mode();
+            self.span().in_scope(|| {
+                warn!(
+                    "this machine cannot keep up with --time {mode}: virtual time lags (`behind` of /clock)"
+                );
+            });
+        }
+    }
+
+    /// Names the robot in lines about the whole world, if it has no other.
+    fn span(&self) -> Span {
+        match self.world.robots() {
+            [only] => only.span.clone(),
+            _ => Span::none(),
+        }
     }
 
     /// A write to the backing directory has ended: what has waited for it goes on.
-    fn stored(&mut self, written: WriteResult) {
-        let answer = Input::Persisted(self.edge.finish_write(written));
-        // Among robots that share their time, what was due meanwhile happens in the order of all.
-        let at = match self.edge.shares_time {
-            true => self.cell.controller.now(),
-            false => self.edge.begin(),
-        };
-        let result = self.cell.feed(at, answer, Side::Host, &mut self.edge);
-        if let Some(reply) = self.awaiting.take() {
-            self.reply(result, reply);
+    fn stored(&mut self, robot: usize, written: WriteResult) {
+        let answer = Input::Persisted(self.world[robot].edge.finish_write(written));
+        if self.world.has_waiting_inputs() {
+            self.writes_awaited += 1;
         }
+        let mut now = self.begin();
+        // Where more has to be stored than the disk can do, an input would wait for ever.
+        if self.writes_awaited > 1 {
+            now = self.world.now();
+            self.note_lag(now);
+        }
+        let result = self.world.feed(now, robot, answer, Side::Host);
+        self.note_effects();
+        if !self.world.has_waiting_inputs() {
+            self.writes_awaited = 0;
+        }
+        match self.awaiting.take() {
+            Some(Awaiting::Result(robot, reply)) => self.reply(robot, result, reply),
+            Some(Awaiting::Settled(done)) => self.tell_settled(done),
+            None => {}
+        }
+    }
+
+    /// Whether a robot stores something: nothing else is served meanwhile, because what it does next may reach the others.
+    fn is_storing(&self) -> bool {
+        self.world.robots().iter().any(|robot| robot.edge.write.is_some())
     }
 
     /// Waits until nothing is being stored.
     async fn finish_writes(&mut self) {
-        while let Some(write) = &mut self.edge.write {
+        loop {
+            let Some((robot, write)) = self.writes().next() else {
+                break;
+            };
             let written = (&mut write.task).await;
-            self.stored(written);
+            self.stored(robot, written);
         }
     }
 
-    /// Findings about the host's timing are valid only while virtual time is as fast as the host's clock.
+    /// The writes that are under way, each with its robot.
+    fn writes(&mut self) -> impl Iterator<Item = (usize, &mut edge::Write)> {
+        let robots = self.world.robots_mut().iter_mut().enumerate();
+        robots.filter_map(|(number, robot)| Some((number, robot.edge.write.as_mut()?)))
+    }
+
+    /// Findings about the hosts' timing are valid only while virtual time is as fast as their clocks.
     fn judge_pace(&mut self) {
-        let keeps_pace = self.edge.clock.keeps_pace();
-        self.cell.report_timed_findings(keeps_pace);
+        let keeps_pace = self.clock.keeps_pace();
+        for robot in self.world.robots_mut() {
+            robot.seat.report_timed_findings(keeps_pace);
+        }
     }
 }
 

@@ -52,7 +52,8 @@ pub fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
     if u64::try_from(content.len()).is_ok_and(|length| length <= most) {
         Ok(content)
     } else {
-        Err(io::Error::other(format!("larger than {most} bytes")))
+        let reason = format!("larger than {most} bytes");
+        Err(io::Error::new(io::ErrorKind::FileTooLarge, reason))
     }
 }
 
@@ -276,9 +277,25 @@ pub(crate) fn remove(path: &Path) -> io::Result<()> {
 
 /// Opens a file, makes it if it is missing, and locks it until the returned file is closed; `None` if somebody else has
 /// locked it.
+///
+/// A symbolic link is refused: the lock would be that of a file elsewhere, which could be made or held by others.
 pub(crate) fn lock(path: &Path) -> io::Result<Option<File>> {
     let mut options = File::options();
-    let file = options.create(true).truncate(false).write(true).open(path)?;
+    options.create(true).truncate(false).write(true);
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt as _;
+        // A pipe without a reader must not block the start.
+        let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+        options.custom_flags(i32::try_from(flags.bits()).map_err(io::Error::other)?);
+    }
+    let file = options.open(path).map_err(|error| {
+        if fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink()) {
+            return io::Error::other("it is a symbolic link; remove it");
+        }
+        error
+    })?;
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => Ok(None),

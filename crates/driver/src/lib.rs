@@ -1,20 +1,22 @@
 //! What surrounds a controller: sockets, serial lines, clock, disk, and the loop that owns it.
 //!
 //! Nothing here knows what bytes or statements mean; that is `ts3100-proto`, `scol-mini` and `ts3100-controller`. Nothing
-//! here records, reports or serves HTTP either: who wants to know what happens is a [`cell::Subscriber`].
+//! here records, reports or serves HTTP either: who wants to know what happens is a [`seat::Subscriber`].
 //!
-//! Start with [`cell::Cell`], which feeds a controller without any I/O, then [`driver::Driver`], the loop around it.
+//! Start with [`seat::Seat`], which feeds a controller without any I/O, then [`world::World`], robots that share one time,
+//! and [`driver::Driver`], the loop around it.
 
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
-pub mod cell;
 pub mod clock;
 pub mod driver;
+pub mod encoding;
 pub mod files;
 mod pause;
 pub mod pc_file;
 mod portion;
+pub mod seat;
 pub mod serial;
 pub mod snapshot;
 pub mod socket;
@@ -24,3 +26,4 @@ pub mod tcp;
 #[allow(dead_code, reason = "shared with crates that use all of it")]
 #[path = "../../../tests/src/testing.rs"]
 mod testing;
+pub mod world;

@@ -1,21 +1,26 @@
 //! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill of the daemon.
 //!
 //! A file is written under a temporary name, synced and renamed, so that it exists whole or not at all. `history` keeps
-//! the error history in the same directory. What a file may contain is decided by the controller; what happens when a
-//! write fails is decided in [`backing`].
+//! the error history in the same directory. The store itself writes names in upper case; any other file was put there by
+//! hand and becomes a file of the drive as one of `--load` does ([`crate::pc_file`]). What happens when a write fails is
+//! decided in [`backing`].
 
 pub mod backing;
 mod history;
 
 use crate::files::{self, PathError, UNFINISHED_SUFFIX, cannot};
-use std::collections::{BTreeMap, VecDeque};
+use crate::pc_file::{self, drive_name};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File};
+use std::io;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits;
+use ts3100_proto::file::{FileRule, check_file};
 use ts3100_proto::name::FileName;
+use ts3100_proto::parameter::LineEnd;
 
 /// Hidden file whose lock says that an emulator keeps its files here. It stays when the emulator ends; the
 /// lock does not, whatever the end was.
@@ -76,8 +81,10 @@ pub struct Store {
     handle: Option<File>,
     /// Holds the lock until it is closed.
     _lock: File,
-    /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
+    /// Name on the drive to name in the directory: that of a file put there by hand may differ.
     files: BTreeMap<String, OsString>,
+    /// Names in the directory that the store would write, whose files were skipped.
+    skipped: BTreeSet<OsString>,
     /// The error history as it was saved last.
     history: VecDeque<Alarm>,
     /// Warnings about entries that were skipped.
@@ -89,13 +96,14 @@ pub type StoredFiles = Vec<(String, Vec<u8>)>;
 
 impl Store {
     /// Opens the directory, makes it if it is missing, and reads its files and the error history. Hidden files are
-    /// left alone, except unfinished ones of an earlier run, which are removed. What has no name of the RAM drive is
-    /// left alone too and named among the [warnings](Store::warnings).
+    /// left alone, except unfinished ones of an earlier run, which are removed. What cannot be on the RAM drive, by its
+    /// name or by its content, is left alone too and named among the [warnings](Store::warnings). A file put there by hand
+    /// gets the line ends of the drive in memory only.
     ///
     /// # Errors
-    /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for a file whose name is one of the RAM drive and
-    /// which cannot be there: a download of that name would destroy it.
-    pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
+    /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for two files with one name on the drive, or
+    /// one file too many.
+    pub fn open(directory: &Path, line_end: LineEnd) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(cannot("make the directory", directory))?;
         let lock_file = directory.join(LOCK);
         let Some(lock) = files::lock(&lock_file).map_err(cannot("lock", &lock_file))? else {
@@ -110,13 +118,14 @@ impl Store {
                 .map_err(cannot("open", directory))?,
             _lock: lock,
             files: BTreeMap::new(),
+            skipped: BTreeSet::new(),
             history: VecDeque::new(),
             warnings: Vec::new(),
         };
         let mut found = Vec::new();
         for entry in fs::read_dir(directory).map_err(cannot("list", directory))? {
             let entry = entry.map_err(cannot("list", directory))?;
-            if let Some(file) = store.load_entry(&entry)? {
+            if let Some(file) = store.load_entry(&entry, line_end)? {
                 found.push(file);
             }
         }
@@ -140,14 +149,18 @@ impl Store {
         None
     }
 
-    fn load_entry(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
+    fn load_entry(
+        &mut self,
+        entry: &fs::DirEntry,
+        line_end: LineEnd,
+    ) -> Result<Option<(String, Vec<u8>)>, StoreError> {
         let (path, file_name) = (entry.path(), entry.file_name());
         let foreign = |reason: String| StoreError::NotADriveFile {
             path: path.clone(),
             reason,
         };
         let Some(text) = file_name.to_str() else {
-            return Ok(self.skip(&path, "its name is no text"));
+            return Ok(self.skip(&path, "its name is not a text"));
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
@@ -155,21 +168,48 @@ impl Store {
             }
             return Ok(None);
         }
-        let name = match FileName::parse(text) {
-            Ok(name) => name.as_str().to_owned(),
-            Err(error) => return Ok(self.skip(&path, error)),
+        // The store writes names in upper case; another one is that of a file of the PC.
+        let own = FileName::parse(text).is_ok_and(|name| name.as_str() == text);
+        let name = match own {
+            true => Ok(text.to_owned()),
+            false => drive_name(&path).map_err(|error| error.reason().to_owned()),
+        };
+        let name = match name {
+            Ok(name) => name,
+            Err(reason) => return Ok(self.skip(&path, reason)),
         };
         let metadata = fs::metadata(&path).map_err(cannot("look at", &path))?;
         if !metadata.is_file() {
             return Ok(self.skip(&path, "it is no file"));
         }
-        if metadata.len() > limits::MAX_FILE as u64 {
-            return Err(foreign(format!(
-                "{} bytes, at most {} fit",
-                metadata.len(),
-                limits::MAX_FILE
-            )));
-        }
+        let content = match own {
+            true => pc_file::read_stored(&path),
+            false => pc_file::read_converted(&path, line_end),
+        };
+        let content = match content {
+            Err(error) if error.kind() != io::ErrorKind::FileTooLarge => {
+                return Err(cannot("read", &path)(error).into());
+            }
+            content => content.map_err(|error| error.to_string()),
+        };
+        let rule = match FileName::parse(&name).is_ok_and(|name| name.is_parameter()) {
+            true => FileRule::Parameter,
+            false => FileRule::User,
+        };
+        let checked = content.and_then(|content| {
+            check_file(&content, rule)
+                .map(|()| content)
+                .map_err(|error| error.to_string())
+        });
+        let content = match checked {
+            Ok(content) => content,
+            Err(reason) => {
+                if own {
+                    self.skipped.insert(file_name);
+                }
+                return Ok(self.skip(&path, reason));
+            }
+        };
         if self.files.len() >= limits::MAX_FILES {
             return Err(foreign(format!("more than {} files", limits::MAX_FILES)));
         }
@@ -179,18 +219,22 @@ impl Store {
                 other.display()
             )));
         }
-        let content = files::read(&path, limits::MAX_FILE as u64).map_err(cannot("read", &path))?;
         Ok(Some((name, content)))
     }
 
     /// Writes a file durably under its upper-case name; replaces the previous content.
     ///
     /// # Errors
-    /// The operating system failed; the previous content is unchanged.
+    /// The operating system failed, or a file that was skipped has this name; the previous content is unchanged.
     pub fn put(&mut self, name: &str, content: &[u8]) -> Result<(), StoreError> {
         let place = self.path_of(name)?;
+        // The drive does not show a skipped file, so the host cannot know that it would destroy one.
+        if self.skipped.contains(std::ffi::OsStr::new(name)) && place.exists() {
+            let reason = "a file of this name was skipped at the start; move it away".to_owned();
+            return Err(StoreError::NotADriveFile { path: place, reason });
+        }
         let unfinished = self.write_temporary(name, content)?;
-        // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
+        // A file put there by hand first takes the name that the store writes, so that no moment and no
         // file system sees two of them or none.
         if let Some(previous) = self.files.get(name)
             && previous != name

@@ -35,7 +35,7 @@ mod control;
 
 pub use crate::config::{LinkOptions, OptionError, Ports};
 use crate::config::{Settings, set_option};
-use crate::launch::{Launched, Surroundings};
+use crate::launch::Launched;
 pub use crate::loading::StartError;
 pub use crate::watch::WaitError;
 use crate::watch::{Watch, channel};
@@ -47,7 +47,7 @@ use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::oneshot;
 pub use ts3100_control::ControlSettings;
 pub use ts3100_controller::faults::{Fault, FaultError, FaultReport};
 pub use ts3100_controller::findings::{Finding, Message, rules};
@@ -61,7 +61,8 @@ pub use ts3100_controller::{ArmPose, ConditionParseError, ControlRight, Controll
 pub use ts3100_controller::{Config, ControllerType, Dialect, Options, PanelAction, Port, Time};
 pub use ts3100_controller::{Event, Findings, Output, Rule, Severity, Verdict};
 pub use ts3100_driver::clock::TimeMode;
-use ts3100_driver::driver::request::Request;
+use ts3100_driver::driver::FIRST;
+use ts3100_driver::driver::request::{Request, Requests};
 pub use ts3100_driver::serial::SerialEndpoint;
 use ts3100_driver::snapshot;
 pub use ts3100_driver::snapshot::SnapshotRequestError;
@@ -188,23 +189,23 @@ impl Builder {
             .spawn(move || {
                 let opened = single_threaded().and_then(|runtime| {
                     let entered = runtime.enter();
-                    let launched = Launched::open(&settings, &Surroundings::NONE)?;
-                    let control = launched.open_control(&settings)?;
+                    let (driver, launched) = Launched::alone(&settings)?;
+                    let control = launched.open_control(&driver, &settings)?;
                     drop(entered);
-                    Ok((runtime, launched, control))
+                    Ok((runtime, driver, launched, control))
                 });
                 match opened {
-                    Ok((runtime, mut launched, control)) => {
-                        launched.driver.cell().subscribe(Box::new(observer));
+                    Ok((runtime, mut driver, launched, control)) => {
+                        driver.seat(FIRST).subscribe(Box::new(observer));
                         let started = Started {
-                            ports: launched.driver.ports().clone(),
-                            serial: launched.driver.serial_endpoints(),
+                            ports: driver.ports(FIRST).clone(),
+                            serial: driver.serial_endpoints(FIRST),
                             control,
                             requests: launched.requests.clone(),
                             evidence: launched.run_record.clone(),
                         };
                         if started_sender.send(Ok(started)).is_ok() {
-                            runtime.block_on(launched.driver.run(async {
+                            runtime.block_on(driver.run(async {
                                 // An error means that the handle was dropped, which ends the emulator as well.
                                 let _ = stopped.await;
                             }));
@@ -279,7 +280,7 @@ struct Started {
     ports: BTreeMap<Port, u16>,
     serial: BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
-    requests: mpsc::Sender<Request>,
+    requests: Requests,
     evidence: RunRecord,
 }
 
@@ -389,7 +390,7 @@ impl Emulator {
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = self.read(Controller::clone);
         let controller = controller.map_err(|_| SnapshotRequestError::Busy)?;
-        Ok(snapshot::write(path, &controller)?)
+        Ok(snapshot::write(path, snapshot::States::One(&controller))?)
     }
 
     /// Continues from the state in a file, as [`Emulator::restore`] does.
@@ -397,7 +398,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        let controller = Box::new(snapshot::read(path)?);
+        let controller = Box::new(snapshot::read(path, None)?);
         self.request_snapshot(SnapshotTask::Replace(controller))
     }
 

@@ -12,8 +12,8 @@ use ts3100_controller::{
     ArmPose, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
     StatementCoverage, Time,
 };
-use ts3100_driver::cell::{Cell, Effects, Side};
 use ts3100_driver::clock::TimeMode;
+use ts3100_driver::seat::{Effects, Seat, Side};
 use ts3100_proto::status::ExecutionStatus;
 
 /// Name of the teach pendant as a channel.
@@ -156,7 +156,7 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
     // There is no serial line here, so a record arrives without the delay of its baud rate.
     config.options.serial_pacing = false;
     let mut run = Runner {
-        cell: Cell::new(Controller::new(config, Vec::new())?),
+        seat: Seat::new(Controller::new(config, Vec::new())?),
         channels_with_records: job.records.keys().cloned().collect(),
         records: job.records,
         outcome: Outcome {
@@ -170,8 +170,8 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         },
     };
     run.prepare(&job.name, &job.source, &job.lines_on)?;
-    run.cell.await_statements(job.trace || job.record_lines);
-    let started_at = run.cell.controller.now();
+    run.seat.await_statements(job.trace || job.record_lines);
+    let started_at = run.seat.controller.now();
     run.outcome.started_at = started_at;
     let limit = started_at + job.max_time;
     let wall = Instant::now();
@@ -186,13 +186,13 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         if run.give_record() {
             continue;
         }
-        let Some(deadline) = run.cell.deadline() else {
+        let Some(deadline) = run.seat.deadline() else {
             break run.end_of_blocked();
         };
         if deadline > limit {
             run.feed(limit, Input::Tick);
             break RunEnd::TimeUp {
-                line: run.cell.controller.line(),
+                line: run.seat.controller.line(),
             };
         }
         if let Some(scale) = scale {
@@ -255,7 +255,7 @@ impl Effects for Outcome<'_> {
 }
 
 struct Runner<'a> {
-    cell: Cell,
+    seat: Seat,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
     /// Channels for which `--input` was given, also with an empty file.
     channels_with_records: Vec<String>,
@@ -265,8 +265,8 @@ struct Runner<'a> {
 impl Runner<'_> {
     /// Does everything before START: file, peers, input lines, servo power.
     fn prepare(&mut self, name: &str, source: &[u8], lines_on: &[u16]) -> Result<(), RunError> {
-        self.cell.controller.put_file(name, source)?;
-        self.cell.controller.select(Time::ZERO, name)?;
+        self.seat.controller.put_file(name, source)?;
+        self.seat.controller.select(Time::ZERO, name)?;
         for port in CHANNELS {
             let peer = "headless".to_owned();
             self.feed(Time::ZERO, Input::Connected { port, peer });
@@ -283,26 +283,26 @@ impl Runner<'_> {
     }
 
     fn feed(&mut self, now: Time, input: Input) {
-        let _refusal_is_an_event = self.cell.feed(now, input, Side::Host, &mut self.outcome);
+        let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.outcome);
     }
 
     /// How the run ended; `None` while the program runs.
     fn end(&mut self) -> Option<RunEnd> {
-        if self.cell.controller.program_runs() {
+        if self.seat.controller.program_runs() {
             return None;
         }
         Some(match self.outcome.alarm.take() {
             Some((number, text)) => RunEnd::Alarm { number, text },
             None if self.outcome.at_first_step => RunEnd::End,
             None => RunEnd::Stopped {
-                line: self.cell.controller.line(),
+                line: self.seat.controller.line(),
             },
         })
     }
 
     /// Sends a record to the INPUT that waits; false if none waits or there is none for it.
     fn give_record(&mut self) -> bool {
-        let Some(channel) = self.cell.controller.waits_for() else {
+        let Some(channel) = self.seat.controller.waits_for() else {
             return false;
         };
         let port = Port::from_channel(channel);
@@ -315,14 +315,14 @@ impl Runner<'_> {
             Some(port) => Input::received(port, record),
             None => Input::Panel(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
         };
-        self.feed(self.cell.controller.now(), input);
+        self.feed(self.seat.controller.now(), input);
         true
     }
 
     /// The end of a program that waits while no timer is pending.
     fn end_of_blocked(&self) -> RunEnd {
-        let line = self.cell.controller.line();
-        let Some(channel) = self.cell.controller.waits_for() else {
+        let line = self.seat.controller.line();
+        let Some(channel) = self.seat.controller.waits_for() else {
             return RunEnd::Blocked { line };
         };
         let channel = Port::from_channel(channel).map_or(PENDANT, Port::name);
@@ -337,9 +337,9 @@ impl Runner<'_> {
         let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
         RunReport {
             end: ending,
-            duration: self.cell.controller.now().since(self.outcome.started_at),
-            arm: self.cell.controller.arm_pose(),
-            outputs: self.cell.controller.outputs_on(),
+            duration: self.seat.controller.now().since(self.outcome.started_at),
+            arm: self.seat.controller.arm_pose(),
+            outputs: self.seat.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
             executed: self.outcome.executed,
         }

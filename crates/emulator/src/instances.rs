@@ -241,6 +241,9 @@ mod tests {
         fs::write(place.join("99.lock"), "").unwrap();
         let looking = File::open(place.join("99.lock")).unwrap();
         looking.try_lock_shared().unwrap();
+        // Another one that looks may have removed the lock already.
+        let left = serde_json::to_string(&instance(98)).unwrap();
+        fs::write(place.join("98.json"), left).unwrap();
         assert_eq!(running_in(place), [second]);
         assert_eq!(fs::read_dir(place).unwrap().count(), 2);
         drop(kept.0);

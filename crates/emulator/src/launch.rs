@@ -7,13 +7,12 @@ use crate::log::EventLog;
 use crate::ready::OPEN_WARNING;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use tokio::sync::mpsc;
-use tracing::warn;
+use tracing::{Span, warn};
 use ts3100_control::journal::{Journal, JournalWriter, KEPT_EVENTS};
 use ts3100_control::robots::{CannotStart, RobotInfo, Robots};
 use ts3100_control::{ControlSettings, DriverHandle};
 use ts3100_controller::Port;
-use ts3100_driver::driver::request::Request;
+use ts3100_driver::driver::request::Requests;
 use ts3100_driver::driver::self_check::connectable;
 use ts3100_driver::driver::{Driver, Setup};
 use ts3100_driver::tcp::SharedPorts;
@@ -28,12 +27,12 @@ const UNDIVIDED: usize = 16;
 /// Fewest events and records that are kept of a robot.
 const MIN_KEPT: usize = 64;
 
-/// An emulator whose ports are open.
+/// A robot whose ports are open; its driver does not run yet.
 pub struct Launched {
-    /// The driver, not running yet.
-    pub driver: Box<Driver>,
-    /// Requests to the driver.
-    pub requests: mpsc::Sender<Request>,
+    /// Its number in the driver.
+    pub number: usize,
+    /// Requests to the driver, for this robot.
+    pub requests: Requests,
     /// Findings, coverage and executed lines of this run; clones share the data.
     pub run_record: RunRecord,
     /// The example programs were stored on the RAM drive.
@@ -67,11 +66,34 @@ impl Surroundings {
 }
 
 impl Launched {
-    /// Powers the controller on and opens its ports; to be called in a runtime.
+    /// Powers the controller of a robot on that is alone, and opens its ports; to be called in a runtime.
     ///
     /// # Errors
     /// See [`StartError`]; no port stays open.
-    pub fn open(settings: &Settings, surroundings: &Surroundings) -> Result<Launched, StartError> {
+    pub fn alone(settings: &Settings) -> Result<(Box<Driver>, Launched), StartError> {
+        let (mut driver, requests) = Driver::new(settings.time, settings.time_gap);
+        let launched = Launched::add(
+            &mut driver,
+            &requests,
+            settings,
+            &Surroundings::NONE,
+            Span::none(),
+        )?;
+        Ok((driver, launched))
+    }
+
+    /// Powers a controller on and opens its ports, as a further robot of a driver; to be called in a runtime. The span
+    /// names it in the lines of the log.
+    ///
+    /// # Errors
+    /// See [`StartError`].
+    pub fn add(
+        driver: &mut Driver,
+        requests: &Requests,
+        settings: &Settings,
+        surroundings: &Surroundings,
+        span: Span,
+    ) -> Result<Launched, StartError> {
         let powered = loading::power_on(settings)?;
         let header = Header {
             origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
@@ -91,7 +113,7 @@ impl Launched {
             Arc::new(Journal::new(kept, transcript.buffer()))
         });
         let run_record = RunRecord::new(&powered.controller, settings.record_lines);
-        let (mut driver, requests) = Driver::open(Setup {
+        let number = driver.add(Setup {
             controller: powered.controller,
             backing: powered.backing,
             listen: settings.listen,
@@ -99,8 +121,6 @@ impl Launched {
             shared: surroundings.shared.clone(),
             links: settings.links,
             serial: settings.serial.clone(),
-            time: settings.time,
-            time_gap: settings.time_gap,
             faults: settings.faults.clone(),
             servo_on: settings.servo_on,
             subscribers: vec![
@@ -108,15 +128,16 @@ impl Launched {
                 Box::new(run_record.clone()),
                 Box::new(EventLog::default()),
             ],
+            span,
         })?;
         if let Some(journal) = &journal {
             driver
-                .cell()
+                .seat(number)
                 .subscribe(Box::new(JournalWriter(Arc::clone(journal))));
         }
         Ok(Launched {
-            driver,
-            requests,
+            number,
+            requests: requests.of(number),
             run_record,
             has_examples: powered.has_examples,
             journal,
@@ -137,23 +158,27 @@ impl Launched {
     ///
     /// # Errors
     /// [`StartError::Control`].
-    pub fn open_control(&self, settings: &Settings) -> Result<Option<SocketAddr>, StartError> {
+    pub fn open_control(
+        &self,
+        driver: &Driver,
+        settings: &Settings,
+    ) -> Result<Option<SocketAddr>, StartError> {
         let (Some(control), Some(handle)) = (&settings.control, self.handle()) else {
             return Ok(None);
         };
         let server = bind_control(control)?;
         let address = server.address();
-        let info = self.info(ONLY.to_owned(), settings);
+        let info = self.info(driver, ONLY.to_owned(), settings);
         server.serve(Arc::new(OnlyRobot { info, handle }));
         Ok(Some(address))
     }
 
     /// The robot by this name, and the addresses of these settings.
-    pub fn info(&self, name: String, settings: &Settings) -> RobotInfo {
+    pub fn info(&self, driver: &Driver, name: String, settings: &Settings) -> RobotInfo {
         let word = |port: &Port| port.name().to_ascii_lowercase();
         let address = |number: &u16| SocketAddr::new(connectable(settings.listen), *number);
-        let ports = self.driver.ports().iter();
-        let serial = self.driver.serial_endpoints().into_iter();
+        let ports = driver.ports(self.number).iter();
+        let serial = driver.serial_endpoints(self.number).into_iter();
         RobotInfo {
             name,
             ports: ports
@@ -167,9 +192,9 @@ impl Launched {
     }
 
     /// Starts the scenario of the settings, if there is one.
-    pub fn start_scenario(&mut self) -> Option<Play> {
+    pub fn start_scenario(&self, driver: &mut Driver) -> Option<Play> {
         let play = self.play.clone()?;
-        play.start(self.driver.cell());
+        play.start(driver.seat(self.number));
         Some(play)
     }
 }

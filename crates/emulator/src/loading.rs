@@ -10,8 +10,8 @@ use std::net::SocketAddr;
 use tracing::warn;
 use ts3100_controller::{Controller, DriveError, SelectError, Time};
 use ts3100_driver::driver::OpenError;
-use ts3100_driver::files::{self, PathError, cannot};
-use ts3100_driver::pc_file::{MAX_PC_FILE, NameError, drive_content, drive_name};
+use ts3100_driver::files::{PathError, cannot};
+use ts3100_driver::pc_file::{NameError, drive_content, drive_name, read_content};
 use ts3100_driver::snapshot;
 use ts3100_driver::store::backing::{Backing, WhenFull};
 use ts3100_driver::store::{Store, StoreError, StoredFiles};
@@ -114,10 +114,12 @@ pub struct PoweredController {
 /// A file, the backing directory or a snapshot is refused.
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     let mut put = pc_files(settings)?;
-    let store = settings.files.drive.as_deref().map(Store::open).transpose()?;
+    let line_end = settings.controller.options.line_end;
+    let directory = settings.files.drive.as_deref();
+    let store = directory.map(|directory| Store::open(directory, line_end));
+    let store = store.transpose()?;
     let has_examples = store.is_none() && put.is_empty();
     if has_examples {
-        let line_end = settings.controller.options.line_end;
         put.extend(EXAMPLES.map(|(name, text)| (name.to_owned(), drive_content(text.as_bytes(), line_end))));
     }
     let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
@@ -148,10 +150,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         selected.map_err(|reason| StartError::Select { name, reason })?;
     }
     if let Some(path) = &settings.files.restore {
-        let restored = match &settings.restored_as {
-            Some(name) => snapshot::cell::read_one(path, name)?,
-            None => snapshot::read(path)?,
-        };
+        let restored = snapshot::read(path, settings.restored_as.as_deref())?;
         let fresh = std::mem::replace(&mut controller, restored);
         controller.adopt_peers(&fresh);
     }
@@ -210,11 +209,8 @@ fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
     let mut found = Vec::new();
     for path in &settings.files.load {
         let name = drive_name(path)?;
-        let content = files::read(path, MAX_PC_FILE).map_err(cannot("read", path))?;
-        found.push((
-            name,
-            drive_content(&content, settings.controller.options.line_end),
-        ));
+        let content = read_content(path, settings.controller.options.line_end);
+        found.push((name, content.map_err(cannot("read", path))?));
     }
     found.extend(settings.contents.iter().cloned());
     Ok(found)
@@ -250,7 +246,7 @@ mod tests {
         controller.handle(Time::ZERO, Input::Action(raise)).unwrap();
         let expected = alarms(&controller);
         assert_eq!(expected, ["1-102"]);
-        snapshot::write(&file, &controller).unwrap();
+        snapshot::write(&file, snapshot::States::One(&controller)).unwrap();
         settings.files.drive = Some(directory.at("drive"));
         settings.files.restore = Some(file);
         assert_eq!(alarms(&power_on(&settings).unwrap().controller), expected);

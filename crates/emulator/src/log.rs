@@ -14,14 +14,15 @@ use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::Controller;
+use ts3100_controller::faults::FaultCause;
 use ts3100_controller::findings::{Message, Rule, Severity};
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
-use ts3100_driver::cell::{Side, Subscriber};
+use ts3100_driver::seat::{Side, Subscriber};
 use ts3100_proto::escape::Escaped;
-use ts3100_proto::text::Framing;
+use ts3100_proto::text::{Framing, Terminator};
 use ts3100_recording::book;
 
 /// The rule of a command that is refused although it is valid in this mode.
@@ -66,7 +67,7 @@ pub(crate) use writer::{flush, print_error, print_note, print_warning};
 
 /// Displays a text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum. It is formatted only
 /// when a line is written.
-struct EscapedText<'a>(Framing, &'a [u8]);
+struct EscapedText<'a>(Framing, &'a [u8], Terminator);
 
 impl Display for EscapedText<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
@@ -74,7 +75,11 @@ impl Display for EscapedText<'_> {
             Framing::Stx => "<STX>",
             Framing::Bare => "",
         };
-        write!(f, "{stx}{}<ETX>", Escaped::for_reading(self.1))
+        let etx = match self.2 {
+            Terminator::Etx => "<ETX>",
+            Terminator::Cr => "",
+        };
+        write!(f, "{stx}{}{etx}", Escaped::for_reading(self.1))
     }
 }
 
@@ -103,7 +108,8 @@ impl Display for Place<'_> {
 pub struct EventLog {
     /// Rules already logged in full, by port. A host that breaks a rule usually does so in every text, so later findings
     /// are logged at level debug.
-    reported: Vec<(Option<Port>, &'static Rule)>,
+    /// One that a fault has caused is not the host's: the first of the host is still logged in full.
+    reported: Vec<(Option<Port>, &'static Rule, bool)>,
     /// The last finding, held back: if the next event refuses the same text, both become one line.
     pending: Option<PendingFinding>,
 }
@@ -113,8 +119,10 @@ pub struct EventLog {
 struct PendingFinding {
     t: Time,
     rule: &'static Rule,
+    severity: Severity,
     port: Option<Port>,
     message: Message,
+    caused_by: Option<FaultCause>,
 }
 
 impl EventLog {
@@ -125,8 +133,10 @@ impl EventLog {
             self.pending = Some(PendingFinding {
                 t: now,
                 rule: finding.rule,
+                severity: finding.severity(),
                 port: finding.port,
                 message: finding.message.clone(),
+                caused_by: finding.caused_by,
             });
             return;
         }
@@ -151,15 +161,16 @@ impl EventLog {
     /// Logs a finding that is held back.
     fn flush(&mut self) {
         if let Some(held) = self.pending.take() {
-            self.log_finding(held.t, held.rule, held.port, &held.message);
+            self.log_finding(&held);
         }
     }
 
     /// Whether this is the first finding of a rule on a port, which is noted.
-    fn is_first(&mut self, port: Option<Port>, rule: &'static Rule) -> bool {
-        let is_new = !self.reported.contains(&(port, rule));
+    fn is_first(&mut self, port: Option<Port>, rule: &'static Rule, is_caused: bool) -> bool {
+        let key = (port, rule, is_caused);
+        let is_new = !self.reported.contains(&key);
         if is_new {
-            self.reported.push((port, rule));
+            self.reported.push(key);
         }
         is_new
     }
@@ -173,51 +184,64 @@ impl EventLog {
         finding: Option<&PendingFinding>,
     ) {
         let known = finding.map(|finding| finding.rule);
-        let severity = known.map(|rule| rule.severity.as_str());
-        let first = known.filter(|rule| self.is_first(Some(port), rule));
+        let severity = finding.map(|finding| finding.severity.as_str());
+        let cause = finding.and_then(|finding| finding.caused_by);
+        let first = known.filter(|rule| self.is_first(Some(port), rule, cause.is_some()));
+        let caused_by = cause.map(|cause| cause.to_string());
         let (port, rule) = (port.name(), known.map(|rule| rule.id));
         let about = finding.map_or_else(String::new, |finding| refusal_rule(finding, reason));
-        let Some(explained) = first else {
+        let (Some(explained), Some(found)) = (first, finding) else {
             info!(
                 event = "refused",
-                %t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}{about}"
+                %t, port, command, reason, rule, severity, "caused-by" = caused_by,
+                "{port}: {command} refused: {reason}{about}"
             );
             return;
         };
-        let (level, remedy) = (explained.severity, explained.remedy);
+        let (level, remedy) = (found.severity, explained.remedy);
         // The reason is all there is to say of a command that is refused by the state of the robot.
         let advice = match rule {
             Some(REFUSED_BY_STATE) => String::new(),
+            // The host has nothing to change.
+            _ if cause.is_some() => String::new(),
             _ => format!(". {}", advice(explained)),
         };
         warn_or_info!(
             level > Severity::Note,
             event = "refused",
-            %t, port, command, reason, rule, severity, remedy,
+            %t, port, command, reason, rule, severity, remedy, "caused-by" = caused_by,
             "{port}: {command} refused: {reason}{about}{advice}"
         );
     }
 
-    fn log_finding(&mut self, t: Time, known: &'static Rule, port: Option<Port>, message: &Message) {
-        let first = self.is_first(port, known);
+    fn log_finding(&mut self, found: &PendingFinding) {
+        let (t, known, port, message) = (found.t, found.rule, found.port, &found.message);
+        let first = self.is_first(port, known, found.caused_by.is_some());
         // A hasty host has a finding with each text.
         if !first && !tracing::enabled!(tracing::Level::DEBUG) {
             return;
         }
         let (port, rule) = (port.map(Port::name), known.id);
-        let (place, severity, remedy) = (Place(port), known.severity.as_str(), known.remedy);
+        let (place, severity, remedy) = (Place(port), found.severity.as_str(), known.remedy);
+        let caused_by = found.caused_by.map(|cause| cause.to_string());
+        let cause = cause_words(found.caused_by);
         if !first {
             debug!(
                 event = "finding",
-                %t, rule, severity, port, "{place}finding {rule}: {message}"
+                %t, rule, severity, port, "caused-by" = caused_by, "{place}finding {rule}: {message}{cause}"
             );
             return;
         }
-        let advice = advice(known);
+        // The host has nothing to change where a fault is the cause.
+        let advice = match found.caused_by {
+            Some(_) => String::new(),
+            None => format!(". {}", advice(known)),
+        };
         warn_or_info!(
-            known.severity > Severity::Note,
+            found.severity > Severity::Note,
             event = "finding",
-            %t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {advice}"
+            %t, rule, severity, port, remedy, "caused-by" = caused_by,
+            "{place}finding {rule}: {message}{cause}{advice}"
         );
     }
 }
@@ -226,7 +250,7 @@ impl Subscriber for EventLog {
     fn input(&mut self, _at: Time, input: &Input, _by: Side) {
         if let Input::Connected { port, .. } = input {
             // Another host is told of its findings in full again.
-            self.reported.retain(|(shown, _)| *shown != Some(*port));
+            self.reported.retain(|(shown, ..)| *shown != Some(*port));
         }
     }
 
@@ -251,11 +275,17 @@ fn advice(rule: &Rule) -> String {
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.
 fn refusal_rule(finding: &PendingFinding, reason: &str) -> String {
     let (rule, message) = (finding.rule.id, finding.message.to_string());
+    let cause = cause_words(finding.caused_by);
     if message.contains(reason) {
-        format!(" ({rule})")
+        format!(" ({rule}){cause}")
     } else {
-        format!(" ({rule}: {message})")
+        format!(" ({rule}: {message}){cause}")
     }
+}
+
+/// The fault at the end of a line about a finding that it has caused.
+fn cause_words(cause: Option<FaultCause>) -> String {
+    cause.map_or_else(String::new, |cause| format!(" (caused-by: {cause})"))
 }
 
 /// Logs an event that does not depend on others.
@@ -263,12 +293,17 @@ fn log_event(t: Time, event: &Event) {
     match event {
         // The line with the bytes shows the same.
         Event::TextIn { .. } | Event::TextOut { .. } if writer::shows_bytes() => {}
-        Event::TextIn { port, framing, data } => {
-            let text = EscapedText(*framing, data);
+        Event::TextIn {
+            port,
+            framing,
+            data,
+            terminator,
+        } => {
+            let text = EscapedText(*framing, data, *terminator);
             debug!(event = "text-in", %t, port = port.name(), %text, "{port} < {text}");
         }
         Event::TextOut { port, framing, data } => {
-            let text = EscapedText(*framing, data);
+            let text = EscapedText(*framing, data, Terminator::Etx);
             debug!(event = "text-out", %t, port = port.name(), %text, "{port} > {text}");
         }
         Event::Dropped { port, bytes, reason } => {
@@ -353,16 +388,27 @@ mod tests {
     use ts3100_controller::findings::{Finding, rules};
     use ts3100_proto::status::MasterMode;
 
+    fn no_cr(port: Option<Port>) -> PendingFinding {
+        PendingFinding {
+            t: Time::ZERO,
+            rule: &rules::NO_CR,
+            severity: Severity::Error,
+            port,
+            message: Message::from(""),
+            caused_by: None,
+        }
+    }
+
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
         let mut log = EventLog::default();
-        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Ip0), &Message::from(""));
-        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Host), &Message::from(""));
-        log.log_finding(Time::ZERO, &rules::NO_CR, Some(Port::Host), &Message::from(""));
+        log.log_finding(&no_cr(Some(Port::Ip0)));
+        log.log_finding(&no_cr(Some(Port::Host)));
+        log.log_finding(&no_cr(Some(Port::Host)));
         assert_eq!(log.reported.len(), 2);
         let (port, peer) = (Port::Host, String::new());
         log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);
-        assert_eq!(log.reported, [(Some(Port::Ip0), &rules::NO_CR)]);
+        assert_eq!(log.reported, [(Some(Port::Ip0), &rules::NO_CR, false)]);
     }
 
     /// The JSON lines logged for these events.
@@ -400,6 +446,7 @@ mod tests {
                 at: Time::ZERO,
                 bytes: ts3100_controller::Bytes::new(),
                 message: message.into(),
+                caused_by: None,
             })
         };
         let refused = Event::Refused {
@@ -448,9 +495,11 @@ mod tests {
 
     #[test]
     fn control_codes_are_named_and_other_bytes_are_hex() {
-        assert_eq!(EscapedText(Framing::Stx, b"SO\r").to_string(), "<STX>SO<CR><ETX>");
+        let shown = |framing, data: &[u8], end| EscapedText(framing, data, end).to_string();
+        assert_eq!(shown(Framing::Stx, b"SO\r", Terminator::Etx), "<STX>SO<CR><ETX>");
+        assert_eq!(shown(Framing::Bare, b"SO\r", Terminator::Cr), "SO<CR>");
         assert_eq!(
-            EscapedText(Framing::Bare, b"FL,A\n\x1a").to_string(),
+            shown(Framing::Bare, b"FL,A\n\x1a", Terminator::Etx),
             "FL,A<LF><EOF><ETX>"
         );
         assert_eq!(

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use ts3100_controller::{Output, Time};
-use ts3100_driver::cell::Subscriber;
+use ts3100_driver::seat::Subscriber;
 
 /// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.
 pub const MAX_OUTPUTS: usize = 4_096;

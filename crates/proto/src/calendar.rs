@@ -3,14 +3,13 @@
 //! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
 //! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
-use crate::error_text;
 use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
 
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct CalendarTime {
     /// Year, 0 to 65535.
     pub year: u16,
@@ -27,13 +26,9 @@ pub struct CalendarTime {
 }
 
 /// A text that is no date and time.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected a date and time YYYY-MM-DD HH:MM:SS, found {0:?}")]
 pub struct CalendarError(String);
-
-error_text! {
-    CalendarError;
-    Self(found) => "expected a date and time YYYY-MM-DD HH:MM:SS, found {found:?}";
-}
 
 impl fmt::Display for CalendarTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -277,7 +277,7 @@ impl Fields {
         }
     }
 
-    /// What fits no field, if there is anything left.
+    /// Bytes that fit no field, if any are left.
     pub(crate) fn rest(&mut self, key: &str, rest: Field<'_>) {
         if !rest.bytes().is_empty() {
             self.quote(key, "the rest", rest);
@@ -315,7 +315,7 @@ mod tests {
         let contents: [(&str, Vec<u8>); 9] = [
             (
                 "AC",
-                b"2,2-046,OUT OF REACH,14-02-06 00:00:01\r8-201,STOP,14-02-06 00:00:00\r".to_vec(),
+                b"2,2-046,OUT OF REACH,2014-02-06 00:00:01\r8-201,STOP,2014-02-06 00:00:00\r".to_vec(),
             ),
             ("SF", SystemStatus::default().encode(SfLayout::Eight)),
             (
@@ -376,7 +376,7 @@ mod tests {
             found.contains(&("eu.1.alarm".to_string(), "`002-046`".to_string())),
             "{found:?}"
         );
-        let ac = file(b"1,2-046,OUT,14-02-06 00:00:01\r", &[EOF], Framing::Stx);
+        let ac = file(b"1,2-046,OUT,2014-02-06 00:00:01\r", &[EOF], Framing::Stx);
         let found: Vec<String> = values("AC", &ac).into_iter().map(|(key, _)| key).collect();
         let keys = ["text.stx", "ac.count", "ac.1.alarm", "ac.1.message", "ac.1.date"];
         assert_eq!(found[..5], keys);

@@ -89,7 +89,7 @@ impl Fields {
         self.add("command", "command", letters.range(), value);
     }
 
-    /// What follows the letters of this command.
+    /// Operands of this command.
     fn operands(&mut self, row: &CommandRow, after_letters: Field<'_>) {
         let [b',', list @ ..] = after_letters.bytes() else {
             let length = after_letters.bytes().trim_ascii_end().len();

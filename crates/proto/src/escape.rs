@@ -5,7 +5,6 @@
 //! differ only in the characters that they must escape besides, and in how lenient they read. The encoding of bytes in
 //! snapshots is another, see `serde_latin1`.
 
-use crate::error_text;
 use crate::prelude::*;
 use crate::text::{CR, EOF, ETX, LF, STX};
 use core::fmt::{self, Write as _};
@@ -71,15 +70,11 @@ pub enum Unit<'a> {
 }
 
 /// A `<` without its `>`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no > after <{rest}")]
 pub struct UnclosedCode<'a> {
     /// The text after the `<`.
     pub rest: &'a str,
-}
-
-error_text! {
-    UnclosedCode<'_>;
-    Self { rest } => "no > after <{rest}";
 }
 
 /// Splits text in the notation into its units; ends after the first error.
@@ -103,27 +98,23 @@ pub fn units(text: &str) -> impl Iterator<Item = Result<Unit<'_>, UnclosedCode<'
 }
 
 /// Why a text is not bytes in the notation.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EscapeError {
     /// A `<` without its `>`.
+    #[error("no > after <{0}")]
     Unclosed(String),
     /// Two characters in angle brackets that are no hexadecimal digits.
+    #[error("<{0}> is no byte")]
     NotByte(String),
     /// Anything else in angle brackets.
+    #[error("<{0}> is neither a control code, nor a byte, nor a count")]
     UnknownCode(String),
     /// A count of arbitrary bytes, which only an expectation has.
+    #[error("a host sends certain bytes, not {0}")]
     Count(String),
     /// A character that has to be in hexadecimal.
+    #[error("expected printable ASCII, found {0:?}")]
     NotPrintable(char),
-}
-
-error_text! {
-    EscapeError;
-    Self::Unclosed(code) => "no > after <{code}";
-    Self::NotByte(code) => "<{code}> is no byte";
-    Self::UnknownCode(code) => "<{code}> is neither a control code, nor a byte, nor a count";
-    Self::Count(code) => "a host sends certain bytes, not {code}";
-    Self::NotPrintable(found) => "expected printable ASCII, found {found:?}";
 }
 
 /// Reads bytes as [`Escaped::new`] writes them.

@@ -5,7 +5,6 @@
 //! drive itself and its capacity are the controller's. For framing see [`crate::text`], for the content of
 //! parameter files [`crate::parameter`].
 
-use crate::error_text;
 use crate::prelude::*;
 use crate::text::{CR, EOF, LF, MAX_DATA};
 use alloc::collections::VecDeque;
@@ -16,8 +15,7 @@ pub const MAX_LINE: usize = 252;
 const PREFIX: &[u8] = b"FL,";
 
 /// Which rules the content of a file must follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FileRule {
     /// A user file: printable ASCII, CR and LF; lines of at most [`MAX_LINE`] characters.
     User,
@@ -26,18 +24,22 @@ pub enum FileRule {
 }
 
 /// Why a file is rejected.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
     /// The first text does not begin with `FL,`.
+    #[error("FL, expected at the start of the file's first text")]
     NoPrefix,
     /// The file is larger than the free space.
+    #[error("the file is longer than {limit} bytes")]
     TooLarge {
         /// Bytes that were free.
         limit: usize,
     },
     /// There are data after EOF.
+    #[error("the end of the text expected after EOF, more found")]
     DataAfterEnd,
     /// A byte that the rule does not allow.
+    #[error("line {line}, character {column}: expected printable ASCII, found the byte {found:02X}")]
     Character {
         /// Line, from 1.
         line: u32,
@@ -47,20 +49,11 @@ pub enum FileError {
         found: u8,
     },
     /// A line has too many characters.
+    #[error("line {line} is longer than {MAX_LINE} characters")]
     LongLine {
         /// Line, from 1.
         line: u32,
     },
-}
-
-error_text! {
-    FileError;
-    Self::NoPrefix => "FL, expected at the start of the file's first text";
-    Self::TooLarge { limit } => "the file is longer than {limit} bytes";
-    Self::DataAfterEnd => "the end of the text expected after EOF, more found";
-    Self::Character { line, column, found } =>
-        "line {line}, character {column}: expected printable ASCII, found the byte {found:02X}";
-    Self::LongLine { line } => "line {line} is longer than {MAX_LINE} characters";
 }
 
 /// Checks a whole file (without EOF) against a rule.
@@ -72,8 +65,8 @@ pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileError> {
 }
 
 /// The check of a file that arrives in blocks: the position so far.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct LineCheck {
     rule: FileRule,
     line: u32,
@@ -125,10 +118,10 @@ impl LineCheck {
 }
 
 /// Splits a file into the data sections of its texts.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FlSender {
-    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
+    #[serde(with = "crate::serde_latin1")]
     bytes: Vec<u8>,
     sent: usize,
     per_text: usize,
@@ -181,7 +174,6 @@ impl FlSender {
     }
 
     /// Whether it can be sent to its end; to validate a deserialized one.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
         self.sent <= self.bytes.len() && self.per_text > 0
     }
@@ -204,12 +196,12 @@ pub enum Received {
 }
 
 /// Joins the data sections of texts to a file and checks it as it arrives.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FlReceiver {
     limit: usize,
     check: LineCheck,
-    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
+    #[serde(with = "crate::serde_latin1")]
     content: Vec<u8>,
     begun: bool,
     ended: bool,
@@ -240,7 +232,6 @@ impl FlReceiver {
     }
 
     /// Whether the content and the position in it are within their limits; to validate a deserialized one.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
         self.content.len() <= self.limit && self.check.column <= self.content.len()
     }

@@ -19,7 +19,6 @@ mod codes;
 pub mod command;
 pub mod dissect;
 pub mod dissect_command;
-mod error_text;
 pub mod escape;
 pub mod file;
 pub mod message;
@@ -28,7 +27,6 @@ pub mod parameter;
 pub mod permission;
 mod prelude;
 pub mod reply;
-#[cfg(feature = "serde")]
 pub mod serde_latin1;
 pub mod status;
 pub mod text;

@@ -24,10 +24,10 @@ pub enum Joined {
 }
 
 /// Joins the data sections of texts to messages.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MessageJoiner {
-    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
+    #[serde(with = "crate::serde_latin1")]
     parts: Vec<u8>,
     too_long: bool,
 }
@@ -57,7 +57,6 @@ impl MessageJoiner {
     }
 
     /// Whether it holds no more than a message may have; to validate a deserialized one.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
         self.parts.len() <= MAX_MESSAGE
     }

@@ -3,7 +3,6 @@
 //!
 //! This module checks spelling only. The controller knows which files and variables exist.
 
-use crate::error_text;
 use crate::prelude::*;
 use core::fmt;
 
@@ -19,11 +18,13 @@ pub const MAX_VARIABLE_NAME: usize = 10;
 pub const MAX_SUBSCRIPTS: usize = 4;
 
 /// Why a name is rejected. Positions count characters from 0.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// The name is empty.
+    #[error("expected a name, found nothing")]
     Empty,
     /// The name has too many characters.
+    #[error("expected at most {limit} characters, found {length}")]
     TooLong {
         /// Characters allowed.
         limit: usize,
@@ -31,6 +32,7 @@ pub enum NameError {
         length: usize,
     },
     /// The name, or its extension, does not begin as it must.
+    #[error("expected {expected}, found {found:?} at character {at}")]
     Character {
         /// The characters allowed at this position.
         expected: &'static str,
@@ -40,27 +42,19 @@ pub enum NameError {
         at: usize,
     },
     /// A dot without an extension.
+    #[error("expected an extension after the dot, found nothing")]
     NoExtension,
     /// The subscripts in parentheses are not whole numbers with commas between them.
+    #[error("expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}")]
     Subscripts {
         /// The text from the parenthesis on.
         found: String,
     },
 }
 
-error_text! {
-    NameError;
-    Self::Empty => "expected a name, found nothing";
-    Self::TooLong { limit, length } => "expected at most {limit} characters, found {length}";
-    Self::Character { expected, found, at } => "expected {expected}, found {found:?} at character {at}";
-    Self::NoExtension => "expected an extension after the dot, found nothing";
-    Self::Subscripts { found } => "expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}";
-}
-
 /// Name of a file of the RAM drive, in upper case.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(try_from = "String", into = "String"))]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct FileName(String);
 
 impl FileName {
@@ -101,8 +95,13 @@ impl FileName {
         base.len() <= EDITOR_BASE && extension.len() <= EDITOR_EXTENSION
     }
 
-    /// Whether it is the name of a parameter file, `USER.PAR` or `ETHERNET.PAR`.
+    /// Whether it is the name of a parameter file: `USER.PAR`, `ETHERNET.PAR` or `STRING.PAR`.
     pub fn is_parameter(&self) -> bool {
+        self.is_permanent() || self.as_str() == "STRING.PAR"
+    }
+
+    /// Whether it is the name of a parameter file that the controller makes and keeps.
+    pub fn is_permanent(&self) -> bool {
         matches!(self.as_str(), "USER.PAR" | "ETHERNET.PAR")
     }
 }
@@ -266,6 +265,7 @@ mod tests {
         for (text, expected) in [
             ("user.par", true),
             ("ETHERNET.PAR", true),
+            ("STRING.PAR", true),
             ("OTHER.PAR", false),
             ("USER", false),
         ] {

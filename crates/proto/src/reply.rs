@@ -2,7 +2,6 @@
 //!
 //! The content that FL carries is in [`crate::status`]; files that take several texts are in [`crate::file`].
 
-use crate::error_text;
 use crate::prelude::*;
 use crate::text::{CR, EOF};
 
@@ -23,15 +22,11 @@ pub enum Reply {
 }
 
 /// A text that the controller would not send.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("reply: expected OK, NG, SP or \"FL,\", found \"{found}\"")]
 pub struct ReplyError {
     /// The data section, as far as it is worth showing.
     pub found: String,
-}
-
-error_text! {
-    ReplyError;
-    Self { found } => "reply: expected OK, NG, SP or \"FL,\", found \"{found}\"";
 }
 
 /// OK, NG or SP of a text, whose CR may be missing.

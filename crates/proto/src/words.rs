@@ -2,7 +2,6 @@
 //!
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
-use crate::error_text;
 use crate::prelude::*;
 use alloc::borrow::Cow;
 
@@ -48,16 +47,12 @@ impl Word for bool {
 }
 
 /// A word where another was expected.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {expected}, found `{found}`{hint}")]
 pub struct UnexpectedWord {
     expected: Cow<'static, str>,
     found: String,
     hint: String,
-}
-
-error_text! {
-    UnexpectedWord;
-    Self { expected, found, hint } => "expected {expected}, found `{found}`{hint}";
 }
 
 impl UnexpectedWord {
@@ -68,6 +63,12 @@ impl UnexpectedWord {
             found: found.to_string(),
             hint: String::new(),
         }
+    }
+
+    /// The same with this end of the message.
+    #[must_use]
+    pub fn hinting(self, hint: String) -> UnexpectedWord {
+        UnexpectedWord { hint, ..self }
     }
 
     /// The same, with a suggestion if some of these words are near to the one found.

@@ -1,7 +1,7 @@
 //! What is written down of a controller and of those who talk to it: transcripts and captures, recordings of a real robot,
 //! their comparison, scenarios and their results, reports for the authors of hosts.
 //!
-//! Nothing here owns a controller that hosts talk to: it subscribes to one ([`ts3100_driver::cell::Subscriber`]), or plays a
+//! Nothing here owns a controller that hosts talk to: it subscribes to one ([`ts3100_driver::seat::Subscriber`]), or plays a
 //! recording to one of its own ([`diff`]).
 //!
 //! Start with [`transcript`]; the others read or write its records.
@@ -22,3 +22,4 @@ pub mod tap;
 #[path = "../../../tests/src/testing.rs"]
 mod testing;
 pub mod transcript;
+pub mod uri;

@@ -1,25 +1,20 @@
-//! The compiled form of a program: for each step one or a few small instructions. An instruction that computes with
-//! numbers works on registers: the cells of the memory that hold variables, temporaries and constants. All other
-//! statements are one instruction, [`Op::Step`], which hands over to the operation of the step.
+//! The compiled form of a program: for each step one or a few instructions.
 //!
-//! Numbers have instructions for the sake of speed alone: measured by `benches`, the operations of the steps run at a tenth of
-//! Lua's speed, and half of it is the target.
+//! An instruction works on registers: the cells of the memory that hold variables, and after them constants and temporaries.
+//! A statement that needs more than values (a motion, a PRINT, a FOR) is one instruction, [`Op::Execute`]. Its operands are
+//! formulas (`tree`), which it computes one by one: it may refuse the first value before the second one is computed, and
+//! the first fault in the order of the source is the one that counts.
 //!
-//! `compile::lower` writes this form, `machine::vm` runs it. The trees of the steps stay beside it: they say what an
-//! instruction means when its operands turn out not to be numbers, and which fault there is.
+//! `compile::lower` writes this form, `machine::vm` runs it.
 
 use crate::prelude::*;
 
-use crate::builtin::Numeric;
+use crate::builtin::{Builtin, Numeric, System};
 use crate::cell::Cell;
-use crate::tree::{Binary, Relation, Unary};
-use crate::value::Number;
-
-/// Cells for the intermediate results of one statement; a statement that needs more becomes [`Op::Step`].
-pub(crate) const TEMPORARIES: usize = 24;
+use crate::tree::{Binary, Expression, Relation, Unary, Variable};
 
 /// A cell of the memory, by its index there.
-pub(crate) type Register = u16;
+pub(crate) type Register = u32;
 /// An instruction, by its index.
 pub(crate) type Target = u32;
 
@@ -31,11 +26,16 @@ pub(crate) struct Code {
     pub steps: Vec<u32>,
     /// The first instruction of each step.
     pub entries: Vec<Target>,
-    /// The values of the cells after the temporaries.
-    pub constants: Vec<Number>,
-    pub calls: Vec<Call>,
+    /// What the cells after the variables hold at first: constants, and temporaries without a value.
+    pub working: Vec<Cell>,
     /// The targets of all computed GOTO.
     pub choices: Vec<Target>,
+    /// Parameters, and elements of arrays with more than one subscript.
+    pub variables: Vec<Variable>,
+    /// Functions of any values, with their arguments.
+    pub functions: Vec<(Builtin, Vec<Expression>)>,
+    /// Looked at after a fault only.
+    pub operands: Vec<LeftOperand>,
 }
 
 /// An instruction.
@@ -46,17 +46,22 @@ pub(crate) struct Instruction {
     pub op: Op,
 }
 
-/// What an instruction does. `to` is written last: an instruction that cannot be completed has changed nothing.
+/// What an instruction does. `to` is written last: an instruction that fails has changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Op {
     /// Executes the operation of the step.
-    Step,
+    Execute,
+    /// The end of a formula.
+    Done,
     Jump(Target),
-    /// Enters a program, by the index of the call.
+    /// Passes over so many instructions, the formulas of the one after them.
+    Skip(u32),
+    /// Enters the program that begins with this step, with the arguments of the operation of the step.
     Call(u32),
     Return,
     Next {
-        variable: Register,
+        /// What the loop counts with, if it is a plain variable.
+        counter: Option<Register>,
         /// The step of its FOR.
         opener: u32,
         /// The body of the loop.
@@ -70,7 +75,7 @@ pub(crate) enum Op {
     Subtract(Operands),
     Multiply(Operands),
     Divide(Operands),
-    /// The operators that have no instruction of their own.
+    /// The other operators, which take numbers only.
     Binary(Binary, Operands),
     Unary {
         operator: Unary,
@@ -90,8 +95,23 @@ pub(crate) enum Op {
         target: Target,
     },
     /// A function of one or two numbers.
-    Function(Numeric, Operands),
-    /// An element of an array: its flat subscript is `index`.
+    Numeric(Numeric, Operands),
+    /// A function of any values, by its index in the table.
+    Function {
+        to: Register,
+        function: u32,
+    },
+    System {
+        to: Register,
+        system: System,
+    },
+    /// One coordinate, by its letter.
+    Component {
+        to: Register,
+        a: Register,
+        letter: u8,
+    },
+    /// An element of an array of one subscript, which is `index`.
     Load {
         to: Register,
         array: Array,
@@ -102,23 +122,23 @@ pub(crate) enum Op {
         index: Register,
         a: Register,
     },
-    /// The flat subscript of an element: `a` times the elements of a row, plus `b`.
-    Flatten(Operands, Rows),
-    /// Reads a parameter.
+    /// Reads a variable of the table; one that is a parameter has its number.
     Fetch {
         to: Register,
-        parameter: u16,
+        variable: u32,
+        parameter: Option<u32>,
     },
-    /// Writes a parameter.
+    /// Writes a variable of the table.
     Put {
-        parameter: u16,
+        variable: u32,
+        parameter: Option<u32>,
         a: Register,
     },
     /// A computed GOTO: `count` targets from `first`; goes on when `a` names none of them.
     Choose {
         a: Register,
         first: u32,
-        count: u16,
+        count: u32,
     },
 }
 
@@ -130,61 +150,19 @@ pub(crate) struct Operands {
     pub b: Register,
 }
 
-/// An array of two subscripts: how many elements a row has, and the whole array.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Rows {
-    pub row: u16,
-    pub length: u16,
-}
-
-/// A call of a program.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Call {
-    pub arguments: Vec<Passed>,
-    /// Where the program begins.
-    pub entry: Target,
-    /// The step that follows the call.
-    pub return_to: u32,
-}
-
-/// The argument of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Passed {
-    /// A variable, by reference.
-    Variable { slot: u32, cell: u32 },
-    /// What the caller's own parameter stands for.
-    Parameter(u16),
-    /// A number.
-    Value(Register),
-}
-
 /// An array: its first cell, and how many it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Array {
-    pub base: u16,
-    pub length: u16,
+    pub base: Register,
+    pub length: u32,
 }
 
-impl Code {
-    /// The cells after the variables: temporaries without a value, then the constants.
-    pub fn working_cells(&self) -> impl Iterator<Item = Cell> {
-        let constants = self.constants.iter().map(|constant| Cell::from(*constant));
-        core::iter::repeat_n(Cell::EMPTY, self.extra_cells() - self.constants.len()).chain(constants)
-    }
-
-    /// How many [`working_cells`](Code::working_cells) there are.
-    pub fn extra_cells(&self) -> usize {
-        let none = self.instructions.is_empty();
-        self.constants.len() + if none { 0 } else { TEMPORARIES }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn four_instructions_fit_a_line_of_the_cache() {
-        assert_eq!(size_of::<Instruction>(), 16);
-    }
+/// A left operand, and the instructions of the right one. The operation reads both together; but when the right one
+/// fails, it counts that the left one has no value, which is the first fault in the source.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LeftOperand {
+    pub register: Register,
+    /// It has to be a number.
+    pub is_number: bool,
+    pub before: core::ops::Range<Target>,
 }

@@ -9,6 +9,10 @@ use crate::value::{Configuration, Frame, Payload};
 
 /// Axes that `GAIN` and `TORQUE` know.
 pub const AXES: usize = 8;
+/// The most that SPEED, PASS, GAIN and TORQUE take, and what the arm has of ACCEL and DECEL, in percent.
+pub const FULL: f64 = 100.0;
+/// The most that ACCEL and DECEL take, in percent (ste85409 L72).
+pub const MAX_ACCEL: f64 = 100_000.0;
 /// Overlap ratio before `PASS` sets one, in percent.
 const FIRST_PASS: f64 = 50.0;
 
@@ -20,8 +24,7 @@ impl Condition {
 }
 
 /// How exactly a motion ends before the program goes on (`ACCUR`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Accuracy {
     /// The next statement begins a little before the arm rests.
     Coarse,
@@ -30,14 +33,13 @@ pub enum Accuracy {
 }
 
 /// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Percent of the maximum speed, 1 to 100.
     pub speed: f64,
-    /// Percent of the maximum acceleration, 1 to 100.
+    /// Percent of the maximum acceleration, 1 to [`MAX_ACCEL`]; the arm has [`FULL`].
     pub accel: f64,
-    /// Percent of the maximum deceleration, 1 to 100.
+    /// Percent of the maximum deceleration, as `accel`.
     pub decel: f64,
     /// Posture for positions that have none.
     pub config: Configuration,
@@ -61,6 +63,25 @@ pub struct Conditions {
     pub gain: [f64; AXES],
     /// `TORQUE` of each axis in percent, axis 1 first.
     pub torque: [f64; AXES],
+}
+
+impl Conditions {
+    /// The value of this condition, if it is ACCEL or DECEL and asks for more than there is.
+    pub(crate) fn over_full(&self, condition: Condition) -> Option<f64> {
+        let percent = match condition {
+            Condition::Accel => self.accel,
+            Condition::Decel => self.decel,
+            Condition::Speed
+            | Condition::Config
+            | Condition::Payload
+            | Condition::Work
+            | Condition::Tool
+            | Condition::Base
+            | Condition::Pass
+            | Condition::Accur => return None,
+        };
+        (percent > FULL).then_some(percent)
+    }
 }
 
 impl Default for Conditions {

@@ -7,7 +7,6 @@
 //! Programs multiply positions with it (`machine::compose`). The joints for a pose are left to the controller.
 
 use crate::options::Arm;
-#[cfg(feature = "serde")]
 use crate::prelude::*;
 use core::f64::consts::PI;
 use libm::{atan2, cos, fmod, sin, sqrt};
@@ -67,8 +66,8 @@ impl Pose {
 }
 
 /// A coordinate system in another: rotation matrix (rows) and origin in mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Transform {
     /// Its axes as columns.
     pub rotation: Matrix,

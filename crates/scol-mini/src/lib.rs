@@ -59,7 +59,6 @@ mod prelude;
 mod program;
 mod request;
 mod rewrite;
-#[cfg(feature = "serde")]
 mod snapshot;
 mod suggest;
 mod tree;
@@ -67,7 +66,7 @@ mod value;
 
 pub use codes::{DIAGNOSTICS, DiagnosticKind};
 pub use compile::{Compilation, compile, compile_direct, compile_with_points};
-pub use conditions::{AXES, Accuracy, Conditions};
+pub use conditions::{AXES, Accuracy, Conditions, FULL, MAX_ACCEL};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
 pub use lint::{check, check_with_points};
@@ -79,7 +78,6 @@ pub use points::{PointsError, TaughtPoint, parse_points};
 pub use program::{Program, STATE_VERSION, VariableInfo};
 pub use request::{Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request};
 pub use rewrite::{restore_values, rewrite_value};
-#[cfg(feature = "serde")]
 pub use snapshot::RestoreError;
 pub use value::{Configuration, Frame, Number, Payload, Position, Trans, Value, ValueKind};
 

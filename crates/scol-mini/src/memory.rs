@@ -4,13 +4,11 @@
 //! or write variables over the protocol, and in which form, is left to the controller.
 
 mod locals;
-#[cfg(feature = "serde")]
 mod snapshot;
 
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
-use core::fmt;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
@@ -22,13 +20,16 @@ use locals::Locals;
 pub(crate) const MAIN_TASK: u16 = 1;
 
 /// Why a variable could not be reached from outside.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AccessError {
     /// No variable has this name.
+    #[error("no variable is called {0}")]
     Unknown(String),
     /// The name is a variable of a program only.
+    #[error("{0} is a variable of a program, not of GLOBAL or DATA")]
     NotGlobal(String),
     /// The value is of another kind.
+    #[error("{name} holds {}, found {}", .expected.description(), .found.description())]
     KindMismatch {
         /// The variable.
         name: String,
@@ -38,57 +39,36 @@ pub enum AccessError {
         found: ValueKind,
     },
     /// Wrong number of subscripts, or one out of bounds.
+    #[error("{0} has no such element")]
     Subscript(String),
     /// Subscripts on something that is no array.
+    #[error("{0} is not an array")]
     NotArray(String),
     /// An array without subscripts.
+    #[error("{0} is an array: a subscript is missing")]
     IsArray(String),
     /// It has not been given a value yet.
+    #[error("{0} has no value yet")]
     Undefined(String),
     /// `rewrite_value`: the source is not the one of the program.
+    #[error("the source does not declare {0}")]
     NotInSource(String),
     /// `rewrite_value`: a number is not finite or beyond the range of a real.
+    #[error("a number for {0} is too large to be written down")]
     TooLarge(String),
 }
-
-impl fmt::Display for AccessError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            AccessError::Unknown(name) => write!(f, "no variable is called {name}"),
-            AccessError::NotGlobal(name) => {
-                write!(f, "{name} is a variable of a program, not of GLOBAL or DATA")
-            }
-            AccessError::KindMismatch {
-                name,
-                expected,
-                found,
-            } => {
-                let (expected, found) = (expected.description(), found.description());
-                write!(f, "{name} holds {expected}, found {found}")
-            }
-            AccessError::Subscript(name) => write!(f, "{name} has no such element"),
-            AccessError::NotArray(name) => write!(f, "{name} is not an array"),
-            AccessError::IsArray(name) => write!(f, "{name} is an array: a subscript is missing"),
-            AccessError::Undefined(name) => write!(f, "{name} has no value yet"),
-            AccessError::NotInSource(name) => write!(f, "the source does not declare {name}"),
-            AccessError::TooLarge(name) => write!(f, "a number for {name} is too large to be written down"),
-        }
-    }
-}
-
-impl core::error::Error for AccessError {}
 
 /// The variables and conditions of one selected file, shared by all its tasks. Variables of the programs are there
 /// once for each task that has run; [`drop_task`](Memory::drop_task) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 ///
-/// With the feature `serde` what is read back is to be given to `relink` before it is used.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// What is read back is to be given to `relink` before it is used.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Memory {
     /// [`STATE_VERSION`].
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
+    #[serde(deserialize_with = "crate::snapshot::version")]
     version: u32,
     /// Fingerprint of the program.
     source: u64,
@@ -106,19 +86,17 @@ pub struct Memory {
     conditions: Conditions,
 }
 
-/// The cells of a memory: GLOBAL and DATA, then the variables of the programs as the present task has them, then what
-/// the code of the program works with: temporaries, constants. Those hold nothing beyond their statement, so they do
-/// not count in comparisons and are not written.
-#[derive(Debug, Clone)]
-#[cfg_attr(
-    feature = "serde",
-    derive(Serialize, Deserialize),
-    serde(from = "Vec<Cell>", into = "Vec<Cell>")
-)]
+/// The cells of a memory: GLOBAL and DATA, then the variables of the programs as the present task has them, then
+/// constants and temporaries of the code that runs. Those hold nothing beyond their statement, so they do not count in
+/// comparisons and are not written.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(from = "Vec<Cell>", into = "Vec<Cell>")]
 struct Cells {
     all: Vec<Cell>,
     /// How many of them are variables.
     variables: usize,
+    /// Fingerprint of the program whose constants are there: a statement of DO has others than its file.
+    working_for: Option<u64>,
 }
 
 impl Cells {
@@ -136,7 +114,11 @@ impl PartialEq for Cells {
 impl From<Vec<Cell>> for Cells {
     fn from(all: Vec<Cell>) -> Self {
         let variables = all.len();
-        Self { all, variables }
+        Self {
+            all,
+            variables,
+            working_for: None,
+        }
     }
 }
 
@@ -151,16 +133,10 @@ impl Memory {
     /// Initial values of GLOBAL and DATA, everything else without a value, default conditions.
     pub fn new(program: &Program) -> Self {
         let symbols = &program.symbols;
-        let mut cells = Vec::with_capacity(symbols.cells + program.code.extra_cells());
-        cells.resize(symbols.cells, Cell::EMPTY);
-        cells.extend(program.code.working_cells());
         let mut memory = Self {
             version: STATE_VERSION,
             source: program.fingerprint(),
-            cells: Cells {
-                all: cells,
-                variables: symbols.cells,
-            },
+            cells: alloc::vec![Cell::EMPTY; symbols.cells].into(),
             kinds: symbols.slots.iter().map(|slot| slot.kind).collect(),
             vectors: Vec::new(),
             free: Vec::new(),
@@ -203,9 +179,6 @@ impl Memory {
     /// From now on the memory is that of `program`, which has the same variables.
     pub fn relocate(&mut self, program: &Program) {
         self.source = program.fingerprint();
-        // A kind that the file did not tell before makes other instructions.
-        self.cells.all.truncate(self.cells.variables);
-        self.cells.all.extend(program.code.working_cells());
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
@@ -255,6 +228,7 @@ impl Memory {
         &mut self.conditions
     }
 
+    /// The value of a variable.
     pub(crate) fn value(&self, cell: usize) -> Option<Value> {
         match self.cells.all.get(cell)?.held() {
             Held::Nothing => None,
@@ -268,9 +242,25 @@ impl Memory {
         *self.kinds.get(slot)?
     }
 
-    /// The cells the code of the program works on.
+    /// The registers of the code that runs: the variables, then constants and temporaries.
+    #[inline(always)]
     pub(crate) fn registers(&mut self) -> &mut [Cell] {
         &mut self.cells.all
+    }
+
+    #[inline(always)]
+    pub(crate) fn cell(&self, register: usize) -> Cell {
+        self.cells.all.get(register).copied().unwrap_or(Cell::EMPTY)
+    }
+
+    /// Gives the code of this program its constants and temporaries.
+    pub(crate) fn begin_code(&mut self, program: &Program) {
+        let fingerprint = Some(program.fingerprint());
+        if self.cells.working_for != fingerprint {
+            self.cells.all.truncate(self.cells.variables);
+            self.cells.all.extend_from_slice(&program.code.working);
+            self.cells.working_for = fingerprint;
+        }
     }
 
     /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.

@@ -23,8 +23,7 @@ impl Arm {
 }
 
 /// What integer divided by integer gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub enum IntDivision {
     /// An integer, truncated toward zero.
     #[default]

@@ -2,7 +2,6 @@
 //!
 //! It is made of tokens alone, so it also covers lines that do not parse. What a row means is not checked here.
 
-use crate::parser::Place;
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
@@ -12,6 +11,15 @@ use crate::diagnostic::Span;
 use crate::lexer::{self, Lexeme, Line, Sign, Token, lines};
 use crate::options::Arm;
 use crate::tree::Name;
+
+/// Where in a file a line is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    Outside,
+    Global,
+    Program,
+    Data,
+}
 
 /// A line that holds more than a comment.
 #[derive(Debug)]

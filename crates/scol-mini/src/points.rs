@@ -5,7 +5,6 @@
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
-use core::fmt;
 
 use crate::builtin;
 use crate::options::Arm;
@@ -13,8 +12,7 @@ use crate::value::{Configuration, Position, ValueKind};
 use crate::{MAX_DATA_NAME, MAX_POINTS};
 
 /// A position that every program of a file finds under its name, unless the file has data of that name.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaughtPoint {
     /// In upper case, at most [`MAX_DATA_NAME`] characters.
     pub name: String,
@@ -42,7 +40,8 @@ fn is_name(name: &str) -> bool {
 }
 
 /// What is wrong with a table of points, and where.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{line}:{column}: expected {expected}, found {found}")]
 pub struct PointsError {
     /// Line, from 1.
     pub line: usize,
@@ -53,20 +52,6 @@ pub struct PointsError {
     /// What is there.
     pub found: String,
 }
-
-impl fmt::Display for PointsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            line,
-            column,
-            expected,
-            found,
-        } = self;
-        write!(f, "{line}:{column}: expected {expected}, found {found}")
-    }
-}
-
-impl core::error::Error for PointsError {}
 
 /// Reads a table of points: `NAME,X,Y,Z,C,T,CONFIG` a line, with eight coordinates on a six-axis arm.
 ///

@@ -4,7 +4,6 @@
 //! Nothing here does anything: serving a request is left to the caller. `machine::request_values` makes the requests.
 
 use crate::prelude::*;
-use core::fmt;
 
 use crate::conditions::Conditions;
 use crate::value::{Number, Position};
@@ -63,8 +62,7 @@ pub enum Pause {
 }
 
 /// What a statement wants from the world.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Request {
     /// Move the arm; answer when the next statement may run.
     Move(Box<Motion>),
@@ -75,7 +73,6 @@ pub enum Request {
         /// The bytes; the CR at their end, if the statement has one, is never cut.
         data: Vec<u8>,
         /// How many bytes more the statement has.
-        #[cfg_attr(feature = "serde", serde(default))]
         cut: usize,
     },
     /// Discard what the channel has received (BUF-01); never for the teach pendant.
@@ -88,7 +85,6 @@ pub enum Request {
         /// Where from.
         channel: Channel,
         /// How many.
-        #[cfg_attr(feature = "serde", serde(rename = "wanted"))]
         expected: usize,
     },
     /// Let time pass.
@@ -115,6 +111,11 @@ pub enum Request {
         line: u16,
         /// Seconds, not negative, finite.
         seconds: f64,
+    },
+    /// `ACCEL = ...` or `DECEL = ...` asks for more than [`FULL`](crate::FULL); it is set already.
+    OverFull {
+        /// Percent, at most [`MAX_ACCEL`](crate::MAX_ACCEL).
+        percent: f64,
     },
     /// `BREAK`: give up the motion under way.
     Break,
@@ -158,20 +159,20 @@ pub enum Answer {
 }
 
 /// A motion with everything that shapes it.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Where to and how.
     pub path: Path,
     /// The conditions with the `WITH` clause applied.
     pub conditions: Conditions,
+    /// `WITH` sets ACCEL or DECEL to this many percent, more than [`FULL`](crate::FULL); the greater of the two.
+    pub over_full: Option<f64>,
     /// `WITH` names a coordinate system: those of `conditions` hold while the motion is under way, and no longer.
     pub own_frames: bool,
 }
 
 /// Where to and how. Positions are still relative to their own coordinate system.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Path {
     /// `MOVE`: all axes at once.
     Ptp(Position),
@@ -184,16 +185,16 @@ pub enum Path {
         /// Where it ends.
         end: Position,
     },
-    /// `MOVEJ`: up, across, down.
+    /// `MOVEJ`: up, across, down (ste85409 L69).
     Arch {
         /// Where it ends.
         end: Position,
-        /// Straight up before the way across begins, mm.
-        rise: f64,
         /// Height of the way across over the higher of start and end, mm.
-        height: f64,
+        retreat: f64,
+        /// Straight up before the way across begins, mm.
+        single_axis_1: f64,
         /// Straight down after the way across, mm.
-        descent: f64,
+        single_axis_2: f64,
     },
     /// `MOVEA`: one axis to a value.
     Axis {
@@ -214,8 +215,7 @@ pub enum Path {
 }
 
 /// A channel of `PRINT` and `INPUT`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Channel {
     /// Teach pendant, the default (PRT-02, INP-02).
     Tp,
@@ -228,7 +228,8 @@ pub enum Channel {
 }
 
 /// Why a statement could not be executed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("line {line}: {message}")]
 pub struct Fault {
     /// The class, for the alarm.
     pub kind: FaultKind,
@@ -237,14 +238,6 @@ pub struct Fault {
     /// What was expected and what was found.
     pub message: String,
 }
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}: {}", self.line, self.message)
-    }
-}
-
-impl core::error::Error for Fault {}
 
 /// The classes of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

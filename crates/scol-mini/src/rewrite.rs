@@ -356,6 +356,13 @@ mod tests {
         ));
         let other = rewrite_value("PROGRAM P\nEND\n", &program, "A", &[], &Value::Integer(1));
         assert!(matches!(other, Err(AccessError::NotInSource(_))));
+        // One name of a DIM of several: an assignment instead of the line would lose the others.
+        let source = "GLOBAL\nDIM A AS REAL, B AS REAL\nEND\nPROGRAM P\nEND\n";
+        let program = compile(source, &LanguageOptions::default()).program.unwrap();
+        for name in ["A", "B"] {
+            let several = rewrite_value(source, &program, name, &[], &Value::Real(5.0));
+            assert_eq!(several, Err(AccessError::NotInSource(name.to_string())));
+        }
     }
 
     /// What a program has made of these data, restored.
@@ -406,5 +413,28 @@ mod tests {
         // A taught point that is named goes into the file as it is.
         let expected = SOURCE.replace("DATA\r\n", "DATA\r\nPOINT Q=1,0,0,0,0,0,0,0/\r\n");
         assert_eq!(restored(statements, &["Q"]), expected);
+    }
+
+    #[test]
+    fn a_block_of_data_goes_before_the_end_of_the_file() {
+        let points = crate::parse_points("Q,1,,,,,,,,\n", Arm::SixAxis).unwrap();
+        let options = LanguageOptions::default();
+        let block = "DATA\nPOINT Q=1,0,0,0,0,0,0,0/\nEND\n";
+        for (code, line_end, end) in [
+            ("PROGRAM P\nEND\n", "", ""),
+            ("PROGRAM P\nEND\n", "", "\u{1A}"),
+            ("PROGRAM P\nEND", "\n", "\u{1A}\n"),
+        ] {
+            let source = format!("{code}{end}");
+            let program = crate::compile_with_points(&source, &options, &points).program;
+            let program = program.unwrap();
+            let text = restore_values(&source, &program, &Memory::new(&program), &["Q".to_string()]);
+            let text = text.unwrap();
+            assert_eq!(text, format!("{code}{line_end}{block}{end}"));
+            // The compiler reads nothing after the end.
+            let again = compile(&text, &options).program.unwrap();
+            let point = Memory::new(&again).global(&again, "Q", &[]);
+            assert_eq!(point, Memory::new(&program).global(&program, "Q", &[]));
+        }
     }
 }

@@ -5,20 +5,21 @@
 //! written form are fixed by `fixtures/snapshots`.
 
 use crate::prelude::*;
-use core::fmt;
 use serde::{Deserialize, Deserializer};
 
-use crate::conditions::Conditions;
+use crate::conditions::{Conditions, FULL, MAX_ACCEL};
 use crate::options::Arm;
 use crate::program::{Program, STATE_VERSION};
 use crate::value::{Position, Value};
 
 /// Why a state cannot be restored.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
     /// Written by another version.
+    #[error("expected a state of version {STATE_VERSION}, found version {0}")]
     Version(u32),
     /// Of another source, or of other options.
+    #[error("expected a state of the program {expected:016x}, found one of {found:016x}")]
     Program {
         /// Fingerprint of the program given.
         expected: u64,
@@ -26,26 +27,9 @@ pub enum RestoreError {
         found: u64,
     },
     /// It cannot have come about by running the program.
+    #[error("the state does not fit the program: {0}")]
     Invalid(String),
 }
-
-impl fmt::Display for RestoreError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            RestoreError::Version(version) => write!(
-                f,
-                "expected a state of version {STATE_VERSION}, found version {version}"
-            ),
-            RestoreError::Program { expected, found } => write!(
-                f,
-                "expected a state of the program {expected:016x}, found one of {found:016x}"
-            ),
-            RestoreError::Invalid(reason) => write!(f, "the state does not fit the program: {reason}"),
-        }
-    }
-}
-
-impl core::error::Error for RestoreError {}
 
 /// Fails unless `holds`, saying what was expected.
 pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {
@@ -111,13 +95,12 @@ pub(crate) fn conditions(conditions: &Conditions) -> Result<(), RestoreError> {
         gain,
         torque,
     } = conditions;
-    let within = |least: f64, number: &f64| (least..=100.0).contains(number);
-    let speeds = [speed, accel, decel]
-        .into_iter()
-        .all(|number| within(1.0, number));
-    expect(speeds, "SPEED, ACCEL and DECEL of 1 to 100")?;
+    expect((1.0..=FULL).contains(speed), "SPEED of 1 to 100")?;
+    let mut accels = [accel, decel].into_iter();
+    let accels = accels.all(|percent| (1.0..=MAX_ACCEL).contains(percent));
+    expect(accels, "ACCEL and DECEL of 1 to 100000")?;
     let mut others = gain.iter().chain(torque).chain([pass]);
-    let others = others.all(|number| within(0.0, number));
+    let others = others.all(|number| (0.0..=FULL).contains(number));
     expect(others, "PASS, GAIN and TORQUE of 0 to 100")?;
     expect(config.is_valid(), "a CONFIG of digits 0 to 2")?;
     for frame in [base, tool, work] {

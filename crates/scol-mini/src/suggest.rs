@@ -50,6 +50,9 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
     for diagnostic in diagnostics.iter_mut() {
         let found = suggester.text(diagnostic.span);
         let remedy = match diagnostic.code {
+            "E0101" | "E0206" if suggester.has_decimal_comma(diagnostic) => {
+                Some("a comma separates values; the decimal sign is a point, as in 0.5".into())
+            }
             "E0101" | "E0103" => suggester.keyword(diagnostic),
             "E0201" if !CHANNELS.contains(&found.as_str()) => {
                 let systems = builtin::words().filter(|word| System::from_word(word).is_some());
@@ -104,11 +107,29 @@ impl Suggester<'_> {
             }
             "E0302" => {
                 let last = lines(self.source).len();
-                Some(format!("add END behind line {last}, where the file ends"))
+                Some(format!("add END after line {last}, where the file ends"))
             }
             _ => None,
         };
         own.or_else(|| fixed(diagnostic.code))
+    }
+
+    /// Whether the error is about a comma between two digits, or about too many values of which some have one.
+    fn has_decimal_comma(&self, diagnostic: &Diagnostic) -> bool {
+        let digit = |byte: Option<&u8>| byte.is_some_and(u8::is_ascii_digit);
+        let source = self.source.as_bytes();
+        let is_one = |at: usize| {
+            let before = at.checked_sub(1).and_then(|before| source.get(before));
+            source.get(at) == Some(&b',') && digit(before) && digit(source.get(at + 1))
+        };
+        match diagnostic.code {
+            // What follows the comma in `WITH SPEED=50,5` ought to be a condition.
+            "E0101" => {
+                let at = diagnostic.span.start;
+                is_one(at) || at.checked_sub(1).is_some_and(is_one)
+            }
+            _ => (0..source.len()).any(is_one),
+        }
     }
 
     fn text(&self, span: Span) -> String {
@@ -207,7 +228,7 @@ impl Suggester<'_> {
 /// Remedies that depend on the code alone.
 fn fixed(code: &str) -> Option<String> {
     let remedy = match code {
-        "E0002" => "one statement a line; a text stands between double quotes, a comment behind '",
+        "E0002" => "one statement a line; a text stands between double quotes, a comment after '",
         "E0004" => "a file holds ASCII characters only, in comments too",
         "E0006" => "close the text with \" on the same line; a text cannot hold a double quote",
         "E0001" => "divide it into several files, of which one is selected at a time",

@@ -8,7 +8,7 @@ use crate::prelude::*;
 use crate::builtin::{Builtin, Condition, System};
 use crate::diagnostic::Span;
 use crate::request::{Channel, Request};
-use crate::value::{Value, ValueKind};
+use crate::value::{Number, ValueKind};
 
 /// A name as written, in upper case, and where.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -71,6 +71,13 @@ pub(crate) enum Binary {
     Power,
 }
 
+impl Binary {
+    /// Whether the operands may be positions and coordinates.
+    pub fn takes_vectors(self) -> bool {
+        matches!(self, Binary::Add | Binary::Subtract | Binary::Multiply)
+    }
+}
+
 /// Operators that compare two numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Relation {
@@ -97,22 +104,33 @@ pub(crate) enum Unary {
 pub(crate) struct Expression {
     pub node: Node,
     pub span: Span,
+    /// Its instructions, filled in by the compiler where a statement computes it as an operand.
+    pub formula: Formula,
+}
+
+/// The instructions of an operand: where they begin, and the register that has the value after them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Formula {
+    /// `None` when the register has the value without any.
+    pub start: Option<u32>,
+    pub result: u32,
 }
 
 impl Expression {
     pub fn new(node: Node, span: Span) -> Expression {
-        Expression { node, span }
+        let formula = Formula::default();
+        Expression { node, span, formula }
     }
 
     /// An integer that stands for what is written there.
     pub fn integer(value: i32, span: Span) -> Expression {
-        Expression::new(Node::Literal(Value::Integer(value)), span)
+        Expression::new(Node::Literal(Number::Integer(value)), span)
     }
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Node {
-    Literal(Value),
+    Literal(Number),
     Variable(Variable),
     /// `P.X`: the letter of one coordinate.
     Component(Box<Expression>, u8),
@@ -320,7 +338,7 @@ impl Statement {
 
 impl Simple {
     /// The variables the statement gives a value to.
-    fn targets(&mut self) -> &mut [Variable] {
+    pub fn targets(&mut self) -> &mut [Variable] {
         match self {
             Simple::Assign(assignment) => core::slice::from_mut(&mut assignment.target),
             Simple::Ask(Ask::Task { target, .. }) => target.as_mut_slice(),
@@ -329,7 +347,8 @@ impl Simple {
         }
     }
 
-    fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
+    /// Calls `visit` with every expression of the statement, outermost only, and what it has to be.
+    pub fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression, Takes)) {
         match self {
             Simple::Assign(assignment) => visit(&mut assignment.value, Takes::Assigned),
             Simple::Change(Change::Set(condition, value)) => visit(value, condition.takes()),

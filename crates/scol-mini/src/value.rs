@@ -8,8 +8,7 @@ use alloc::sync::Arc;
 use crate::options::Arm;
 
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ValueKind {
     /// 32-bit signed integer.
     Integer,
@@ -48,7 +47,7 @@ impl ValueKind {
     }
 
     /// How many numbers DATA has for it on this arm, without the configuration of a position.
-    pub(crate) fn width(self, arm: Arm) -> usize {
+    pub fn width(self, arm: Arm) -> usize {
         match (self, arm) {
             (ValueKind::Position, _) => arm.coordinates().len(),
             (ValueKind::Coordinate, _) => Trans::order(arm).len(),
@@ -65,8 +64,7 @@ impl ValueKind {
 }
 
 /// A number of the language; one that was received tells by its decimal point which it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Number {
     /// Written without a decimal point.
     Integer(i32),
@@ -75,8 +73,7 @@ pub enum Number {
 }
 
 /// A value of the language: a number, or a box, because machines pass mostly numbers around.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Value {
     /// An integer.
     Integer(i32),
@@ -142,8 +139,7 @@ impl From<Position> for Value {
 
 /// The posture of an arm: shoulder, elbow, wrist, axis 4, axis 6, each 0 (undefined), 1 or 2 (DATA-04).
 /// A SCARA uses the first only: 1 `LEFTY`, 2 `RIGHTY`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Configuration {
     /// Shoulder, elbow, wrist, axis 4, axis 6, each 0 to 2.
     pub digits: [u8; 5],
@@ -193,8 +189,7 @@ impl Configuration {
 }
 
 /// A position in mm and degrees.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Position {
     /// In the order of `POINT()`: six-axis `X Y Z A B C U V`; SCARA `X Y Z C T`, the rest 0.
     pub coords: [f64; 8],
@@ -202,10 +197,7 @@ pub struct Position {
     pub config: Configuration,
     /// The coordinate system the position refers to, from a `WORK` line of DATA (DATA-09); `None` = the current one.
     // A frame that several positions share is written with each; without this the field could be left out.
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "serde::Deserialize::deserialize")
-    )]
+    #[serde(deserialize_with = "serde::Deserialize::deserialize")]
     pub work: Option<Arc<Frame>>,
 }
 
@@ -240,8 +232,7 @@ impl Position {
 }
 
 /// A coordinate system: shifted along the axes of the old one, then rotated. mm and degrees.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Trans {
     /// `X Y Z A B C`; on a SCARA only `X Y Z` and `C` (the last) are used.
     pub coords: [f64; 6],
@@ -280,8 +271,7 @@ impl Trans {
 }
 
 /// A coordinate system in use, with the name of the variable it came from (SF reports names).
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Frame {
     /// Upper-case name of the coordinate data; `None` when it was written in place.
     pub name: Option<String>,
@@ -290,8 +280,7 @@ pub struct Frame {
 }
 
 /// Load data: mass in kg, centre of gravity and size in mm. A SCARA knows mass and `gravity[0]` only.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Payload {
     /// Mass in kg.
     pub mass: f64,

@@ -10,7 +10,7 @@ mod turns;
 
 use crate::probe::{Ask, Class, Probe};
 
-/// What a row has unless it says otherwise.
+/// Values of a row unless it says otherwise.
 const ROW: Probe = Probe {
     id: "",
     question: "",

@@ -72,6 +72,18 @@ pub fn history(content: &[u8]) -> &'static str {
     }
 }
 
+/// How the first record of AC writes the year.
+pub fn alarm_year(content: &[u8]) -> &'static str {
+    let date = content.split(|byte| matches!(byte, b',' | b'\r')).nth(3);
+    let year = date.and_then(|date| date.split(|byte| *byte == b'-').next());
+    match year.map(<[u8]>::len) {
+        Some(4) => "four digits",
+        Some(2) => "two digits",
+        None => "no alarm",
+        Some(_) => OTHER,
+    }
+}
+
 /// How SF travels, from the bytes that come before the host says OK.
 pub fn total_status(burst: &[u8], has_stx: bool) -> &'static str {
     let length = burst.len() + usize::from(!has_stx);

@@ -9,10 +9,10 @@ use ts3100_proto::words::Word;
 /// The page.
 const PAGE: &str = include_str!("../../../docs/explanation/fidelity.md");
 
-/// How a behaviour is known. What is only partly known counts as the weaker.
+/// How a behaviour is known. What is only partly known counts as the weaker; the order here is that of the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Evidence {
-    /// The manual says so.
+    /// A manual of the maker says so: ours, its SCARA edition, or that of the client library.
     Stated,
     /// It was seen on the wire of real host programs, or reported by their authors.
     Observed,
@@ -65,7 +65,7 @@ pub const REASONS: &[(&str, &str)] = &[
     ("wiring", "it needs wires to the inputs"),
 ];
 
-/// What a host does, by the letters of its command or the name of a finding, and the rows that it rests on.
+/// Commands of a host, by their letters, or findings, by their names, with the rows that they rest on.
 const RESTS_ON: &[(&str, &[&str])] = &[
     ("BR", &["op-7"]),
     ("DL", &["file-1", "file-4"]),
@@ -73,23 +73,19 @@ const RESTS_ON: &[(&str, &[&str])] = &[
     ("EC", &["op-17"]),
     ("ER", &["file-8"]),
     ("FD", &["op-16"]),
-    ("HO", &["ext-3", "ext-13"]),
     ("IW", &["file-9"]),
-    ("JG", &["ext-3", "ext-20"]),
-    ("MN", &["ext-17", "ext-19"]),
-    ("MR", &["file-10"]),
-    ("MW", &["file-10"]),
+    ("JG", &["ext-20"]),
+    ("MN", &["ext-17"]),
     ("RN", &["op-3", "op-9"]),
     ("RS", &["op-19"]),
-    ("SM", &["ext-3", "ext-4"]),
+    ("SM", &["ext-4"]),
     ("SP", &["op-4", "op-5"]),
     ("WD", &["ext-8"]),
-    ("ZS", &["ext-3"]),
     ("abbreviated", &["op-17"]),
     ("answer-missing", &["text-8"]),
     ("bad-checksum", &["text-7"]),
     ("blank-after-comma", &["text-5"]),
-    ("bytes-outside", &["text-2"]),
+    ("bytes-outside", &["text-2", "text-25"]),
     ("command-in-exchange", &["text-10"]),
     ("data-cleared", &["scol-5"]),
     ("download-abandoned", &["text-8"]),
@@ -185,7 +181,7 @@ pub struct Row {
     pub evidence: Evidence,
     /// The questions of the catalogue that ask for it, or one of [`REASONS`].
     pub survey: &'static str,
-    /// What the emulator does.
+    /// Behaviour of the emulator.
     pub behaviour: &'static str,
 }
 
@@ -201,7 +197,7 @@ fn row(line: &'static str) -> Option<Row> {
     // From the end: a cell may hold the sign of a choice, as in `one \| several`.
     let mut cells = rest.rsplitn(5, " | ");
     let (survey, _option, _clauses) = (cells.next()?, cells.next()?, cells.next()?);
-    let (evidence, behaviour) = (weakest(cells.next()?), cells.next()?);
+    let (evidence, behaviour) = (weakest(cells.next()?)?, cells.next()?);
     Some(Row {
         id,
         evidence,
@@ -230,24 +226,29 @@ pub fn remaining(report: &Report) -> impl Iterator<Item = Row> {
     assumed().filter(move |row| !row.survey.split(", ").all(is_settled))
 }
 
-fn weakest(text: &str) -> Evidence {
-    let weakest_first = [
+/// The weakest of the words in a cell, as in "stated for the SCARA (S74), inferred on six axes"; `None` without any.
+fn weakest(text: &str) -> Option<Evidence> {
+    // What is partly ours has no source for that part. What is assumed can still be asked of a robot, so it comes first.
+    let mut weakest_first = [
         Evidence::Assumed,
+        Evidence::Ours,
         Evidence::Inferred,
         Evidence::Observed,
         Evidence::Stated,
-        Evidence::Ours,
-    ];
-    let mut found = weakest_first
-        .into_iter()
-        .filter(|evidence| text.contains(evidence.word()));
-    found.next().unwrap_or(Evidence::Stated)
+    ]
+    .into_iter();
+    // Whole words: `hours` says nothing of whose choice it is.
+    weakest_first.find(|evidence| {
+        text.split(|char: char| !char.is_ascii_alphanumeric())
+            .any(|word| word == evidence.word())
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::catalogue;
+    use crate::report::Answer;
 
     #[test]
     fn every_row_has_a_question_or_a_reason_and_every_question_a_row() {
@@ -293,15 +294,78 @@ mod tests {
         for (word, ids) in PROGRAMS_REST_ON {
             count(rests_on([], [word.as_bytes()]).collect(), ids, word);
         }
-        for program in ["R = 1 'WAIT\nPRINT \"IF\"", "R = 1 'WAIT\rPRINT \"IF\"\r"] {
-            assert_eq!(rests_on(["SU", "VR"], [program.as_bytes()]).count(), 1);
+        // Words in strings and in comments are no statements.
+        for (program, expected) in [
+            ("R = 1 'WAIT\nPRINT \"TASK\"", &["scol-3"][..]),
+            ("R = 1 'WAIT\rPRINT \"TASK\"\r", &["scol-3"]),
+            ("PRINT \"DON'T WAIT\", TIMER", &["scol-3", "scol-35"]),
+        ] {
+            let rows = rests_on(["SU", "VR"], [program.as_bytes()]);
+            let ids: Vec<&str> = rows.map(|row| row.id).collect();
+            assert_eq!(ids, expected, "{program}");
         }
     }
 
     #[test]
+    fn a_row_with_several_questions_remains_until_each_is_settled() {
+        let remains = |row: &Row, questions: &[&str]| {
+            let answers = questions.iter().map(|id| {
+                let probe = catalogue::find(id).unwrap();
+                Answer::without(probe, Verdict::Manual, String::new())
+            });
+            let report = Report {
+                answers: answers.collect(),
+                ..Report::default()
+            };
+            remaining(&report).any(|other| other == *row)
+        };
+        let mut several = 0;
+        for row in assumed().filter(|row| row.survey.contains(", ")) {
+            let questions: Vec<&str> = row.survey.split(", ").collect();
+            for index in 0..questions.len() {
+                let mut fewer = questions.clone();
+                fewer.remove(index);
+                assert!(remains(&row, &fewer), "{}: {fewer:?}", row.id);
+            }
+            assert!(!remains(&row, &questions), "{}", row.id);
+            several += 1;
+        }
+        assert!(several > 0);
+    }
+
+    #[test]
     fn what_is_partly_assumed_counts_as_assumed() {
-        assert_eq!(weakest("stated (speed), assumed"), Evidence::Assumed);
-        assert_eq!(weakest("observed: two sources"), Evidence::Observed);
-        assert_eq!(weakest("ours (every common UART)"), Evidence::Ours);
+        for (text, evidence) in [
+            ("stated (speed), assumed", Evidence::Assumed),
+            ("ours, the rest assumed", Evidence::Assumed),
+            (
+                "ours, but for the number: stated by the library's manual (L75)",
+                Evidence::Ours,
+            ),
+            ("ours (every common UART)", Evidence::Ours),
+            (
+                "stated for the SCARA (S74), inferred on six axes",
+                Evidence::Inferred,
+            ),
+            ("inferred from the maker (L82)", Evidence::Inferred),
+            ("observed: two sources", Evidence::Observed),
+            ("stated for the SCARA (S74)", Evidence::Stated),
+            ("stated by the library's manual (L65)", Evidence::Stated),
+            ("stated: every 24 hours", Evidence::Stated),
+        ] {
+            assert_eq!(weakest(text), Some(evidence), "{text}");
+        }
+        assert_eq!(weakest("hours 9.1"), None);
+    }
+
+    #[test]
+    fn each_row_of_the_page_says_how_it_is_known() {
+        let id = |line: &'static str| {
+            let id = line.strip_prefix("| ")?.split(" | ").next()?;
+            let (_, number) = id.rsplit_once('-')?;
+            number.parse::<u16>().is_ok().then_some(id)
+        };
+        let known: Vec<&str> = rows().map(|row| row.id).collect();
+        assert_eq!(PAGE.lines().filter_map(id).collect::<Vec<_>>(), known);
     }
 }

@@ -18,6 +18,6 @@ mod talk;
 
 pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
 pub use probe::{Ask, Class, Probe, Verdict};
-pub use report::{Answer, Difference, MAX_REPORT, Report, ReportError, differences};
+pub use report::{Answer, Comparison, Difference, MAX_REPORT, Report, ReportError, compare};
 pub use run::{Plan, survey};
 pub use talk::{Heard, Trouble};

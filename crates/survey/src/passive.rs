@@ -14,14 +14,16 @@ use ts3100_proto::reply::STOP;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{CR, Checksum, Decoded, EOF, Framing, STX, StxRule, Text, TextDecoder, TextOptions};
+use ts3100_proto::text::{
+    CR, Checksum, Decoded, EOF, EndRule, Framing, Reading, STX, StxRule, Text, TextDecoder, TextOptions,
+};
 
 /// Sooner than this after a text of the controller no host may send (TRN-05).
 const PAUSE: Duration = Duration::from_millis(50);
 /// A stop of which nobody was told for so long is told to nobody.
 const STOP_NOTICE: Duration = Duration::from_secs(1);
 
-/// What all connections of a recording have shown.
+/// Evidence of all connections of a recording.
 #[derive(Debug, Default)]
 pub struct Evidence {
     heard: BTreeMap<&'static str, BTreeSet<String>>,
@@ -85,8 +87,10 @@ struct Open {
 pub struct Passive<'a> {
     evidence: &'a mut Evidence,
     host: TextDecoder,
+    /// When the host sent last.
+    asked: Duration,
     open: Option<Open>,
-    /// What the controller has sent since, and when it began and ended.
+    /// Bytes that the controller has sent since, with their first and last moment.
     answer: Vec<u8>,
     answered: Option<(Duration, Duration)>,
     /// When the controller sent last.
@@ -105,6 +109,7 @@ impl<'a> Passive<'a> {
         Passive {
             evidence,
             host: decoder(),
+            asked: Duration::ZERO,
             open: None,
             answer: Vec::new(),
             answered: None,
@@ -120,18 +125,29 @@ impl<'a> Passive<'a> {
     pub fn host(&mut self, at: Duration, bytes: &[u8]) {
         self.close();
         self.host.push(bytes);
-        while let Some(decoded) = self.host.next() {
-            let Decoded::Text(text) = decoded else { continue };
-            // Of several at once it is not known which one is answered; OK and NG are not.
-            let is_done = |open: &Open| matches!(open.text.data.as_ref(), b"OK\r" | b"NG\r");
-            let is_first = self.open.as_ref().is_none_or(is_done);
-            let is_early = self.last.is_some_and(|last| at < last + PAUSE);
-            self.open = is_first.then_some(Open { text, at, is_early });
+        self.asked = at;
+        while let Some(decoded) = self.host.next_as(Reading::Command) {
+            self.ask(decoded);
         }
+    }
+
+    /// A text of the host.
+    fn ask(&mut self, decoded: Decoded) {
+        let Decoded::Text(text) = decoded else { return };
+        let at = self.asked;
+        // Of several at once it is not known which one is answered; OK and NG are not.
+        let is_done = |open: &Open| matches!(open.text.data.as_ref(), b"OK\r" | b"NG\r");
+        let is_first = self.open.as_ref().is_none_or(is_done);
+        let is_early = self.last.is_some_and(|last| at < last + PAUSE);
+        self.open = is_first.then_some(Open { text, at, is_early });
     }
 
     /// Bytes of the controller.
     pub fn robot(&mut self, at: Duration, bytes: &[u8]) {
+        // The controller answers a text whose CR came last: its host sends no ETX.
+        if let Some(decoded) = self.host.end_at_cr() {
+            self.ask(decoded);
+        }
         self.answered = Some((self.answered.map_or(at, |(begin, _)| begin), at));
         self.answer.extend_from_slice(bytes);
         self.last = Some(at);
@@ -194,7 +210,8 @@ impl<'a> Passive<'a> {
     }
 
     fn exchange(&mut self, open: &Open, letters: &str, answer: &Text, answered: Duration) {
-        let Ok(command) = Command::parse(&open.text.data) else {
+        let data = &open.text.data;
+        let Ok(command) = Command::parse(data.strip_suffix(&[CR]).unwrap_or(data)) else {
             return;
         };
         let is_refused = answer.data.as_ref() == b"NG\r";
@@ -225,7 +242,7 @@ impl<'a> Passive<'a> {
         }
     }
 
-    /// What the form of a served command shows.
+    /// Evidence from the form of a command that was served.
     fn forms(&mut self, open: &Open, letters: &str, answer: &Text) {
         let data = &open.text.data;
         if open.text.framing == Framing::Bare {
@@ -302,6 +319,7 @@ fn letters(text: &Text) -> String {
 fn decoder() -> TextDecoder {
     TextDecoder::new(TextOptions {
         stx: StxRule::Detect,
+        end: EndRule::Detect,
         checksum: Checksum::None,
     })
 }

@@ -3,7 +3,7 @@
 use crate::talk::{Heard, Talk, Trouble};
 use ts3100_proto::words::Word;
 
-/// What a question may do to the robot.
+/// Effect that a question may have on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
     /// Commands that change nothing: status, versions, directory, and texts of unusual form.
@@ -30,7 +30,7 @@ impl Word for Class {
     }
 }
 
-/// What an answer means.
+/// Meaning of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The reading that the emulator has by default.
@@ -85,11 +85,9 @@ pub enum Ask {
 pub struct Probe {
     /// Its name, which stays the same from release to release.
     pub id: &'static str,
-    /// What is asked.
     pub question: &'static str,
-    /// What it may do to the robot.
     pub class: Class,
-    /// What is sent, in short, for those who have to decide.
+    /// Texts that are sent, in short, for those who have to decide.
     pub sends: &'static str,
     /// How it is asked.
     pub ask: Ask,

@@ -21,15 +21,14 @@ pub const MAX_REPORT: u64 = 1024 * 1024;
 pub struct Answer {
     /// Name of the [`Probe`].
     pub probe: String,
-    /// What it means.
     pub verdict: Verdict,
-    /// What came back; empty if nothing could be asked.
+    /// The answer; empty if nothing could be asked.
     pub heard: Heard,
     /// The option it decides, and its value.
     pub sets: Option<(String, String)>,
     /// Why there is no verdict.
     pub note: String,
-    /// What went over the line, with seconds and direction.
+    /// Bytes on the line, with seconds and direction.
     pub traffic: Vec<String>,
 }
 
@@ -63,7 +62,7 @@ impl Answer {
 /// The answers of one controller.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
-    /// What made the file, such as `ts3100 0.1.0`.
+    /// Program that made the file, such as `ts3100 0.1.0`.
     pub made_by: String,
     /// Whether the owner agrees that it is published.
     pub share: bool,
@@ -75,7 +74,7 @@ pub struct Report {
     pub answers: Vec<Answer>,
     /// Why the survey did not come to its end.
     pub stopped: Option<String>,
-    /// What could not be put back.
+    /// State that could not be put back.
     pub left: Vec<String>,
     /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
     pub answer_times: Vec<f64>,
@@ -293,28 +292,45 @@ impl Report {
 pub struct Difference {
     /// Name of the question.
     pub probe: String,
-    /// What the first one answers; none if it was not asked.
-    pub first: Option<Heard>,
-    /// What the second one answers.
-    pub second: Option<Heard>,
+    /// Answer of the first one.
+    pub first: Heard,
+    /// Answer of the second one.
+    pub second: Heard,
 }
 
-/// The questions that two reports answer in different ways.
-pub fn differences(first: &Report, second: &Report) -> Vec<Difference> {
+/// Answers of two reports to the same question.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Comparison {
+    /// The questions that they answer in different ways.
+    pub differences: Vec<Difference>,
+    /// The questions that only the first one answers. They are no differences: the other was not asked, or not for this.
+    pub only_first: Vec<String>,
+    /// The questions that only the second one answers.
+    pub only_second: Vec<String>,
+}
+
+/// Compares the answers of two reports, in the order of the catalogue.
+pub fn compare(first: &Report, second: &Report) -> Comparison {
     let heard = |report: &Report, id: &str| {
         let mut answers = report.answers.iter();
         let answer = answers.find(|answer| answer.probe == id && !answer.heard.is_empty());
         answer.map(|answer| answer.heard.clone())
     };
-    let difference = |probe: &Probe| {
-        let (first, second) = (heard(first, probe.id), heard(second, probe.id));
-        (first != second).then(|| Difference {
-            probe: probe.id.to_owned(),
-            first,
-            second,
-        })
-    };
-    catalogue::probes().filter_map(difference).collect()
+    let mut found = Comparison::default();
+    for probe in catalogue::probes() {
+        let id = probe.id.to_owned();
+        match (heard(first, probe.id), heard(second, probe.id)) {
+            (Some(first), Some(second)) if first != second => found.differences.push(Difference {
+                probe: id,
+                first,
+                second,
+            }),
+            (Some(_), None) => found.only_first.push(id),
+            (None, Some(_)) => found.only_second.push(id),
+            (Some(_), Some(_)) | (None, None) => {}
+        }
+    }
+    found
 }
 
 /// Finds a change by accident; nobody is kept from changing a file on purpose. FNV-1a, 64 bits.

@@ -16,7 +16,6 @@ use ts3100_proto::status::sf::SystemStatus;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Checksum, ETX, STX};
 
-/// What is asked.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
     /// Only questions of these classes.
@@ -37,7 +36,7 @@ impl Plan {
     }
 }
 
-/// What was there before, and is put back.
+/// State from before the run, which is put back.
 #[derive(Debug, Default)]
 struct Before {
     /// The selected file, where the survey may select another one; empty for none.
@@ -139,7 +138,7 @@ fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
     }
     let heard = heard.ok_or_else(|| {
         let what = match is_no_text {
-            true => "what answers SU is no text of a controller",
+            true => "what answers SU is not a text of a controller",
             false => "no answer to SU",
         };
         Trouble::Surprise(what.to_owned())
@@ -213,7 +212,7 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     Ok(())
 }
 
-/// What was heard, if it was the same each time.
+/// The answer, if it was the same each time.
 fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     let mut first: Option<Heard> = None;
     for _ in 0..probe.repeats() {

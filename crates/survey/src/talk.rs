@@ -16,7 +16,7 @@ use ts3100_proto::reply::STOP;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{
-    Checksum, Decoded, Framing, STX, StxRule, Text, TextDecoder, TextOptions, encode_text,
+    Checksum, Decoded, EndRule, Framing, STX, StxRule, Text, TextDecoder, TextOptions, encode_text,
 };
 use written::Written;
 pub(crate) use written::described;
@@ -33,7 +33,7 @@ const PROMPT: Duration = Duration::from_millis(100);
 /// The file of the survey on the RAM drive.
 pub(crate) const FILE: &str = "TSSURVEY";
 
-/// What came back, in a few words; a number for what is measured.
+/// The answer in a few words; a number where something is measured.
 pub type Heard = String;
 
 /// Why a question has no answer.
@@ -171,7 +171,7 @@ impl<'a> Talk<'a> {
         Ok(())
     }
 
-    /// Opens another connection.
+    /// Opens another connection. As after [`Talk::say`], the next command comes after a pause.
     ///
     /// # Errors
     /// The controller cannot be reached. That nobody is at IP1 is a refusal: its `[E00]` may say so.
@@ -185,7 +185,11 @@ impl<'a> Talk<'a> {
                 self.without_channel = Some(reason.clone());
                 Err(Trouble::Refused(reason))
             }
-            opened => Ok(opened?),
+            opened => {
+                opened?;
+                self.last = self.now();
+                Ok(())
+            }
         }
     }
 
@@ -194,7 +198,7 @@ impl<'a> Talk<'a> {
         self.peer.close(line);
     }
 
-    /// What comes on a connection until it is quiet, not cut into texts.
+    /// Reads a connection until it is quiet, without cutting texts.
     ///
     /// # Errors
     /// The controller has closed it.
@@ -202,12 +206,14 @@ impl<'a> Talk<'a> {
         self.bytes(line, wait, usize::MAX)
     }
 
-    /// Sends on another connection.
+    /// Sends on another connection. What comes of it may be an SP, and a strict controller ignores a command that follows
+    /// SP too soon: the next command comes after a pause.
     ///
     /// # Errors
     /// The controller has closed it.
     pub fn say(&mut self, line: Line, bytes: &[u8]) -> Result<(), PeerError> {
         self.note('>', bytes);
+        self.last = self.now();
         self.peer.send(line, bytes)
     }
 
@@ -544,6 +550,7 @@ impl<'a> Talk<'a> {
 fn decoder(checksum: Checksum) -> TextDecoder {
     TextDecoder::new(TextOptions {
         stx: StxRule::Detect,
+        end: EndRule::Etx,
         checksum,
     })
 }

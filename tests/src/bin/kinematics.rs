@@ -24,6 +24,8 @@ fn main() -> ExitCode {
         (ArmModel::tv800(), 11),
         (ArmModel::thl400(), 12),
         (ArmModel::thl400_four_axes(), 13),
+        (ArmModel::thl300(), 14),
+        (ArmModel::scara_600(), 15),
     ] {
         let start = Instant::now();
         let report = verify(&model, seed, poses);

@@ -1,7 +1,7 @@
 //! Measures the time from starting `ts3100 serve` to the first correct SU answer, beside a bare echo server of
 //! tokio started and queried in the same way in the same run.
 //!
-//! `cargo run --release -p ts3100-tests --bin startup -- target/release/ts3100 [ROUNDS]`
+//! `cargo run --profile dist -p ts3100-tests --bin startup -- target/dist/ts3100 [ROUNDS]`
 //!
 //! Fails when the quickest start of the emulator takes more than [`MOST`] times as long as the quickest of the bare
 //! server. The quickest are compared because a busy machine only ever adds to a time. Both are started from copies, as
@@ -18,8 +18,8 @@ use std::time::{Duration, Instant};
 const ROUNDS: usize = 50;
 const SU: &[u8] = b"\x02SU\r\x03";
 const TIMEOUT: Duration = Duration::from_secs(10);
-/// A third above the aim; 1.5 to 1.7 was measured.
-const MOST: f64 = 2.0;
+/// 1.3 to 1.7 was measured; on a busy machine even the quickest starts differ by half.
+const MOST: f64 = 2.5;
 
 /// What is started, how its port is found in its first line, and what its answer has to look like.
 struct Subject {

@@ -4,6 +4,7 @@ use super::{code, table};
 use std::fmt::Write as _;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_controller::findings::RULES;
+use ts3100_controller::model::{ArmKind, ArmModel};
 use ts3100_controller::variation::VARIATIONS;
 use ts3100_controller::{CONDITION_FORMS, Dialect};
 use ts3100_emulator::config::OPTIONS;
@@ -15,19 +16,40 @@ pub fn alarms() -> String {
     let worst = |level| AlarmLevel::ALL.iter().position(|other| *other == level);
     alarms.sort_by_key(|alarm| (worst(alarm.level), alarm.code));
     table(
-        ["Alarm", "Whose", "Text", "Cause", "Remedy"],
+        ["Alarm", "Evidence", "Text", "Cause", "Remedy"],
         alarms.into_iter().map(|alarm| {
-            let whose = if alarm.is_assumed { "ours" } else { "known" };
             let number = alarm.number();
             [
                 format!("[{number}](#alarm-{number})"),
-                whose.to_owned(),
+                alarm.source.as_str().to_owned(),
                 alarm.text.to_owned(),
                 alarm.cause.to_owned(),
                 alarm.remedy.to_owned(),
             ]
         }),
     )
+}
+
+/// Every built-in arm with its axes.
+pub fn models() -> String {
+    let rows = ArmModel::built_in().into_iter().flat_map(|model| {
+        let name = model.name.clone();
+        let slides = |index: usize| matches!(model.kind, ArmKind::Scara(_)) && index == 2;
+        let rows: Vec<[String; 4]> = (0..)
+            .zip(&model.axes)
+            .map(|(index, axis)| {
+                let unit = if slides(index) { "mm" } else { "degrees" };
+                [
+                    format!("`{name}`"),
+                    format!("{}", index + 1),
+                    format!("{} to {} {unit}", axis.min, axis.max),
+                    format!("{} {unit}/s", axis.max_speed),
+                ]
+            })
+            .collect();
+        rows
+    });
+    table(["Model", "Axis", "Range", "Speed"], rows)
 }
 
 /// Every form of a condition.
@@ -74,9 +96,10 @@ pub fn findings() -> String {
 
 /// Every option with its values and the defaults of both dialects.
 pub fn options() -> String {
-    let default = |value: &str| match value {
-        "" => "0.001 on a SCARA, 0 on six axes".to_owned(),
-        value => code(value),
+    let default = |key: &str, value: &str| match (key, value) {
+        ("input.malformed", "") => "`alarm` on a SCARA, `leading-number` on six axes".to_owned(),
+        (_, "") => "0.001 on a SCARA, 0 on six axes".to_owned(),
+        (_, value) => code(value),
     };
     table(
         ["Option", "Values", "Default in `field`", "Default in `manual`"],
@@ -84,8 +107,8 @@ pub fn options() -> String {
             [
                 format!("[`{0}`](#{0})", row.key),
                 row.values().to_string(),
-                default(&row.default_in(Dialect::Field)),
-                default(&row.default_in(Dialect::Manual)),
+                default(row.key, &row.default_in(Dialect::Field)),
+                default(row.key, &row.default_in(Dialect::Manual)),
             ]
         }),
     )

@@ -2,7 +2,7 @@
 
 use super::{code, table};
 use std::fmt::Write as _;
-use ts3100_controller::faults::{FaultKind, KINDS, Parameter};
+use ts3100_controller::faults::{CAUSES, FaultKind, KINDS, Parameter};
 
 /// An example of each kind: the fault, and what it does.
 const EXAMPLES: [(&str, &str); 20] = [
@@ -120,4 +120,22 @@ fn parameter(parameter: &Parameter) -> [String; 4] {
         parameter.default.map_or("-".to_owned(), code),
         parameter.description.to_owned(),
     ]
+}
+
+/// Which findings each kind of fault can cause.
+pub fn causes() -> String {
+    let list = |names: &mut dyn Iterator<Item = String>| names.collect::<Vec<_>>().join(", ");
+    table(
+        ["Faults", "How far", "Findings", "Why"],
+        CAUSES.iter().map(|row| {
+            let rules = row.rules.iter();
+            let rules = list(&mut rules.map(|rule| format!("[`{0}`](findings.md#{0})", rule.id)));
+            [
+                list(&mut row.kinds.iter().map(|kind| format!("`{kind}`"))),
+                row.reach.description().to_owned(),
+                if rules.is_empty() { "all".to_owned() } else { rules },
+                row.reason.to_owned(),
+            ]
+        }),
+    )
 }

@@ -47,6 +47,11 @@ pub const REGIONS: &[Region] = &[
         text: controller::alarms,
     },
     Region {
+        page: "reference/models.md",
+        name: "models",
+        text: controller::models,
+    },
+    Region {
         page: "reference/findings.md",
         name: "findings",
         text: controller::findings,
@@ -105,6 +110,11 @@ pub const REGIONS: &[Region] = &[
         page: "reference/faults.md",
         name: "faults",
         text: faults::kinds,
+    },
+    Region {
+        page: "reference/faults.md",
+        name: "fault-causes",
+        text: faults::causes,
     },
     Region {
         page: "explanation/variation.md",

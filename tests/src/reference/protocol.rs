@@ -41,7 +41,6 @@ fn command(row: &CommandRow) -> [String; 6] {
     let from = match row.source {
         Source::Manual => "manual",
         Source::ScaraManual => "SCARA edition",
-        Source::Hosts => "hosts",
     };
     [
         code(row.form),

@@ -242,3 +242,34 @@ fn check_says_what_the_compiler_says() {
         Some(0)
     );
 }
+
+/// A peer that sends these bytes again and again to whoever connects.
+fn flood(bytes: &'static [u8]) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        let bytes = bytes.repeat(1_000);
+        while stream.write_all(&bytes).is_ok() {}
+    });
+    address
+}
+
+#[test]
+fn a_peer_that_floods_a_host_does_not_flood_its_terminal() {
+    for bytes in [
+        &b"\x02SP\r\x03"[..],
+        b"garbage\r\n",
+        b"\x02SP",
+        b"\x02WHAT\r\x03",
+        b"\x02FL,A",
+    ] {
+        for command in ["su", "sf", "so"] {
+            let output = run(&["host", &flood(bytes), command, "--timeout", "0.3"]);
+            expect_code(&output, 3);
+            let error = stderr(&output);
+            assert!(error.contains("error: "), "{bytes:?}, {command}: {error}");
+            assert!(error.len() < 4_096, "{bytes:?}, {command}: {} bytes", error.len());
+        }
+    }
+}

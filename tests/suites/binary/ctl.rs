@@ -332,13 +332,15 @@ fn the_only_emulator_of_the_machine_is_found_and_several_are_listed() {
 
 #[test]
 fn a_port_of_a_robot_elsewhere_is_told_from_a_slow_interface() {
-    let serve = Serve::start(&["--set", "text.stx=detect"]);
     let elsewhere = TempDir::new("runtime");
-    let url = format!("http://{}", serve.address(0));
-    let robot = state_of(&elsewhere, &["--url", &url, "--timeout", "0.3"]);
-    expect_code(&robot, 3);
-    let expected = format!("error: IP0 of a robot answers at {url}, not the control interface");
-    assert!(stderr(&robot).starts_with(&expected), "{}", stderr(&robot));
+    for end in ["text.end=detect", "text.end=etx"] {
+        let serve = Serve::start(&["--set", "text.stx=detect", "--set", end]);
+        let url = format!("http://{}", serve.address(0));
+        let robot = state_of(&elsewhere, &["--url", &url, "--timeout", "0.3"]);
+        expect_code(&robot, 3);
+        let expected = format!("error: IP0 of a robot answers at {url}, not the control interface");
+        assert!(stderr(&robot).starts_with(&expected), "{end}: {}", stderr(&robot));
+    }
     let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let url = format!("http://{}", silent.local_addr().unwrap());
     let late = state_of(&elsewhere, &["--url", &url, "--timeout", "0.3"]);
@@ -388,7 +390,7 @@ fn shells_get_their_completions() {
 fn the_scenario_that_is_played_can_be_watched() {
     let directory = TempDir::new("binary");
     let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop press\"]\n\
-        [[expect]]\nname = \"the stop is seen\"\nwhat = \"alarm 8-027\"\nwithin = \"3 s\"\n";
+        [[expect]]\nname = \"the stop is seen\"\nwhat = \"alarm 8-014\"\nwithin = \"3 s\"\n";
     let file = directory.file("stop.toml", text);
     let serve = Serve::start(&["--time", "stepped", "--scenario", &file]);
     let scenario = || answer(&serve, &["scenario"]);
@@ -419,4 +421,37 @@ fn a_port_is_named_in_either_case() {
     assert_eq!(code(&serve, &["channel", "IP1", "inject", r"4\r"]), Some(0));
     assert_eq!(code(&serve, &["channel", "Host"]), Some(0));
     assert_eq!(code(&serve, &["channel", "IP4"]), Some(2));
+}
+
+/// A server that answers with this head and then with these bytes without an end.
+fn flood(head: &'static str, bytes: &'static str) -> String {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("http://{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        use std::io::Write as _;
+        let (mut stream, _) = listener.accept().unwrap();
+        let _ = stream.write_all(head.as_bytes());
+        let bytes = bytes.repeat(1_000);
+        while stream.write_all(bytes.as_bytes()).is_ok() {}
+    });
+    url
+}
+
+#[test]
+fn a_server_that_floods_does_not_flood_the_terminal() {
+    let ok = "HTTP/1.0 200 OK\r\n\r\n";
+    let refused = "HTTP/1.0 404 Not Found\r\nContent-Length: 1000000\r\n\r\n";
+    for (head, words, code) in [
+        (refused, &["state"][..], 1),
+        (refused, &["--json", "state"], 1),
+        (ok, &["state"], 3),
+        (ok, &["events"], 3),
+        ("HTTP/9 ", &["state"], 3),
+    ] {
+        let url = flood(head, "abcdefgh");
+        let output = run(&[&["ctl", "--url", &url, "--timeout", "5"], words].concat());
+        expect_code(&output, code);
+        let written = output.stdout.len() + output.stderr.len();
+        assert!(written < 100_000, "{words:?}: {written} bytes");
+    }
 }

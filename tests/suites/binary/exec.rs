@@ -296,3 +296,57 @@ fn the_address_of_a_host_is_no_serial_port() {
         assert!(said.contains("did you mean --listen?"), "{said}");
     }
 }
+
+// clause: T27
+#[test]
+fn what_a_fault_has_caused_is_a_note_and_not_denied() {
+    let directory = TempDir::new("exec");
+    let files = ["found.json", "found.xml", "found.sarif", "found.md"].map(|name| directory.file(name, ""));
+    let reports: Vec<&str> = files.iter().flat_map(|file| ["--findings", file]).collect();
+    let run = |fault: &[&str], script: &str| exec(&[fault, &["--deny", "note"], &reports].concat(), script);
+    let reset = ["--fault", "reset-mid-text:command=SU"];
+    // The first connection ends in the middle of the status; the host connects again.
+    let output = run(&reset, "ts3100 host $TS3100_IP0 su; ts3100 host $TS3100_IP0 su");
+    expect_code(&output, 0);
+    let [json, xml, sarif, markdown] = files
+        .each_ref()
+        .map(|file| std::fs::read_to_string(file).unwrap());
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let found = &json["findings"];
+    assert_eq!(found.as_array().map(Vec::len), Some(1), "{found}");
+    for (key, value) in [
+        ("rule", "left-in-exchange"),
+        ("severity", "note"),
+        ("caused-by", "fault"),
+    ] {
+        assert_eq!(found[0][key], value, "{found}");
+    }
+    let cause = "fault 1 (reset-mid-text)";
+    assert_eq!(found[0]["first"][0]["caused-by"], cause);
+    assert_eq!(
+        json["broken"],
+        serde_json::json!({"note": 1, "warning": 0, "error": 0})
+    );
+    assert!(
+        xml.contains("failures=\"0\"") && xml.contains(&format!("(caused-by: {cause})")),
+        "{xml}"
+    );
+    let sarif: serde_json::Value = serde_json::from_str(&sarif).unwrap();
+    let result = &sarif["runs"][0]["results"][0];
+    assert_eq!(
+        (&result["level"], &result["properties"]["caused-by"]),
+        (&"note".into(), &cause.into())
+    );
+    assert!(markdown.contains(&format!("(caused-by: {cause})")), "{markdown}");
+    // A mistake that the fault does not explain is the host's.
+    let output = run(
+        &reset,
+        "ts3100 host $TS3100_IP0 su; ts3100 host $TS3100_IP0 su; ts3100 host $TS3100_IP0 sl NOSUCH; true",
+    );
+    expect_code(&output, 64);
+    assert!(
+        stderr(&output).contains("denied finding refused-by-state, once"),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -180,7 +180,7 @@ fn numbers_positions_and_alarms_are_shown_readably() {
             "values         1.0 -2.5 3.0 4.0 5.0 0.0\nconfiguration  2\n",
         ),
         (
-            b"\x02FL,1,002-046,port without a peer,14-02-06 10:30:15\r\x1a\x03",
+            b"\x02FL,1,002-046,port without a peer,2014-02-06 10:30:15\r\x1a\x03",
             &["ac"],
             "alarm    message              at                   docs\n\
              002-046  port without a peer  2014-02-06 10:30:15  docs/reference/alarms.md#alarm-2-046\n",
@@ -219,4 +219,41 @@ fn the_words_of_io_may_look_like_anything_and_end_with_eof_or_not() {
         "{}",
         stderr(&output)
     );
+}
+
+#[test]
+fn the_log_says_so_when_a_host_writes_a_decimal_comma() {
+    let directory = TempDir::new("binary");
+    let program = "GLOBAL\nRATE = 0.5\nEND\nPROGRAM COMMA\nEND\nDATA\nPOINT A1 = 1,2,3,4,5\nEND\n";
+    let file = directory.file("comma.scol", program);
+    let load = [
+        "--load",
+        &file,
+        "--select",
+        "COMMA",
+        "--servo-on",
+        "--model",
+        "tsl3000-thl400",
+    ];
+    for (words, named) in [
+        (&["do", "SPEED", "=", "1,5"][..], true),
+        (&["do", "DELAY", "0,5"], true),
+        (&["do", "MOVE", "A1", "WITH", "SPEED=50,5"], true),
+        (&["do", "MOVE", "A1", "WITH", "SPEED=50,5,ACCEL=20"], true),
+        (&["do", "MOVE", "A1", "WITH", "SPEED=50,NONE=1"], false),
+        (&["do", "SPEED", "=", "nothing"], false),
+        (&["mw", "RATE", "1,5"], true),
+        (&["mw", "A1", "1,5", "2,5", "3", "4", "5", "1"], true),
+        (&["mw", "A1", "1", "2", "3", "4", "0,5"], true),
+        (&["mw", "A1", "1"], false),
+    ] {
+        let serve = Serve::start(&load);
+        expect_code(&serve.host(words), 1);
+        let log = stderr(&serve.signal("TERM"));
+        assert_eq!(
+            log.contains("the decimal sign is a point"),
+            named,
+            "{words:?}: {log}"
+        );
+    }
 }

@@ -189,3 +189,34 @@ fn kinds_are_listed_and_specifications_checked() {
     let good: Value = serde_json::from_str(&stdout(&bad)).unwrap();
     assert_eq!(good["faults"][0]["kind"], "ng");
 }
+
+#[test]
+fn a_fault_that_the_controller_cannot_do_ends_it_before_it_is_ready() {
+    let directory = TempDir::new("binary");
+    let file = directory.file(
+        "faults.toml",
+        "[[fault]]\nkind = \"key-turned\"\nto = \"internal\"\n",
+    );
+    for words in [["--fault", "key-turned:to=internal"], ["--faults", &file]] {
+        for controller in ["tsl3100", "tsl3000e"] {
+            let output = run(&[
+                "serve",
+                "--ports",
+                "auto",
+                "--controller",
+                controller,
+                words[0],
+                words[1],
+            ]);
+            assert_eq!(output.status.code(), Some(2), "{words:?}");
+            let says = stderr(&output);
+            assert!(says.contains("cannot arm key-turned: the TSL3"), "{says}");
+            assert!(
+                says.contains("has no INTERNAL position; give to=teaching"),
+                "{says}"
+            );
+        }
+        let output = run(&["exec", words[0], words[1], "--", "true"]);
+        assert_eq!(output.status.code(), Some(0), "the TS3100 has one");
+    }
+}

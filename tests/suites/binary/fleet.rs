@@ -82,7 +82,7 @@ fn each_robot_has_its_own_ports_state_and_time() {
     let ended = serve.signal("TERM");
     expect_code(&ended, 0);
     assert!(
-        stderr(&ended).contains("robot{robot-3}: alarm 8-027"),
+        stderr(&ended).contains("robot{robot-3}: alarm 8-014"),
         "{}",
         stderr(&ended)
     );
@@ -387,6 +387,10 @@ const WRONG_TABLES: &[(&str, &str)] = &[
         "[[wire]] 1: the key `to` is missing",
     ),
     (
+        "[[wire]]\nfrom = \"a.dout.5\"\nto = \"b.din.1\"\ndelay = 3\n",
+        "[[wire]] 1: unknown key `delay`",
+    ),
+    (
         "[[wire]]\nfrom = \"a.dout.5\"\nto = \"c.din.1\"\n",
         "to: unknown robot `c`",
     ),
@@ -439,8 +443,9 @@ fn what_does_not_go_together_is_refused_before_a_port_opens() {
         &["--robots", "9000", "--port-step", "10"],
         "leave --port-step out if the ports do not suffice",
     );
+    // clause: T27
     let exec = run(&["exec", "--robots", "2", "--", "true"]);
-    expect_code(&exec, 125);
+    expect_code(&exec, 2);
     assert!(stderr(&exec).contains("exec runs one robot"), "{}", stderr(&exec));
 }
 

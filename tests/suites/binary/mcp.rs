@@ -125,6 +125,34 @@ fn what_is_no_request_gets_the_error_that_json_rpc_has_for_it() {
         assistant.say(line);
         assert_eq!(assistant.hear()["error"]["code"], code, "{line}");
     }
+    // Batches, as the revision 2025-03-26 has them: requests are answered in one array, notifications not.
+    assistant.say(
+        r#"[{"id": 1, "method": "ping"}, {"method": "notifications/initialized"}, 5, {"id": 2, "method": "fly"}]"#,
+    );
+    let answers = assistant.hear();
+    let answers = answers.as_array().unwrap();
+    assert_eq!(answers.len(), 3);
+    assert_eq!(
+        (&answers[0]["id"], &answers[0]["result"]),
+        (&json!(1), &json!({}))
+    );
+    assert_eq!(answers[1]["error"]["code"], -32_600);
+    assert_eq!(
+        (&answers[2]["id"], &answers[2]["error"]["code"]),
+        (&json!(2), &json!(-32_601))
+    );
+    assistant.say(r#"[{"method": "notifications/initialized"}]"#);
+    // What there is none of is an empty list, also for an assistant that does not look at the capabilities.
+    for (method, list) in [
+        ("prompts/list", "prompts"),
+        ("resources/list", "resources"),
+        ("resources/templates/list", "resourceTemplates"),
+    ] {
+        assert_eq!(assistant.ask(method, &json!({}))["result"], json!({list: []}));
+    }
+    // A shell of Windows puts a byte order mark in front.
+    assistant.say("\u{feff}{\"id\": 7, \"method\": \"ping\"}");
+    assert_eq!(assistant.hear()["result"], json!({}));
     // Blank lines, notifications and answers get none; the next request is answered.
     assistant.say("");
     assistant.say(r#"{"jsonrpc": "2.0", "method": "notifications/cancelled"}"#);

@@ -4,6 +4,7 @@ use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpListener;
 use std::process::{Output, Stdio};
+use ts3100_tests::testing::TempDir;
 
 /// Runs `ts3100 ready` with these variables.
 fn ready(variables: &[(&str, &str)], words: &[&str]) -> Output {
@@ -84,9 +85,8 @@ fn who_takes_the_connection_and_says_nothing_is_waited_for_no_longer_than_was_as
 
 #[test]
 fn it_finds_the_one_emulator_of_this_machine_by_its_state_file() {
-    let directory = concat!(env!("CARGO_TARGET_TMPDIR"), "/ready");
-    std::fs::create_dir_all(directory).unwrap();
-    let own = ("XDG_RUNTIME_DIR", directory);
+    let directory = TempDir::new("ready");
+    let own = ("XDG_RUNTIME_DIR", directory.path().to_str().unwrap());
     expect_code(&ready(&[own, ("TS3100_PORTS", "auto")], &["--wait", "100ms"]), 4);
     let robot = Serve::start_in(&[own], &[]);
     let output = ready(&[own], &[]);

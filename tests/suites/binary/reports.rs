@@ -74,13 +74,50 @@ fn findings_are_written_in_three_forms_at_the_end() {
     assert_eq!(sarif["version"], "2.1.0");
     for result in run["results"].as_array().unwrap() {
         let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
-        assert_eq!(run["tool"]["driver"]["rules"][index]["id"], result["ruleId"]);
+        let rule = &run["tool"]["driver"]["rules"][index];
+        assert_eq!(rule["id"], result["ruleId"]);
+        let section = format!(
+            "urn:ts3100:docs/reference/findings.md#{}",
+            result["ruleId"].as_str().unwrap()
+        );
+        assert_eq!(rule["helpUri"], section.as_str());
+        // Code scanning takes no result without a place in a file.
+        let place = &result["locations"][0]["physicalLocation"];
+        assert_eq!(place["artifactLocation"]["uri"], "ts3100-run");
+        assert_eq!(place["region"]["startLine"], 1);
     }
     let log = stderr(&output);
     assert!(
         log.contains("(unknown-command)"),
         "it is in the log as it happens: {log}"
     );
+}
+
+/// The transcript, else the program, else the scenario.
+#[test]
+fn a_result_lies_in_the_file_that_stands_for_the_run() {
+    let directory = TempDir::new("sarif");
+    let sarif = directory.file("f.sarif", "");
+    let transcript = directory.file("run 1.txt", "");
+    let program = directory.file("pick.scol", PICK);
+    let scenario = directory.file("day.toml", "name = \"day\"\n");
+    let flags = [
+        ["--transcript", &transcript],
+        ["--load", &program],
+        ["--scenario", &scenario],
+    ];
+    for first in 0..flags.len() {
+        let words: Vec<&str> = ["--findings", &sarif]
+            .into_iter()
+            .chain(flags[first..].concat())
+            .collect();
+        careless(&words, "TERM");
+        let found = json(&sarif);
+        let uri =
+            &found["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"];
+        let expected = format!("file://{}", flags[first][1].replace(' ', "%20"));
+        assert_eq!(uri, expected.as_str());
+    }
 }
 
 #[test]
@@ -110,6 +147,7 @@ fn what_is_denied_makes_the_exit_code() {
     );
 }
 
+// clause: T27
 #[test]
 fn what_cannot_be_reported_is_said_before_the_run() {
     for (words, expected) in [
@@ -119,6 +157,10 @@ fn what_cannot_be_reported_is_said_before_the_run() {
         (
             ["--deny", "warnings"],
             "a rule of docs/reference/findings.md, found `warnings`",
+        ),
+        (
+            ["--deny", "8-027"],
+            "alarms are not findings, and 8-014 replaces alarm 8-027",
         ),
         (["--min-coverage", "101"], "expected 0 to 100, found `101`"),
     ] {

@@ -469,3 +469,99 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         );
     }
 }
+
+#[test]
+fn files_of_the_pc_in_the_directory_are_those_of_load_and_one_bad_file_is_skipped() {
+    let directory = TempDir::new("binary");
+    let drive = directory.path().join("drive");
+    std::fs::create_dir_all(&drive).unwrap();
+    let crlf = PICK.replace('\n', "\r\n");
+    let given: [(&str, &[u8]); 3] = [
+        ("pick.scol", crlf.as_bytes()),
+        ("tab.scol", b"PROGRAM TAB\n\tSPEED = 20\nEND\n"),
+        ("Thumbs.db", b"\xd0\xcf\x11\xe0"),
+    ];
+    for (name, content) in given {
+        std::fs::write(drive.join(name), content).unwrap();
+    }
+    let serve = Serve::start(&["--drive", drive.to_str().unwrap(), "--select", "PICK"]);
+    assert_eq!(serve.host(&["ul", "PICK"]).stdout, PICK.as_bytes());
+    let files = stdout(&serve.host(&["ca"]));
+    assert!(!files.contains("TAB") && !files.contains("THUMBS"), "{files}");
+    let log = stderr(&serve.signal("TERM"));
+    for (name, place) in [
+        (
+            "tab.scol",
+            "line 2, character 1: expected printable ASCII, found the byte 09",
+        ),
+        (
+            "Thumbs.db",
+            "line 1, character 1: expected printable ASCII, found the byte D0",
+        ),
+    ] {
+        let warnings = log
+            .lines()
+            .filter(|line| line.contains("WARN") && line.contains(name) && line.contains(place));
+        assert_eq!(warnings.count(), 1, "{name}: {log}");
+    }
+    for (name, content) in given {
+        assert_eq!(std::fs::read(drive.join(name)).unwrap(), content, "{name}");
+    }
+}
+
+#[test]
+fn a_file_has_one_limit_whichever_way_it_takes_to_the_drive() {
+    let directory = TempDir::new("binary");
+    let most = directory.file("most.scol", "\n".repeat(99_999));
+    let big = directory.file("big.scol", "\n".repeat(100_000));
+    let huge = directory.file("huge.scol", "\n".repeat(300_000));
+    let serve = Serve::start(&["--load", &most]);
+    let control = serve.control.clone().unwrap();
+    expect_code(&serve.host(&["dl", &most]), 0);
+    expect_code(
+        &run(&["ctl", "--url", &control, "file", "put", "MOST2", &most]),
+        0,
+    );
+    for file in [&big, &huge] {
+        let expected = format!("cannot read {file}: a file of the RAM drive has at most 99999 bytes");
+        for words in [
+            &["serve", "--ports", "auto", "--load", file][..],
+            // Refused before it is sent, or anybody is called at all.
+            &["host", "127.0.0.1:1", "dl", file],
+            &["ctl", "--url", &control, "file", "put", "BIG", file],
+            &["check", &huge],
+            &["fmt", &huge],
+            &["run", &huge],
+        ] {
+            let output = run(words);
+            expect_code(&output, 2);
+            let expected = match words.len() {
+                2 => "a file of the RAM drive has at most 99999 bytes",
+                _ => expected.as_str(),
+            };
+            assert!(
+                stderr(&output).contains(expected),
+                "{words:?}: {}",
+                stderr(&output)
+            );
+        }
+    }
+}
+
+#[test]
+fn the_address_to_listen_on_may_be_a_name_of_this_computer() {
+    let serve = Serve::start(&["--listen", "localhost", "--control", "off"]);
+    expect_code(&serve.host(&["su"]), 0);
+    for name in ["no-such-name.invalid", "localhost:1000", ""] {
+        let output = run(&["serve", "--ports", "auto", "--listen", name]);
+        expect_code(&output, 2);
+        let error = stderr(&output);
+        assert!(error.contains("a name that resolves to one"), "{name}: {error}");
+    }
+}
+
+#[test]
+fn a_quit_signal_ends_it_like_a_term_signal() {
+    let serve = Serve::start(&[]);
+    expect_code(&serve.signal("QUIT"), 0);
+}

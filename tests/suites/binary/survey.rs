@@ -76,6 +76,26 @@ fn a_survey_is_a_file_that_another_emulator_takes() {
 }
 
 #[test]
+fn a_question_that_one_file_has_not_asked_is_no_difference() {
+    let directory = TempDir::new("survey");
+    let serve = Serve::ready(&["serve"]);
+    let survey = |name: &str, questions: &str| {
+        let path = directory.path().join(name).to_str().unwrap().to_owned();
+        let only = format!("--only={questions}");
+        expect_code(&run(&["survey", &serve.address(0), &only, "--out", &path]), 0);
+        path
+    };
+    let all = survey("all.toml", "stx,status-form,second-connection");
+    let fewer = survey("fewer.toml", "stx,status-form");
+    for files in [[&all, &fewer], [&fewer, &all]] {
+        let output = run(&["survey", "diff", files[0], files[1]]);
+        expect_code(&output, 0);
+        let expected = format!("0 differences\nanswered in {all} only: second-connection\n");
+        assert_eq!(stdout(&output), expected);
+    }
+}
+
+#[test]
 fn a_controller_without_ip1_answers_the_rest() {
     let serve = Serve::ready(&["serve", "--servo-on"]);
     let directory = TempDir::new("survey");
@@ -145,7 +165,7 @@ fn nothing_is_sent_without_consent_or_to_nobody() {
     let output = run(&["survey", &place, "--only", "stx"]);
     expect_code(&output, 3);
     let said = stderr(&output);
-    assert!(said.contains("no text of a controller"), "{said}");
+    assert!(said.contains("not a text of a controller"), "{said}");
     assert!(said.contains("Give the port of IP0"), "{said}");
     let host = serve.dial(0);
     let output = run(&["survey", &address, "--only", "stx"]);
@@ -192,7 +212,7 @@ fn at_ctrl_c_what_was_changed_is_put_back() {
     expect_code(&output, 1);
     let errors = stderr(&output);
     assert!(errors.contains("it was interrupted"), "{errors}");
-    assert!(!errors.contains("not put back"), "{errors}");
+    assert!(!errors.contains("not restored"), "{errors}");
     let file = std::fs::read_to_string(path).unwrap();
     assert!(file.contains("probe = \"value\"\nquestion"), "{file}");
     let directory = serve.host(&["ca"]);

@@ -1,6 +1,6 @@
 //! The tools for programs from outside: `check` as documents, `fmt`.
 
-use super::support::{Serve, kill, run, stderr, stdout, ts3100};
+use super::support::{Serve, expect_code, kill, run, stderr, stdout, ts3100};
 use serde_json::Value;
 use ts3100_tests::testing::{TempDir, eventually};
 
@@ -202,5 +202,113 @@ fn a_fault_file_that_cannot_be_read_is_no_fault_that_is_wrong() {
     ] {
         let output = run(&[&["faults", "check"], words].concat());
         assert_eq!(output.status.code(), Some(2), "{words:?}");
+    }
+}
+
+/// A program in encodings that are not read, and the words of the message.
+fn foreign_files() -> Vec<(Vec<u8>, &'static str)> {
+    let program = "PROGRAM P\nREMARK GR_E\nEND\n";
+    let utf16 = |to_bytes: fn(u16) -> [u8; 2]| program.encode_utf16().flat_map(to_bytes).collect::<Vec<u8>>();
+    let with = |instead: &[u8]| {
+        program
+            .as_bytes()
+            .split(|byte| *byte == b'_')
+            .collect::<Vec<_>>()
+            .join(instead)
+    };
+    let (little, big) = (utf16(u16::to_le_bytes), utf16(u16::to_be_bytes));
+    vec![
+        (
+            [b"\xEF\xBB\xBF", program.as_bytes()].concat(),
+            "UTF-8 with a byte order mark",
+        ),
+        (
+            [b"\xFF\xFE", &little[..]].concat(),
+            "UTF-16 (little-endian) with a byte order mark",
+        ),
+        (
+            [b"\xFE\xFF", &big[..]].concat(),
+            "UTF-16 (big-endian) with a byte order mark",
+        ),
+        (little, "UTF-16 (little-endian) without a byte order mark"),
+        (big, "UTF-16 (big-endian) without a byte order mark"),
+        (
+            with(b"\xFC"),
+            "Latin-1 or Windows-1252 (line 2, column 10: byte FC)",
+        ),
+        (
+            with(b"\x83\x65\x83\x58"),
+            "Shift-JIS (line 2, column 10: byte 83)",
+        ),
+    ]
+}
+
+#[test]
+fn a_file_in_another_encoding_gets_one_message_with_the_remedy_at_every_door() {
+    let directory = TempDir::new("encodings");
+    let robot = Serve::start(&[]);
+    let host = robot.address(0);
+    for (content, words) in foreign_files() {
+        let file = directory.file("pick.scol", &content);
+        for command in [
+            &["check", &file][..],
+            &["fmt", &file],
+            &["run", &file],
+            &["serve", "--ports", "auto", "--load", &file],
+            &["host", &host, "dl", &file],
+        ] {
+            let output = run(command);
+            expect_code(&output, 2);
+            let said = stderr(&output);
+            assert!(said.contains(&format!("it is {words}")), "{command:?}: {said}");
+            assert!(said.contains("; save it as ASCII"), "{command:?}: {said}");
+            assert_eq!(said.matches("it is ").count(), 1, "{command:?}: {said}");
+            assert_eq!(stdout(&output), "", "{command:?}");
+            assert_eq!(std::fs::read(&file).unwrap(), content, "{command:?}");
+        }
+    }
+}
+
+/// Whatever bytes a file has, it is formatted whole or left as it is.
+#[test]
+fn fmt_never_writes_a_file_that_it_could_not_read_whole() {
+    let directory = TempDir::new("broken");
+    let program = "PROGRAM P\nIF A = 1 THEN GOTO L\nL:\nPRINT TP, \"X\", CR\nEND\n";
+    let foreign = foreign_files().into_iter().map(|(content, _)| content);
+    let mut files: Vec<Vec<u8>> = foreign.collect();
+    for at in (0..program.len()).step_by(5) {
+        for byte in [0x00, 0x1A, 0x80, 0xC3, 0xFF] {
+            let mut broken = program.as_bytes().to_vec();
+            broken[at] = byte;
+            files.push(broken);
+        }
+        // Half of a UTF-16 file: an odd number of bytes.
+        let wide: Vec<u8> = program.bytes().flat_map(|byte| [byte, 0]).collect();
+        files.push(wide[..2 * at + 1].to_vec());
+    }
+    let paths: Vec<String> = (0..)
+        .zip(&files)
+        .map(|(number, content)| directory.file(&format!("f{number}.scol"), content))
+        .collect();
+    let words: Vec<&str> = ["fmt"]
+        .into_iter()
+        .chain(paths.iter().map(String::as_str))
+        .collect();
+    run(&words);
+    for (path, before) in paths.iter().zip(&files) {
+        let after = std::fs::read(path).unwrap();
+        if str::from_utf8(before).is_err() || before.contains(&0) {
+            assert_eq!(&after, before, "{path}");
+            continue;
+        }
+        // Formatting changes blanks, letter case and line ends, and loses nothing else.
+        let kept = |content: &[u8]| {
+            content
+                .iter()
+                .filter(|byte| !byte.is_ascii_whitespace())
+                .map(u8::to_ascii_uppercase)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(kept(&after), kept(before), "{path}");
     }
 }

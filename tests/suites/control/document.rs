@@ -59,6 +59,23 @@ fn the_document_says_where_it_is_served_and_who_may_call() {
     assert_eq!(open["servers"][1]["url"], "http://127.0.0.1:3100");
     assert_eq!(open["components"]["securitySchemes"]["token"]["scheme"], "bearer");
     assert_eq!(open["security"], serde_json::json!([{}, {"token": []}]));
+    // Relative to the address of the document, so a prefix of a proxy counts.
+    let name = robot.get("/robots")["robots"][0]["name"]
+        .as_str()
+        .unwrap()
+        .to_owned();
+    let of_one = robot.get(&format!("/robots/{name}/openapi.json"));
+    let urls: Vec<&Value> = of_one["servers"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|server| &server["url"])
+        .collect();
+    assert_eq!(urls, [&serde_json::json!(format!("../{name}"))]);
+    assert_eq!(
+        (&of_one["paths"], &of_one["security"]),
+        (&open["paths"], &open["security"])
+    );
     let control = ControlSettings {
         token: Some(TOKEN.to_owned()),
         ..ControlSettings::free()

@@ -194,7 +194,7 @@ fn with_a_token_or_an_open_interface_every_name_is_served() {
     };
     let robot = Bench::start(builder().control(guarded));
     let token = format!("Authorization: Bearer {TOKEN}\r\n");
-    for host in ["robot", "robot:3100", "robot.cell.example", "10.0.0.1"] {
+    for host in ["robot", "robot:3100", "robot.seat.example", "10.0.0.1"] {
         let host = format!("Host: {host}\r\n");
         assert_eq!(with_headers(&robot, &format!("{host}{token}")), 200, "{host}");
         assert_eq!(with_headers(&robot, &host), 401, "{host}");
@@ -384,6 +384,12 @@ fn what_changes_something_is_json() {
     }
     let bare = b"PUT /servo HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 11\r\n\r\n{\"on\":true}";
     assert!(robot.raw(bare).starts_with("HTTP/1.1 415"));
+    // A body whose length is not announced is a body too.
+    let chunked =
+        b"PUT /servo HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nTransfer-Encoding: chunked\r\n\r\n\
+        b\r\n{\"on\":true}\r\n0\r\n\r\n";
+    let answer = robot.raw(chunked);
+    assert!(answer.starts_with("HTTP/1.1 415"), "{answer}");
     let form = b"POST /program/stop HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
         Content-Type: text/plain\r\nContent-Length: 0\r\n\r\n";
     assert!(robot.raw(form).starts_with("HTTP/1.1 415"));

@@ -64,7 +64,10 @@ fn the_status_frame_is_what_sf_would_tell_this_host() {
     assert_eq!(field("sf.su-request").0, "on");
     assert_eq!(host.sf()[3], 1, "reading it has changed nothing");
     robot.put("/emergency-stop", r#"{"pressed":true}"#);
-    assert_eq!(field("sf.alarm.1"), (json!("8-027"), json!("Emergency stop ON")));
+    assert_eq!(
+        field("sf.alarm.1"),
+        (json!("8-014"), json!("Emergency Stop SW ON"))
+    );
     let (outputs, names) = field("sf.output.system.4");
     assert!(
         outputs.as_str().unwrap().starts_with("Dout249 ") && names.as_str().unwrap().starts_with("EMG_ST "),
@@ -210,6 +213,11 @@ fn a_text_or_a_file_is_checked_without_being_stored() {
     assert_eq!(robot.get("/files"), files);
     robot.refused(404, "POST", "/check", r#"{"file":"GONE"}"#);
     robot.refused(422, "POST", "/check", r#"{"name":"A","content":""}"#);
+    for (body, found) in [("{}", "neither"), (r#"{"text":"END","file":"PICK"}"#, "both")] {
+        let problem = robot.refused(422, "POST", "/check", body);
+        let expected = format!("expected either `text` or `file`, found {found}");
+        assert!(problem.contains(&expected), "{problem}");
+    }
     let large = json!({"text": "A".repeat(100_000)});
     assert_eq!(check(large).as_array().unwrap().len(), 1, "too large a program");
     let huge = json!({"text": "A".repeat(300_000)}).to_string();

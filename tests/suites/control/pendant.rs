@@ -70,6 +70,42 @@ fn a_start_leaves_a_breakpoint_in_what_a_monitor_runs() {
 }
 
 #[test]
+fn a_breakpoint_stops_a_task_too() {
+    let robot =
+        running("PROGRAM TEST\nI = TASK(\"SUB\")\nDELAY 1\nEND\nPROGRAM SUB\nDOUT(5)\nDOUT(6)\nEND\n");
+    robot.put("/breakpoints", r#"{"lines":[7]}"#);
+    let outputs = || [5, 6].map(|output| robot.get(&format!("/outputs/{output}"))["on"] == true);
+    robot.post("/program/start", "");
+    robot.post("/clock/advance", r#"{"seconds":4}"#);
+    assert_ne!(robot.get("/program")["status"], "running");
+    assert_eq!(outputs(), [true, false]);
+    robot.post("/program/start", "");
+    robot.post("/clock/advance", r#"{"seconds":4}"#);
+    assert_eq!(outputs(), [true, true]);
+}
+
+/// RESTORE of one task inserts a line above the breakpoint at which another stands since the last start.
+#[test]
+fn a_start_leaves_a_breakpoint_whose_line_moves_before_the_task_goes_on() {
+    let robot = running(
+        "GLOBAL\nDIM T(3) AS INTEGER\nN = 0\nEND\nPROGRAM TEST\nI = TASK(\"SUB\")\nN = 1\nDOUT(5)\nEND\n\
+         PROGRAM SUB\nT(2) = 9\nRESTORE T\nSWITCH\nEND\n",
+    );
+    robot.put("/breakpoints", r#"{"lines":[7, 12]}"#);
+    robot.post("/program/start", "");
+    assert_eq!(variable(&robot, "N"), 0.0);
+    assert_eq!(
+        robot.get("/breakpoints"),
+        json!({"lines": [7, 12]}),
+        "before RESTORE"
+    );
+    robot.post("/program/start", "");
+    robot.post("/clock/advance", r#"{"seconds":4}"#);
+    assert_eq!(robot.get("/breakpoints"), json!({"lines": [8, 13]}));
+    assert_eq!(variable(&robot, "N"), 1.0);
+}
+
+#[test]
 fn a_host_learns_of_a_breakpoint_as_of_a_stop() {
     let robot = running(LOOP);
     let mut host = robot.host();
@@ -197,6 +233,16 @@ fn the_program_runs_to_a_line_once() {
     assert_eq!(variable(&robot, "N"), 3.0, "once");
     robot.refused(409, "POST", "/program/run-to", r#"{"line":99}"#);
     robot.refused(422, "POST", "/program/run-to", r#"{"line":0}"#);
+    let before = robot.get("/breakpoints");
+    for lines in ["[0]", "[8,0]"] {
+        let body = format!(r#"{{"lines":{lines}}}"#);
+        let problem = robot.refused(422, "PUT", "/breakpoints", &body);
+        assert!(
+            problem.contains("lines") && problem.contains("1 or more"),
+            "{problem}"
+        );
+    }
+    assert_eq!(robot.get("/breakpoints"), before);
 }
 
 #[test]

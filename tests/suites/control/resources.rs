@@ -20,15 +20,18 @@ fn an_emergency_stop_is_seen_by_the_host() {
     robot.put("/emergency-stop", r#"{"pressed":true}"#);
     let sf = host.sf();
     assert_eq!((sf[0], sf[1]), (0, 1), "servo off, emergency stop");
-    assert!(host.command("AC").starts_with("FL,1,008-027,Emergency stop ON,"));
+    assert!(
+        host.command("AC")
+            .starts_with("FL,1,008-014,Emergency Stop SW ON,")
+    );
     assert_eq!(host.command("DO,MOVE HERE"), "NG");
-    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-027");
+    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-014");
     let words = robot.refused(409, "PUT", "/servo", r#"{"on":true}"#);
     assert!(words.contains("emergency stop"), "{words}");
     robot.post("/alarms/reset", "");
     assert_eq!(
         robot.get("/alarms")["active"][0]["number"],
-        "8-027",
+        "8-014",
         "its cause persists"
     );
     robot.put("/emergency-stop", r#"{"pressed":false}"#);
@@ -75,7 +78,7 @@ fn every_switch_is_read_as_it_was_set() {
         .iter()
         .map(|alarm| alarm["number"].clone())
         .collect();
-    assert_eq!(numbers, ["8-203", "1-102"], "fence and battery");
+    assert_eq!(numbers, ["8-017", "1-102"], "fence and battery");
 }
 
 #[test]
@@ -102,6 +105,7 @@ fn stop_ends_the_step() {
     assert_eq!(robot.post("/program/stop", "")["status"], "stop (continue)");
 }
 
+// clause: T8 T27
 #[test]
 fn an_alarm_of_the_table_acts_by_its_level() {
     let robot = running(DATA);
@@ -119,6 +123,14 @@ fn an_alarm_of_the_table_acts_by_its_level() {
     assert_eq!(host.text(), b"SP\r");
     assert!(host.command("EU").contains("004-101"));
     robot.refused(404, "POST", "/alarms", r#"{"number":"4-999"}"#);
+    let wait = r#"{"condition":{"alarm":"8-204"},"within":1}"#;
+    for (method, path, body, new) in [
+        ("POST", "/alarms", r#"{"number":"8-027"}"#, "8-014 replaces it"),
+        ("GET", "/alarms/table/8-203", "", "8-017, which replaces"),
+        ("POST", "/wait", wait, "8-026, which replaces"),
+    ] {
+        assert!(robot.refused(404, method, path, body).contains(new));
+    }
     robot.refused(422, "POST", "/alarms", r#"{"number":"4-101","detail":"a,b"}"#);
     let table = robot.get("/alarms/table");
     for row in table.as_array().unwrap() {
@@ -358,7 +370,7 @@ fn without_power_nothing_answers() {
     assert_eq!(robot.get("/outputs")["on"], json!([]));
     assert_eq!(robot.get("/state")["power"], false);
     assert_eq!(robot.post("/power/on", ""), before, "the ports are the same");
-    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-027");
+    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-014");
     let state = robot.get("/state");
     assert_eq!((&state["file"], &state["servo"]), (&json!("TEST"), &json!(false)));
     assert!(robot.host().command("SU").starts_with("FL,MODE:"));
@@ -398,6 +410,41 @@ fn a_reset_leaves_nothing_behind() {
     assert_eq!(robot.host().command("SO"), "OK");
 }
 
+// clause: T27
+#[test]
+fn findings_name_the_fault_that_has_caused_them_and_no_counter_has_them() {
+    let robot = Bench::start(builder());
+    let mut host = robot.host();
+    robot.post("/faults", r#"{"spec":"wrong-reply:command=SU"}"#);
+    assert_eq!(host.command("SU"), "OK");
+    // The host has read OK, and the robot awaits one.
+    assert_eq!(host.command("SO"), "OK");
+    let findings = robot.get("/findings");
+    let found = findings.as_array().unwrap().iter();
+    let found: Vec<_> = found
+        .filter(|found| found["rule"] == "command-in-exchange")
+        .collect();
+    assert_eq!(found.len(), 1, "{findings}");
+    assert_eq!(found[0]["severity"], "note");
+    assert_eq!(found[0]["caused-by"], "fault 1 (wrong-reply)");
+    assert_eq!(
+        robot.get("/state")["findings"]["command-in-exchange"],
+        json!(null)
+    );
+    let (_, text) = robot.client.call("GET", "/metrics", None).unwrap();
+    assert!(!text.contains("rule=\"command-in-exchange\""), "{text}");
+    // The next one is the host's.
+    host.write_all(b"\x02SU\r\x03").unwrap();
+    host.text();
+    host.write_all(b"\x02SU\r\x03").unwrap();
+    host.text();
+    let (_, text) = robot.client.call("GET", "/metrics", None).unwrap();
+    assert!(
+        text.contains("ts3100_findings_total{rule=\"command-in-exchange\"} 1\n"),
+        "{text}"
+    );
+}
+
 #[test]
 fn metrics_count_and_findings_are_listed() {
     let robot = Bench::start(builder());
@@ -426,44 +473,6 @@ fn metrics_count_and_findings_are_listed() {
     assert!(rules.contains(&json!("no-cr")), "{findings}");
     assert_eq!(robot.get("/version")["name"], "ts3100");
     assert_eq!(robot.get("/parameters")["ethernet"]["address"], "192.168.0.124");
-}
-
-#[test]
-fn events_are_told_in_order_and_the_missed_are_counted() {
-    let robot = Bench::start(builder());
-    let mut host = robot.host();
-    host.command("SO");
-    let (_, stream) = robot
-        .client
-        .call("GET", "/events?since=1&count=12", None)
-        .unwrap();
-    let events: Vec<serde_json::Value> = stream
-        .lines()
-        .filter_map(|line| line.strip_prefix("data: "))
-        .map(|data| serde_json::from_str(data).unwrap())
-        .collect();
-    assert_eq!(events.len(), 12, "{stream}");
-    for (number, event) in (1..).zip(&events) {
-        assert_eq!(event["seq"], number, "{event}");
-    }
-    let served = events.iter().find(|event| event["event"] == "answered").unwrap();
-    assert_eq!(
-        (&served["command"], &served["mode"]),
-        (&json!("SU"), &json!("EXT (ETHER)"))
-    );
-    let text = events.iter().find(|event| event["event"] == "text-in").unwrap();
-    assert_eq!(
-        (&text["text"], &text["hex"]),
-        (&json!("SU<CR>"), &json!("53550d"))
-    );
-    for line in 0..2_500 {
-        host.command(if line % 2 == 0 { "SO" } else { "SP" });
-    }
-    let (_, stream) = robot.client.call("GET", "/events?since=1&count=1", None).unwrap();
-    assert!(
-        stream.starts_with("event: missed\ndata: {\"missed\":"),
-        "{stream}"
-    );
 }
 
 #[test]
@@ -510,6 +519,21 @@ fn a_fault_is_armed_fires_and_is_reported() {
     assert_eq!(robot.get("/faults")["faults"], json!([]));
     robot.post("/faults", r#"{"kind":"ng"}"#);
     assert_eq!(robot.ok("DELETE", "/faults", "")["faults"], json!([]));
+}
+
+#[test]
+fn a_fault_has_every_time_at_which_it_was_applied() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    robot.post("/faults", r#"{"kind":"ng","on":{"command":"FD"},"times":3}"#);
+    let mut times = Vec::new();
+    for applied in 1..=3 {
+        times.push(robot.post("/clock/advance", r#"{"seconds":1.5}"#)["now"].clone());
+        assert_eq!(host.command("FD"), "NG");
+        for fault in [&robot.get("/faults/1"), &robot.get("/faults")["faults"][0]] {
+            assert_eq!((&fault["fired"], &fault["at"]), (&json!(applied), &json!(times)));
+        }
+    }
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn a_snapshot_goes_out_and_in_as_the_text_of_its_file() {
     let broken = present.replacen("\"override_percent\": 100", "\"override_percent\": 130", 1);
     let words = robot.refused(409, "PUT", "/snapshot", &broken);
     assert!(
-        words.contains("state.override_percent: expected 1 to 100, found 130"),
+        words.contains("panel.override_percent: expected 1 to 100, found 130"),
         "{words}"
     );
     assert_eq!(

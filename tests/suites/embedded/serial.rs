@@ -26,11 +26,10 @@ fn robot_in(directory: &TempDir) -> Builder {
         .serial(Port::Com1, SerialEndpoint::Pty(directory.at("com1")))
 }
 
+/// A program that another test is just starting holds the lock of a terminal that was closed until it has begun.
 fn open(path: &Path, speed: u32) -> TTYPort {
-    serialport::new(path.to_string_lossy(), speed)
-        .timeout(LONG)
-        .open_native()
-        .unwrap()
+    let port = serialport::new(path.to_string_lossy(), speed).timeout(LONG);
+    eventually("a lock on the terminal", || port.clone().open_native().ok())
 }
 
 fn text(data: &str) -> Vec<u8> {
@@ -339,6 +338,24 @@ fn bare_bytes_over_tcp() {
     third.write_all(&[b'x'; 5_000]).unwrap();
     drop(third);
     status(&mut dial_line(robot.serial(Port::Host)));
+}
+
+#[test]
+fn what_a_client_that_has_gone_sent_last_keeps_nobody_out() {
+    let address = "127.0.0.1:0".parse().unwrap();
+    for end in [SerialEndpoint::Tcp(address), SerialEndpoint::Rfc2217(address)] {
+        let robot = Emulator::builder().serial(Port::Host, end).start().unwrap();
+        let mut first = dial_line(robot.serial(Port::Host));
+        // Ten seconds on the line, and more than it holds.
+        first.write_all(&[b'x'; 9_600]).unwrap();
+        drop(first);
+        let mut next = dial_line(robot.serial(Port::Host));
+        next.write_all(&text("SU")).unwrap();
+        let answer = next.read_until(0x03);
+        assert!(answer.windows(8).any(|part| part == b"FL,MODE:"), "{answer:02x?}");
+        // The bytes of the first would have taken ten seconds.
+        assert!(robot.now().unwrap() < Duration::from_secs(5));
+    }
 }
 
 #[test]

@@ -142,7 +142,7 @@ fn texts_of_long_files_are_cut_elsewhere() {
         };
         let mut world = World::new(config, &[]);
         world
-            .cell
+            .seat
             .controller
             .put_file("LONG", content.as_bytes())
             .unwrap();

@@ -5,8 +5,10 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
-use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, PanelAction, Port, Time};
-use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_controller::{
+    Config, Controller, Dialect, Event, Findings, Input, Output, PanelAction, Port, Time,
+};
+use ts3100_driver::seat::{Effects, Seat, Side};
 use ts3100_tests::round_trip::{self, RoundTrips};
 
 /// Inputs and deadlines of one test before the controller is taken to hang.
@@ -26,7 +28,7 @@ pub enum NoBytes {
 
 /// A controller with hosts.
 pub struct World {
-    pub cell: Cell,
+    pub seat: Seat,
     pub now: Time,
     pub peers: Peers,
     steps: u32,
@@ -44,6 +46,8 @@ pub struct Peers {
     pub fired: Vec<(u32, &'static str, String)>,
     /// When and how bytes left, for comparisons.
     pub sent: Vec<(Time, Port, Vec<u8>)>,
+    /// What the controller has found about the hosts.
+    pub findings: Findings,
 }
 
 impl World {
@@ -53,14 +57,14 @@ impl World {
             .iter()
             .map(|(name, text)| ((*name).to_string(), text.as_bytes().to_vec()));
         let mut world = World {
-            cell: Cell::new(Controller::new(config, stored.collect()).unwrap()),
+            seat: Seat::new(Controller::new(config, stored.collect()).unwrap()),
             now: Time::ZERO,
             peers: Peers::default(),
             steps: 0,
             round_trips: RoundTrips::every(ROUND_TRIP_EVERY),
         };
         if let Some((name, _)) = files.first() {
-            world.cell.controller.select(Time::ZERO, name).unwrap();
+            world.seat.controller.select(Time::ZERO, name).unwrap();
         }
         world.put(Input::Panel(PanelAction::Servo(true)));
         world
@@ -77,16 +81,16 @@ impl World {
     }
 
     pub fn reports(&self) -> Vec<FaultReport> {
-        self.cell.controller.faults().reports().cloned().collect()
+        self.seat.controller.faults().reports().cloned().collect()
     }
 
     pub fn put(&mut self, input: Input) {
         self.steps += 1;
         assert!(self.steps < MOST_STEPS, "the controller does not get on");
         // The suites read the refusal of an action from its event.
-        let _refused = self.cell.feed(self.now, input, Side::Host, &mut self.peers);
+        let _refused = self.seat.feed(self.now, input, Side::Host, &mut self.peers);
         if self.round_trips.is_due() {
-            self.cell.controller = round_trip::round_trip(&self.cell.controller);
+            self.seat.controller = round_trip::round_trip(&self.seat.controller);
         }
     }
 
@@ -148,7 +152,7 @@ impl World {
 
     /// To the next deadline, or to the end: false.
     fn step(&mut self, end: Time) -> bool {
-        let due = self.cell.deadline().filter(|due| *due <= end);
+        let due = self.seat.deadline().filter(|due| *due <= end);
         self.now = due.unwrap_or(end).max(self.now);
         self.put(Input::Tick);
         due.is_some()
@@ -164,6 +168,9 @@ impl Peers {
 
 impl Effects for Peers {
     fn perform(&mut self, at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        if let Output::Event(event) = &output {
+            self.findings.record(event);
+        }
         match output {
             Output::Send { port, bytes } => {
                 self.sent.push((at, port, bytes.to_vec()));

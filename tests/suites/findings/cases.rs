@@ -159,6 +159,17 @@ const PACE_AND_TEXTS: &[Case] = &[
         |r| commands(r, &["SO"]),
     ),
     (
+        &rules::NO_ETX,
+        |r| {
+            r.raw(Port::Ip0, b"SO\r");
+            r.advance_ms(250);
+        },
+        |r| {
+            r.raw(Port::Ip0, b"SO\r\x03");
+            r.advance_ms(250);
+        },
+    ),
+    (
         &rules::BYTES_OUTSIDE,
         |r| r.raw(Port::Ip0, b"\x02S\x02SO\r\x03"),
         |r| r.raw(Port::Ip0, b"\x02SO\r\x03"),

@@ -4,7 +4,7 @@
 
 use super::cases::{Case, commands, download};
 use ts3100_controller::findings::rules;
-use ts3100_controller::{ControlRight, PanelAction, Port};
+use ts3100_controller::{ControlRight, Input, PanelAction, Port};
 use ts3100_tests::Robot;
 
 const READS: &str = "PROGRAM TEST\nINPUT IP1, A\nEND\n";
@@ -160,6 +160,11 @@ pub const CHANNELS: &[Case] = &[
 
 pub const RIG: &[Case] = &[
     (
+        &rules::ACCEL_OVER_FULL,
+        |r| commands(r, &["DO,ACCEL=101"]),
+        |r| commands(r, &["DO,ACCEL=100"]),
+    ),
+    (
         &rules::PANEL_REFUSED,
         |r| {
             r.panel(PanelAction::Servo(false));
@@ -172,6 +177,15 @@ pub const RIG: &[Case] = &[
         &rules::NO_SUCH_LINE,
         |r| r.panel(PanelAction::InputLine { line: 65, on: true }),
         |r| r.panel(PanelAction::InputLine { line: 64, on: true }),
+    ),
+    (
+        &rules::WIRE_LOOP,
+        |r| {
+            r.put(Input::WireLoop {
+                wires: "a.dout.1 to b.din.1, b.dout.1 to a.din.1".to_owned(),
+            });
+        },
+        |r| r.put(Input::Tick),
     ),
     (
         &rules::SELECTION_LOST,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use ts3100_controller::{Config, PanelAction, Port};
 use ts3100_emulator::config::{ServeArgs, Settings};
 use ts3100_survey::passive::{Evidence, Passive};
-use ts3100_survey::{Class, Report, ReportError, Verdict, differences, survey};
+use ts3100_survey::{Class, Report, ReportError, Verdict, compare, survey};
 use ts3100_tests::Robot;
 use ts3100_tests::testing::TempDir;
 
@@ -18,6 +18,8 @@ fn the_file_is_read_as_it_was_written_and_a_change_is_noticed() {
     assert_eq!(read.answers, report.answers);
     assert_eq!(read.options().get("su.layout"), Some(&"six-records"));
     assert_eq!(read.write(), text);
+    // An editor may change the line ends.
+    assert_eq!(Report::read(&text.replace('\n', "\r\n")).unwrap(), read);
     assert!(
         Report::read(&text.replace("share = false", "share = true"))
             .unwrap()
@@ -29,11 +31,29 @@ fn the_file_is_read_as_it_was_written_and_a_change_is_noticed() {
         Err(ReportError::Checksum { .. })
     ));
     let other = surveyed(&[], &[Class::Look]);
-    let differences: Vec<_> = differences(&report, &other)
-        .into_iter()
-        .map(|difference| difference.probe)
-        .collect();
-    assert_eq!(differences, ["status-form"]);
+    let names = |report: &Report, other: &Report| {
+        let found = compare(report, other);
+        let differences = found.differences.into_iter().map(|difference| difference.probe);
+        (
+            differences.collect::<Vec<_>>(),
+            found.only_first,
+            found.only_second,
+        )
+    };
+    let expected = (vec!["status-form".to_owned()], Vec::new(), Vec::new());
+    assert_eq!(names(&report, &other), expected);
+    // A question that one file has not asked, or that had no answer, is no difference.
+    let mut fewer = other.clone();
+    let unasked = fewer.answers.remove(0).probe;
+    fewer.answers[0].heard.clear();
+    let unanswered = fewer.answers[0].probe.clone();
+    assert!(!expected.0.contains(&unasked) && !expected.0.contains(&unanswered));
+    let only = vec![unasked, unanswered];
+    assert_eq!(
+        names(&report, &fewer),
+        (expected.0.clone(), only.clone(), Vec::new())
+    );
+    assert_eq!(names(&fewer, &report), (expected.0, Vec::new(), only));
 }
 
 /// What a host of another day says, and when.
@@ -68,13 +88,14 @@ const HELD: &[&[u8]] = &[
     b"\x02OK\r\x03",
 ];
 
-/// What it says later, with a peer at IP1 too.
+/// What it says later, with a peer at IP1 too; nothing: it connects again.
 const HELD_LATER: &[(Port, &[u8])] = &[
     (Port::Ip0, b"\x02QQ\r\x03\x02SU\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
     (Port::Ip0, b"\x02UL,ETHERNET.PAR\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02RS,CYC\r\x03"),
     (Port::Ip0, b"\x02SL,D\r\x03"),
     (Port::Ip0, b"\x02DO,R = 1\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
@@ -83,9 +104,16 @@ const HELD_LATER: &[(Port, &[u8])] = &[
     (Port::Ip0, b"\x02RN\r\x03"),
     (Port::Ip0, b"\x02SL,B\r\x03"),
     (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip1, b""),
     (Port::Ip1, b"ABC\r"),
     (Port::Ip0, b"\x02SU\r\x03"),
     (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02AC\r\x03"),
+    (Port::Ip0, b"\x02OK\r\x03"),
+    (Port::Ip0, b"\x02SL,E\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
+    (Port::Ip0, b"\x02RS,STP\r\x03"),
+    (Port::Ip0, b"\x02RN\r\x03"),
     (Port::Ip0, b"\x02SL,C\r\x03"),
     (Port::Ip0, b"\x02RN\r\x03"),
     (Port::Ip0, b"\x02SP\r\x03"),
@@ -105,11 +133,13 @@ const PRINTS: &str = "PROGRAM B\nN = 7\nM = 2\nX = 0.0005\nE = 0\nIF X == 0.0 TH
     PROGRAM SUB\nPRINT IP1, P.X, CR\nEND\nDATA\nPOINT P = 1,2,3\nEND\n";
 const LOOKS: &str = "GLOBAL\nR = 0\nEND\nPROGRAM D\nN = 999\nN = DIN(N)\nPRINT IP1, N, CR\nEND\n";
 const WAITS: &str = "PROGRAM C\nN = 0\nWAIT N == 1\nPRINT IP1, \"ON\", CR\nDELAY 2\nEND\n";
+const REMEMBERS: &str = "GLOBAL\nF = 0\nEND\nPROGRAM E\nIF F == 1 THEN GOTO L1\nN = 5\nF = 1\nGOTO L2\nL1: PRINT IP1, N, CR\nL2:\nEND\n";
 
 fn answers(mut robot: Robot) -> Vec<(u64, Port, Vec<u8>)> {
     robot.load("B", PRINTS);
     robot.load("C", WAITS);
     robot.load("D", LOOKS);
+    robot.load("E", REMEMBERS);
     robot.connect(Port::Ip0);
     robot.panel(PanelAction::Servo(true));
     let mut heard = Vec::new();
@@ -130,6 +160,10 @@ fn answers(mut robot: Robot) -> Vec<(u64, Port, Vec<u8>)> {
     }
     robot.connect(Port::Ip1);
     for (port, text) in HELD_LATER {
+        if text.is_empty() {
+            robot.disconnect(*port);
+            robot.connect(*port);
+        }
         say(&mut robot, *port, text);
     }
     heard

@@ -29,7 +29,7 @@ fn turns_of_the_last_axis_are_answered_by_every_arm_that_has_one_and_undone() {
         ArmModel::thl400(),
     ] {
         let mut peer = peer(Config { model, ..config(&[]) }, Port::Ip0);
-        let before = peer.robot.cell.controller.current_position().joints;
+        let before = peer.robot.seat.controller.current_position().joints;
         let plan = Plan {
             only: turns.map(str::to_owned).to_vec(),
             ..plan(&[Class::Motion])
@@ -47,7 +47,7 @@ fn turns_of_the_last_axis_are_answered_by_every_arm_that_has_one_and_undone() {
             "{:?}",
             report.answers
         );
-        let after = peer.robot.cell.controller.current_position().joints;
+        let after = peer.robot.seat.controller.current_position().joints;
         for (before, after) in before.iter().zip(after) {
             assert!((before - after).abs() <= 1, "{before} {after}");
         }
@@ -77,7 +77,7 @@ fn what_it_changes_is_put_back_whatever_happens() {
             report.stopped
         );
         assert_eq!(report.left, [""; 0], "{fault:?}");
-        let controller = &peer.robot.cell.controller;
+        let controller = &peer.robot.seat.controller;
         assert!(
             controller.files().all(|(name, _)| name != "TSSURVEY"),
             "{fault:?}"
@@ -107,7 +107,7 @@ fn a_robot_that_works_or_has_such_a_file_is_left_alone() {
         report.answers.len() - plan(&[Class::Look]).probes().count() + 1,
         "and while-sending"
     );
-    let mut files = peer.robot.cell.controller.files();
+    let mut files = peer.robot.seat.controller.files();
     assert!(files.any(|file| file == ("TSSURVEY", b"PROGRAM MINE\nEND\n".as_slice())));
 }
 
@@ -119,7 +119,7 @@ fn servo_power_is_as_it_was() {
         let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
         assert_eq!(report.stopped, None);
         assert_eq!(report.count(Verdict::Refused), 0, "{:?}", report.answers);
-        assert_eq!(peer.robot.cell.controller.state().servo, was_on);
+        assert_eq!(peer.robot.seat.controller.state().servo, was_on);
         assert_eq!(report.left, [""; 0]);
     }
 }
@@ -131,13 +131,13 @@ fn servo_power_that_came_without_an_answer_is_turned_off() {
     peer.robot.feed(FaultAction::Arm(Box::new(fault)).into());
     let report = survey(&mut peer, &plan(&[Class::Motion]), &mut |_| {}).unwrap();
     assert!(report.stopped.is_some());
-    assert!(!peer.robot.cell.controller.state().servo);
+    assert!(!peer.robot.seat.controller.state().servo);
     assert_eq!(report.left, [""; 0]);
 }
 
 /// The angles of the arm, as SF shows them.
 fn joints(peer: &VirtualPeer) -> [f32; 8] {
-    let content = peer.robot.cell.controller.status_frame(Port::Ip0);
+    let content = peer.robot.seat.controller.status_frame(Port::Ip0);
     SystemStatus::decode(&content, SfLayout::Eight).unwrap().joint
 }
 
@@ -156,7 +156,7 @@ fn whenever_it_is_interrupted_it_ends_soon_and_puts_back_what_it_changed() {
         peer.interruption = Some((at, Arc::clone(&plan.stop)));
         let report = survey(&mut peer, &plan, &mut |_| {});
         let took = peer.now();
-        let controller = &peer.robot.cell.controller;
+        let controller = &peer.robot.seat.controller;
         let left = report
             .as_ref()
             .map(|report| report.left.clone())

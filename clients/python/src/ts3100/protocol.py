@@ -240,7 +240,7 @@ class Protocol:
         return self.command("RS,STP")
 
     def reset_cycle(self) -> Exchange[None]:
-        """RS,CYC: goes to the label RCYCLE and keeps the data."""
+        """RS,CYC: goes to the label RCYCLE, or to step 1 without one, and keeps the data."""
         return self.command("RS,CYC")
 
     def reset_signals(self) -> Exchange[None]:
@@ -331,9 +331,9 @@ class Protocol:
         """VL: the speed per second, of the joints or in world coordinates (extension)."""
         return records.numbers("VL", (yield from self.query(f"VL,{int(frame)}")))
 
-    def maintenance(self) -> Exchange[List[MaintenanceItem]]:
-        """MN: maintenance information (extension)."""
-        return MaintenanceItem.parse((yield from self.query("MN")))
+    def maintenance(self, item: int) -> Exchange[MaintenanceItem]:
+        """MN: an item of the maintenance information, 1 to 17 (extension). Item 5 is cleared when it has been shown."""
+        return MaintenanceItem.parse((yield from self.query(f"MN,{item}")))
 
     # Variables and lines
 

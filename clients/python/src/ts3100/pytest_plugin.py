@@ -32,8 +32,8 @@ PLUGIN = ("deny",)
 SEVERITIES = ("note", "warning", "error")
 # The rules of docs/reference/findings.md; a test compares them.
 RULES = frozenset("""
-    answer-early command-early command-before-answer poll-fast no-stx bytes-outside text-over-long text-unfinished
-    bad-checksum no-cr message-too-long lower-case blank-after-comma blank-at-end comma-for-blank odd-character
+    answer-early command-early command-before-answer poll-fast no-stx no-etx bytes-outside text-over-long
+    text-unfinished bad-checksum no-cr message-too-long lower-case blank-after-comma blank-at-end comma-for-blank odd-character
     abbreviated unknown-command malformed-command extension-command mode-forbids start-servo-off program-errors
     refused-by-state repeated-refusal servo-off-running write-while-running command-in-exchange unexpected-answer
     answer-missing download-abandoned left-in-exchange file-without-download file-bad-line file-malformed
@@ -41,7 +41,7 @@ RULES = frozenset("""
     parameter-broken watchdog-late left-jogging second-connection answers-unread half-duplex line-settings
     line-garbled line-overflow data-before-input data-cleared input-overflow print-cut input-not-a-number
     input-empty input-line-feed half-value peer-left print-without-peer input-without-peer protocol-on-channel
-    data-to-ip3 panel-refused signal-refused no-such-line selection-lost
+    data-to-ip3 accel-over-full panel-refused signal-refused no-such-line wire-loop selection-lost
 """.split())
 # Processes kept for tests with other flags than those of the session.
 KEPT_SERVERS = 8
@@ -97,8 +97,8 @@ class _Test:
     def denied(self, robot: Robot) -> List[Finding]:
         """The findings that fail the test and have not failed it yet."""
         lowest = min((SEVERITIES.index(word) for word in self._deny & set(SEVERITIES)), default=len(SEVERITIES))
-        found = [finding for finding in robot.findings
-                 if finding.rule in self._deny or SEVERITIES.index(finding.severity) >= lowest]
+        found = [finding for finding in robot.findings if not finding.caused_by
+                 and (finding.rule in self._deny or SEVERITIES.index(finding.severity) >= lowest)]
         new, self._blamed = found[self._blamed:], len(found)
         return new
 

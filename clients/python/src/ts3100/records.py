@@ -132,7 +132,7 @@ class Status:
 
 @dataclass(frozen=True)
 class TotalStatus:
-    """SF. Alarms are written `8-027`, oldest first; positions are in mm and degrees."""
+    """SF. Alarms are written `8-014`, oldest first; positions are in mm and degrees."""
 
     servo_on: bool
     emergency_stop: bool
@@ -259,9 +259,10 @@ class AlarmRecord:
     def _of(cls, command: str, number: str, date: str, message: str) -> AlarmRecord:
         level, _, code = number.partition("-")
         try:
-            return cls(f"{int(level)}-{code}", message, datetime.strptime(date, "%y-%m-%d %H:%M:%S"))
+            year = "%y" if date[2:3] == "-" else "%Y"
+            return cls(f"{int(level)}-{code}", message, datetime.strptime(date, year + "-%m-%d %H:%M:%S"))
         except ValueError:
-            raise _malformed(command, "LLL-CCC and YY-MM-DD HH:MM:SS", (number, date)) from None
+            raise _malformed(command, "LLL-CCC and a date YYYY-MM-DD HH:MM:SS or YY-MM-DD HH:MM:SS", (number, date)) from None
 
 
 @dataclass(frozen=True)
@@ -331,18 +332,16 @@ class Position:
 
 @dataclass(frozen=True)
 class MaintenanceItem:
-    """A record of MN: 6 values for items 1 to 9 and 17, otherwise 1."""
+    """An item of MN: 6 values for items 1 to 9 and 17, otherwise 1."""
 
     number: int
     values: Tuple[float, ...]
 
     @classmethod
-    def parse(cls, data: bytes) -> List[MaintenanceItem]:
-        items = []
-        for record in _records(data):
-            number, *values = record.split(",")
-            items.append(cls(int(_number("MN", number)), tuple(float(_number("MN", value)) for value in values)))
-        return items
+    def parse(cls, data: bytes) -> MaintenanceItem:
+        (record,) = _records(data)
+        number, *values = record.split(",")
+        return cls(int(_number("MN", number)), tuple(float(_number("MN", value)) for value in values))
 
 
 def numbers(command: str, data: bytes) -> Tuple[Number, ...]:

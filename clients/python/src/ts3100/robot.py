@@ -73,7 +73,7 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Finding:
-    """A mistake of a host; docs/reference/findings.md lists the rules."""
+    """A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules."""
 
     rule: str
     severity: str
@@ -82,10 +82,13 @@ class Finding:
     port: str = ""
     text: str = ""
     t: float = 0.0
+    caused_by: str = ""
+    """The fault that has caused it; empty if the host has. No test fails on what a fault has caused."""
 
     def __str__(self) -> str:
         text = f" Text: {self.text!r}." if self.text else ""
-        return f"{self.port} {self.rule} ({self.severity}): {self.message}.{text} {self.remedy}"
+        advice = f"caused-by: {self.caused_by}" if self.caused_by else self.remedy
+        return f"{self.port} {self.rule} ({self.severity}): {self.message}.{text} {advice}"
 
 
 @dataclass(frozen=True)
@@ -141,7 +144,8 @@ class Event:
 def _record(kind: Type[T], document: Mapping[str, Any]) -> T:
     """A record from the keys of a document that it has; lists become tuples."""
     names = {field.name for field in fields(cast(Any, kind))}
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in document.items() if name in names}
+    keys = {name.replace("-", "_"): value for name, value in document.items()}
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in keys.items() if name in names}
     try:
         return kind(**values)
     except TypeError as error:

@@ -285,11 +285,14 @@ function makeFindings(robot) {
       let found;
       try { found = await robot.get("findings"); } catch { return; }
       const rules = new Map();
-      for (const one of found) rules.set(one.rule, {...one, count: (rules.get(one.rule)?.count ?? 0) + 1});
-      none.hidden = found.length > 0;
-      list(rows, [...rules.values()].slice(0, FINDINGS), one => one.rule,
+      for (const one of found) {
+        const key = one.rule + (one["caused-by"] ? " by fault" : "");   // what a fault has caused is no mistake of the host
+        rules.set(key, {...one, key, count: (rules.get(key)?.count ?? 0) + 1});
+      }
+      none.hidden = found.some(one => !one["caused-by"]);
+      list(rows, [...rules.values()].slice(0, FINDINGS), one => one.key,
         one => make("li", {"data-severity": one.severity}, make("strong", {}, one.rule), make("span", {}), make("p", {}), make("p", {class: "hint"})), (row, one) => {
-          say(row.children[1], one.severity + ", " + one.count + (one.count === 1 ? " time" : " times") + ", last at " + fixed(one.t, 3) + " s");
+          say(row.children[1], one.severity + ", " + one.count + (one.count === 1 ? " time" : " times") + ", last at " + fixed(one.t, 3) + " s" + (one["caused-by"] ? ", caused-by: " + one["caused-by"] : ""));
           say(row.children[2], one.message);
           say(row.children[3], one.remedy + " (" + one.source + ")");
         });

@@ -17,7 +17,7 @@ const PORTS = ["HOST", "COM1", "IP0", "IP1", "IP2", "IP3"];
 const NAMES = Object.fromEntries(("SU status;SF total status;CA directory;VR version;EU error history;UL upload;DL download;ER erase;SL select;"
   + "RN run;SP stop;SO servo on;BR servo off;RS reset;MR read variable;MW write variable;IW force inputs;DO statement;EC internal command;"
   + "FD feed hold;SM quick status;WD watchdog;AC alarms;AH alarm history;IO lines;HI inputs;HO outputs;PR position;VL speed;"
-  + "ZS coordinate system;MN maintenance;MD guide mode;RT guide rate;SC guide coordinates;JG guide").split(";").map(one => [one.slice(0, 2), one.slice(3)]));
+  + "ZS coordinate system;MN maintenance;RM maintenance reset;PS current position;MP move;EM control right;ZC origin change;MD guide mode;RT guide rate;SC guide coordinates;JG guide").split(";").map(one => [one.slice(0, 2), one.slice(3)]));
 const LETTERS = /^(?:<STX>)?([A-Z]{2})(?![A-Za-z])/;
 const CONTROLS = {"02": "STX", "03": "ETX", "0d": "CR", "0a": "LF", "1a": "EOF"};
 const ARROWS = {in: "host \u2192 robot", out: "robot \u2192 host"};
@@ -206,6 +206,9 @@ function words(row) {
   return row.words ??= [row.port, row.letters, row.rest, row.text, row.event?.remedy].join(" ").toLowerCase();
 }
 
+/** The fault that has caused a finding: then the host has nothing to change. */
+const cause = found => found.event["caused-by"] ? "caused-by: " + found.event["caused-by"] : "";
+
 /** How bad a group is: the colour of its bar. */
 const level = group => !group ? undefined : group.ng || group.worst === 3 ? "error" : WORST[group.worst] || "fine";
 
@@ -234,7 +237,7 @@ function transcript(rows) {
   const lines = ["# copied from the page of ts3100; times are differences"];
   let last;
   for (const row of rows) {
-    if (row.kind === "finding" || row.kind === "remark") { lines.push("# " + (row.letters ? row.event.severity + " " + row.letters + ": " : "") + row.text); continue; }
+    if (row.kind === "finding" || row.kind === "remark") { lines.push("# " + (row.letters ? row.event.severity + " " + row.letters + ": " : "") + row.text + (row.kind === "finding" && cause(row) ? " (" + cause(row) + ")" : "")); continue; }
     const sign = {in: ">", out: "<"}[row.kind];
     if (!sign && !["connected", "disconnected"].includes(row.event.event)) { lines.push("# " + row.rest + ": " + row.text); continue; }
     if (last !== undefined && row.t > last) lines.push("@+" + Math.round((row.t - last) * 1e6) + "us");
@@ -464,7 +467,7 @@ export function create(robot) {
   /** A finding with what to do about it. */
   function advice(found) {
     return make("li", {class: found.event.severity}, make("strong", {}, found.event.severity + ": " + found.letters), make("p", {}, found.text),
-      make("p", {}, "Remedy: " + found.event.remedy), make("p", {class: "source"}, "Manual, section " + found.event.source));
+      make("p", {}, cause(found) || "Remedy: " + found.event.remedy), make("p", {class: "source"}, "Manual, section " + found.event.source));
   }
 
   function facts(found) {
@@ -527,7 +530,7 @@ export function create(robot) {
     lines.push("", "WHAT WAS WRONG", "");
     for (const found of group.rows) {
       if (found.kind === "event") lines.push(found.rest + ": " + found.text);
-      if (found.kind === "finding") lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    Remedy: " + found.event.remedy);
+      if (found.kind === "finding") lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    " + (cause(found) || "Remedy: " + found.event.remedy));
     }
     if (!group.findings) lines.push(group.ng ? "The answer is NG." : "Nothing.");
     lines.push("", "WHAT WAS SENT", "");

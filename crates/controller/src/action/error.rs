@@ -2,28 +2,23 @@
 
 use crate::prelude::*;
 use core::fmt::Display;
-use ts3100_proto::error_text;
 
 /// Whether an action had its effect.
 pub(crate) type ActionResult = Result<(), ActionError>;
 
 /// Why an action had no effect.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{sentence}")]
 pub struct ActionError {
     /// Whether the thing is missing or only in the wrong state.
     pub kind: ActionErrorKind,
-    /// What could not be done and why: `cannot turn the servo on: the emergency stop is pressed`.
+    /// The action and the reason: `cannot turn the servo on: the emergency stop is pressed`.
     pub sentence: String,
     /// Where: the line, the variable, the file, the switch.
     pub place: String,
 }
 
-error_text! {
-    ActionError;
-    Self { sentence, .. } => "{sentence}";
-}
-
-/// What kind of refusal it is.
+/// Classes of refusals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActionErrorKind {
     /// There is no such line, variable, file, alarm.

@@ -66,6 +66,7 @@ mod tests {
         Motion {
             path: Path::Axis { axis: 1, value },
             conditions: Conditions::default(),
+            over_full: None,
             own_frames: false,
         }
     }

@@ -37,17 +37,13 @@ impl JogFrame {
 }
 
 /// Who guides the arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(Serialize, Deserialize),
-    serde(rename_all = "lowercase")
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Guide {
     /// Somebody at the teach pendant.
     Pendant,
     /// The host at this port, by JG.
-    #[cfg_attr(feature = "serde", serde(untagged))]
+    #[serde(untagged)]
     Host(Port),
 }
 
@@ -70,6 +66,8 @@ pub struct Jog {
 
 /// Place of C among X Y Z A B C.
 const C_INDEX: usize = 5;
+/// The axis T of a five-axis SCARA.
+const HAND_AXIS: usize = 4;
 /// Shortest jog, in mm or degrees: less counts as standing at the limit.
 const MIN_TRAVEL: f64 = 1e-6;
 
@@ -94,6 +92,7 @@ impl Arm {
             load_part: NO_LOAD,
         };
         let limits = settings.limits(pace);
+        let jog = &self.in_joint_if_hand(jog);
         let frames = Frames::new(conditions);
         let (start, from) = self.next_start(now);
         let way = jog.step.unwrap_or(self.max_travel(jog, &from));
@@ -135,7 +134,6 @@ impl Arm {
     }
 
     /// Who guides the arm, or did and has not ended that.
-    #[cfg(feature = "serde")]
     pub(crate) fn guide(&self) -> Option<Guide> {
         self.guide
     }
@@ -212,6 +210,18 @@ impl Arm {
         let there = centre.compose(&moved).compose(&centre.inverse()).compose(&here);
         let target = Target::Pose(Pose::from_transform(&there, flange.uv), digits, Route::Line);
         plan(&self.model, from, &target, &transform(&frames.tool), limits)
+    }
+
+    /// A position of a five-axis SCARA is X Y Z C T: T is the joint in every coordinate system (T20).
+    fn in_joint_if_hand(&self, jog: &Jog) -> Jog {
+        let has_hand = self.model.axes.len() > HAND_AXIS;
+        let is_hand = self.kind() == scol_mini::Arm::Scara && axis_index(jog.axis) == HAND_AXIS;
+        let frame = if has_hand && is_hand {
+            JogFrame::Joint
+        } else {
+            jog.frame
+        };
+        Jog { frame, ..*jog }
     }
 
     /// Index of the jogged axis. In a coordinate system the fourth axis of a SCARA is C, the turn about Z.

@@ -56,7 +56,7 @@ impl Memo {
         Ok(motion)
     }
 
-    /// What a motion asks of the axes between two times after its start, as [`Motion::effort`] says.
+    /// Effort of the axes between two times after the start of a motion: [`Motion::effort`].
     pub fn effort(
         &mut self,
         model: &ArmModel,
@@ -114,7 +114,7 @@ fn key(from: &Joints, target: &Target, tool: &Transform, limits: &Limits, load: 
                     add(&[2.0]);
                     add(&numbers(via));
                 }
-                Route::Arch(gate) => add(&[3.0, gate.rise, gate.height, gate.descent]),
+                Route::Arch(gate) => add(&[3.0, gate.retreat, gate.single_axis_1, gate.single_axis_2]),
             }
             add(&numbers(end));
             add(&config.map(f64::from));

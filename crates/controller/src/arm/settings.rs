@@ -8,15 +8,14 @@ use crate::model::Joints;
 use crate::motion::Limits;
 
 /// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct MotionSettings {
     pub speed: f64,
     pub accel: f64,
     pub decel: f64,
     pub torque: Joints,
     /// Part of their acceleration that the load leaves the axes.
-    #[cfg_attr(feature = "serde", serde(default = "MotionSettings::no_load"))]
     pub load_part: f64,
 }
 
@@ -29,11 +28,7 @@ pub(super) fn load_part(mass: f64, heaviest: f64) -> f64 {
 }
 
 impl MotionSettings {
-    #[cfg(feature = "serde")]
-    fn no_load() -> f64 {
-        crate::motion::NO_LOAD
-    }
-
+    /// Speeds and accelerations with these settings.
     pub fn limits(self, pace: SpeedLimits) -> Limits {
         Limits {
             speed: self.speed / 100.0,

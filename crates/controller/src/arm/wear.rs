@@ -4,6 +4,7 @@
 //! turns them into the numbers of MN.
 
 use super::Arm;
+use super::load::LoadHistory;
 use crate::model::Joints;
 use crate::motion::Effort;
 use crate::time::Time;
@@ -12,14 +13,14 @@ use core::time::Duration;
 /// Time over which the present torque is averaged.
 const TORQUE_SPAN: Duration = Duration::from_millis(1);
 
-/// What the axes have done: total and since the power came on.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Totals of the axes, and their load of late.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Wear {
     /// Since the controller was made.
     pub total: Effort,
-    /// Since the power came on.
-    pub since_power_on: Effort,
+    /// The last time, for the load factors.
+    pub loads: LoadHistory,
     /// Until when the motion under way is counted.
     until: Time,
 }
@@ -27,22 +28,21 @@ pub struct Wear {
 impl Wear {
     fn add(&mut self, effort: &Effort, until: Time) {
         self.total.add(effort);
-        self.since_power_on.add(effort);
+        self.loads.add(self.until, until, effort.square);
         self.until = until;
     }
 
     /// Whether the numbers are possible; for a snapshot.
-    #[cfg(feature = "serde")]
-    pub(crate) fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self, now: Time) -> bool {
         /// More than any arm does in the time there is.
         const MOST: f64 = 1e18;
-        let numbers = self.total.numbers().chain(self.since_power_on.numbers());
-        numbers.into_iter().all(|number| (0.0..=MOST).contains(&number))
+        let numbers = self.total.numbers().all(|number| (0.0..=MOST).contains(&number));
+        numbers && self.loads.is_valid(now, MOST)
     }
 }
 
 impl Arm {
-    /// What the axes have done by `now`.
+    /// Counters of the axes at `now`.
     pub fn wear(&self, now: Time) -> Wear {
         let mut wear = self.wear.clone();
         wear.add(&self.effort_between(self.wear.until, now), now);
@@ -94,12 +94,24 @@ impl Arm {
         active.motion.effort(&self.model, load, from, to)
     }
 
-    /// Power off: the arm rests where it is, and the counters since power-on are reset.
+    /// The highest torque counts from now on (MN,5 and RM,5).
+    pub(crate) fn clear_peak(&mut self, now: Time) {
+        self.add_wear_until(now);
+        self.wear.total.peak = Joints::default();
+    }
+
+    /// The load factor of this index counts from now on (RM,6 to RM,9).
+    pub(crate) fn clear_load(&mut self, index: usize, now: Time) {
+        self.add_wear_until(now);
+        self.wear.loads.clear(index);
+    }
+
+    /// Power off: the arm rests where it is. Time before the power comes on counts as one without torque.
     pub fn power_off(&mut self, now: Time) {
         self.add_wear_until(now);
         let mut arm = Arm::with_posture(self.model.clone(), self.joints(now));
         arm.wear = self.wear.clone();
-        arm.wear.since_power_on = Effort::default();
+        arm.wear.loads = LoadHistory::default();
         *self = arm;
     }
 }

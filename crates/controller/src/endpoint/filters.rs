@@ -7,14 +7,15 @@ use super::Endpoints;
 use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
 use crate::action::error::ActionResult;
-use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
+use crate::context::Context;
+use crate::faults::kind::{Effect, FaultSite};
 use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
 use crate::limits::MAX_FAULTS;
+use crate::ops::Refusal;
 use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::robot::Robot;
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::file::FlSender;
@@ -23,36 +24,36 @@ use ts3100_proto::text::CR;
 
 impl Endpoints {
     /// Bytes of a peer as the robot gets them; `None` where nothing is read.
-    pub(super) fn inbound(&mut self, robot: &mut Robot, port: Port, bytes: &Bytes) -> Option<Bytes> {
+    pub(super) fn inbound(&mut self, context: &mut Context, port: Port, bytes: &Bytes) -> Option<Bytes> {
         if self.faults.is_stalled(port) {
             return None;
         }
         let site = FaultSite::new(InjectionPoint::Bytes, port, bytes.clone());
         let mut came = bytes.clone();
-        if let Effect::ReplaceInput(instead) = self.apply_fault(robot, &site) {
+        if let Effect::ReplaceInput(instead) = self.apply_fault(context, &site) {
             came = instead;
         }
         Some(match port {
-            Port::Com1 | Port::Ip1 | Port::Ip2 => self.drop_lost_records(robot, port, came),
+            Port::Com1 | Port::Ip1 | Port::Ip2 => self.drop_lost_records(context, port, came),
             Port::Host | Port::Ip0 | Port::Ip3 => came,
         })
     }
 
     /// The place of the character off a serial line that has a parity error on purpose.
-    pub(super) fn parity_error(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) -> Option<usize> {
+    pub(super) fn parity_error(&mut self, context: &mut Context, port: Port, bytes: &[u8]) -> Option<usize> {
         if self.faults.is_empty() {
             return None;
         }
         let characters = Bytes::copy_from_slice(bytes);
         let site = FaultSite::new(InjectionPoint::Character, port, characters);
-        let Effect::ParityError(place) = self.apply_fault(robot, &site) else {
+        let Effect::ParityError(place) = self.apply_fault(context, &site) else {
             return None;
         };
         Some(place).filter(|place| *place < bytes.len())
     }
 
     /// Bytes received on a SCOL channel, without the records that a fault drops.
-    fn drop_lost_records(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Bytes {
+    fn drop_lost_records(&mut self, context: &mut Context, port: Port, bytes: Bytes) -> Bytes {
         if self.faults.is_empty() {
             return bytes;
         }
@@ -66,7 +67,7 @@ impl Endpoints {
                     kept.push(byte);
                     continue;
                 }
-                None if self.apply_fault(robot, &record) == Effect::Lost => RecordState::Lost,
+                None if self.apply_fault(context, &record) == Effect::Lost => RecordState::Lost,
                 None => RecordState::Kept,
             };
             if state == RecordState::Kept {
@@ -82,7 +83,7 @@ impl Endpoints {
     }
 
     /// Whether a command, or a text of a download, reaches the robot; `data` is the text. It is answered here if not.
-    pub(super) fn admit(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
+    pub(super) fn admit(&mut self, context: &mut Context, port: Port, data: &[u8]) -> bool {
         let session = self.session(port);
         let (command, block) = (session.asked, session.block);
         if block == 0 {
@@ -93,11 +94,12 @@ impl Endpoints {
             block,
             ..FaultSite::new(InjectionPoint::Command, port, Bytes::new())
         };
-        let effect = self.apply_fault(robot, &site);
+        let effect = self.apply_fault(context, &site);
         if let Effect::Refused(reason) = &effect {
+            let reason = &Refusal::OnPurpose(reason.clone());
             match block {
-                0 => self.refuse_text(robot, port, command, reason),
-                _ => self.refuse_block(robot, port, data, reason),
+                0 => self.refuse_text(context, port, command, reason),
+                _ => self.refuse_block(context, port, data, reason),
             }
         }
         !matches!(effect, Effect::Lost | Effect::Refused(_))
@@ -111,15 +113,15 @@ impl Endpoints {
     }
 
     /// Whether a fault, variation or option `reply.delay` can change what is sent, or when.
-    pub(super) fn changes_output(&self, robot: &Robot) -> bool {
-        let delays = &robot.config.options.reply_delay;
+    pub(super) fn changes_output(&self, context: &Context) -> bool {
+        let delays = &context.config.options.reply_delay;
         !self.faults.are_quiet() || self.variation.is_some() || delays.iter().any(|delay| !delay.is_zero())
     }
 
-    /// What leaves when a text, or data of PRINT, is sent. `data` is the data section of the text.
+    /// Segments that leave when a text, or data of PRINT, is sent. `data` is the data section of the text.
     pub(super) fn outbound(
         &mut self,
-        robot: &mut Robot,
+        context: &mut Context,
         port: Port,
         bytes: Bytes,
         data: &Bytes,
@@ -136,7 +138,7 @@ impl Endpoints {
             _ => Duration::ZERO,
         };
         let delay = match answers {
-            true => varied + reply_delay(robot),
+            true => varied + reply_delay(context),
             false => Duration::ZERO,
         };
         if self.faults.is_stalled(port) {
@@ -150,7 +152,7 @@ impl Endpoints {
             bytes: bytes.clone(),
             data: data.clone(),
         };
-        match (self.apply_fault(robot, &site), &mut self.variation) {
+        match (self.apply_fault(context, &site), &mut self.variation) {
             (Effect::Lost, _) => Vec::new(),
             (Effect::ReplaceOutput(segments), _) => segments,
             (_, Some(variation)) => variation.segments(delay, &bytes),
@@ -160,7 +162,7 @@ impl Endpoints {
     }
 
     /// A peer came or is gone: nothing waits to be sent to it, and what befell the former one is over.
-    pub(super) fn forget_peer(&mut self, port: Port) {
+    pub(crate) fn forget_peer(&mut self, port: Port) {
         self.send_queue.clear(port);
         self.faults.forget_peer(port);
     }
@@ -169,18 +171,19 @@ impl Endpoints {
     ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> ActionResult {
+    pub(crate) fn fault_order(&mut self, context: &mut Context, action: FaultAction) -> ActionResult {
         match action {
             FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
                 fault
                     .check_can_fire()
+                    .and_then(|()| fault.check_possible_on(context.config.controller))
                     .map_err(|error| ActionError::conflict(&spec, error))?;
                 let id = self.faults.arm(*fault).ok_or_else(|| {
                     let reason = format!("cannot arm {spec}: {MAX_FAULTS} faults are armed already");
                     ActionError::conflict(&spec, reason)
                 })?;
-                robot.outputs.event(Event::Fault {
+                context.outputs.event(Event::Fault {
                     id,
                     kind,
                     port: None,
@@ -199,45 +202,29 @@ impl Endpoints {
     }
 
     /// Lets at most one armed fault fire at a site; returns what it changes there.
-    fn apply_fault(&mut self, robot: &mut Robot, site: &FaultSite<'_>) -> Effect {
-        let Some((effect, at_once, event)) = self.faults.fire(robot.now, site) else {
+    fn apply_fault(&mut self, context: &mut Context, site: &FaultSite<'_>) -> Effect {
+        let fired = self.faults.fire(context.now, site, &mut context.fault_effects);
+        let Some((effect, at_once, event)) = fired else {
             return Effect::Unchanged;
         };
-        for action in at_once {
-            self.perform(robot, action);
+        if at_once.is_empty() {
+            context.outputs.event(event);
+        } else {
+            self.fired.push((at_once, event));
         }
-        robot.outputs.event(event);
         effect
-    }
-
-    /// Performs the actions of faults that are due, in the order of their times.
-    pub(crate) fn run_scheduled(&mut self, robot: &mut Robot) {
-        while let Some(action) = self.faults.take_due(robot.now) {
-            self.perform(robot, action);
-        }
-    }
-
-    fn perform(&mut self, robot: &mut Robot, action: ScheduledAction) {
-        match action {
-            ScheduledAction::Panel(panel) => self.panel(robot, panel),
-            // A controller without power raises no alarms.
-            ScheduledAction::Alarm(_) if !robot.panel.state().powered => {}
-            ScheduledAction::Alarm(code) => robot.raise(code, "a fault on purpose".to_string()),
-        }
-        // Before the command that meets the fault is served: an extension command ends the SP of its host.
-        self.take_notices(robot);
     }
 }
 
 /// How long this answer takes by option `reply.delay`: drawn from between two quartiles, each as likely as the others. The
 /// time is what is drawn from, so that nothing has to be remembered.
-fn reply_delay(robot: &Robot) -> Duration {
-    let times = &robot.config.options.reply_delay;
+fn reply_delay(context: &Context) -> Duration {
+    let times = &context.config.options.reply_delay;
     let [.., greatest] = times;
     if greatest.is_zero() {
         return Duration::ZERO;
     }
-    let mut rng = Rng::new(robot.config.fault_seed ^ robot.now.as_micros(), "reply.delay");
+    let mut rng = Rng::new(context.config.fault_seed ^ context.now.as_micros(), "reply.delay");
     let quarter = rng.index(times.len() - 1);
     let micros = |index: usize| {
         let time = times.get(index).copied().unwrap_or_default();

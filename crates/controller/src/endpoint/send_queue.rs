@@ -15,23 +15,19 @@ use core::time::Duration;
 pub struct Segment {
     /// Pause after the previous part.
     pub delay: Duration,
-    /// What happens after the pause.
     pub departure: Departure,
 }
 
 /// Something that happens at the sending side of a port.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Departure {
     /// These bytes are sent in one write.
-    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes),
+    Bytes(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
     /// These bytes are sent in one write with the next ones, or alone when their pause is over.
-    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes),
+    Held(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
     /// The connection ends.
-    #[cfg_attr(feature = "serde", serde(rename = "Cut"))]
     Disconnect(DisconnectMode),
     /// From now on nothing is read or written, until the connection ends.
-    #[cfg_attr(feature = "serde", serde(rename = "Deaf"))]
     Stall,
 }
 
@@ -57,9 +53,9 @@ impl Segment {
     }
 }
 
-/// What waits to be sent, by port.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Segments that wait to be sent, by port.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SendQueue {
     queues: BTreeMap<Port, VecDeque<(Time, Departure)>>,
 }
@@ -111,7 +107,7 @@ impl SendQueue {
         from + delay
     }
 
-    /// What is due next, from the port with the earliest.
+    /// Takes the next segment that is due, from the port with the earliest.
     pub(super) fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
         let queues = self.queues.iter();
         let due = queues.filter_map(|(port, queue)| Some((queue.front()?.0, *port)));

@@ -4,13 +4,13 @@
 //! `exchange` and `ops` decide what is answered, `filters` what faults and variation make of it. `send_queue` holds what
 //! leaves later, `serial_lines` what takes time on the line.
 
+use crate::context::Context;
 use crate::endpoint::Endpoints;
 use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::prelude::*;
-use crate::robot::Robot;
 use crate::time::Time;
 use bytes::Bytes;
 use core::time::Duration;
@@ -20,22 +20,22 @@ use ts3100_proto::text::{Framing, encode_text};
 impl Endpoints {
     /// Sends a text in the form of the host's last one: of the command that is being served, or SP, for which nobody
     /// has asked.
-    pub(crate) fn send_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+    pub(crate) fn send_text(&mut self, context: &mut Context, port: Port, data: &[u8]) {
         let session = self.session(port);
         if session.peer.is_none() {
             return;
         }
         let framing = session.framing;
-        let bytes = Bytes::from(encode_text(data, framing, robot.config.options.text.checksum));
+        let bytes = Bytes::from(encode_text(data, framing, context.config.options.text.checksum));
         debug_assert!(bytes.len() <= MAX_SEND);
         let begin = usize::from(framing == Framing::Stx);
         let section = bytes.slice(begin..begin + data.len());
-        robot.outputs.event(Event::TextOut {
+        context.outputs.event(Event::TextOut {
             port,
             framing,
             data: section.clone(),
         });
-        let sent = self.send(robot, port, bytes, &section);
+        let sent = self.send(context, port, bytes, &section);
         let session = self.session(port);
         session.sent_at = Some(sent);
         session.history.unsolicited_sp_sent = data == STOP;
@@ -44,15 +44,23 @@ impl Endpoints {
         }
     }
 
+    /// OK to the text that is served.
+    pub(crate) fn acknowledge(&mut self, context: &mut Context, port: Port) {
+        self.send_text(context, port, &Reply::Ok.encode());
+    }
+
     /// Sends the bytes of a text, or those of PRINT, which are their own data section: at once, or what the filters make of
     /// them after what waits on the port. Returns when the last of them is sent, as far as known.
-    pub(crate) fn send(&mut self, robot: &mut Robot, port: Port, bytes: Bytes, data: &Bytes) -> Time {
-        let changes = self.changes_output(robot);
+    pub(crate) fn send(&mut self, context: &mut Context, port: Port, bytes: Bytes, data: &Bytes) -> Time {
+        if port.protocol().is_none() {
+            context.fault_effects.next_record(port);
+        }
+        let changes = self.changes_output(context);
         if !changes && !self.send_queue.is_busy(port) {
-            return self.write(robot, port, bytes);
+            return self.write(context, port, bytes);
         }
         let segments = match changes {
-            true => self.outbound(robot, port, bytes, data),
+            true => self.outbound(context, port, bytes, data),
             false => Vec::from([Segment::bytes(bytes)]),
         };
         if let [
@@ -63,34 +71,34 @@ impl Endpoints {
         ] = segments.as_slice()
             && !self.send_queue.is_busy(port)
         {
-            return self.write(robot, port, bytes.clone());
+            return self.write(context, port, bytes.clone());
         }
-        let mut last = robot.now;
+        let mut last = context.now;
         for segment in segments {
             let surplus = segment.departure.length();
             let (bytes, segments) = self.send_queue.waiting(port);
             if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
-                robot.dropped(port, surplus, "more is to be sent than a delayed port holds");
+                context.dropped(port, surplus, "more is to be sent than a delayed port holds");
                 continue;
             }
             last = self.send_queue.push(port, last, segment);
         }
-        self.send_due(robot);
+        self.send_due(context);
         last
     }
 
     /// Sends what is due.
-    pub(crate) fn send_due(&mut self, robot: &mut Robot) {
-        while let Some((port, what)) = self.send_queue.take_due(robot.now) {
+    pub(crate) fn send_due(&mut self, context: &mut Context) {
+        while let Some((port, what)) = self.send_queue.take_due(context.now) {
             match what {
                 Departure::Bytes(bytes) | Departure::Held(bytes) if bytes.is_empty() => {}
                 Departure::Bytes(bytes) | Departure::Held(bytes) => {
-                    self.write(robot, port, bytes);
+                    self.write(context, port, bytes);
                 }
                 Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {
-                        robot.outputs.push(Output::Stall { port });
+                        context.outputs.push(Output::Stall { port });
                     }
                 }
                 // A serial line has no connection to end.
@@ -99,18 +107,18 @@ impl Endpoints {
                     // Send nothing more until the embedding program reports that the peer is gone.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
-                    robot.outputs.push(Output::Disconnect { port, how });
+                    context.outputs.push(Output::Disconnect { port, how });
                 }
             }
         }
     }
 
     /// Bytes leave the robot. Returns when the last of them is out: on Ethernet at once.
-    fn write(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Time {
+    fn write(&mut self, context: &mut Context, port: Port, bytes: Bytes) -> Time {
         if self.lines.contains_key(&port) {
-            return self.put_on_line(robot, port, bytes);
+            return self.put_on_line(context, port, bytes);
         }
-        robot.outputs.push(Output::Send { port, bytes });
-        robot.now
+        context.outputs.push(Output::Send { port, bytes });
+        context.now
     }
 }

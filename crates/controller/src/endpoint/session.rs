@@ -2,7 +2,8 @@
 //! command does is in `ops`; this file knows only the conversation.
 
 use crate::findings::HostHistory;
-use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
+use crate::limits::{HOST_DELAY, HOST_TIMEOUT, TEXT_END_WAIT};
+use crate::panel::StopRequests;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
@@ -10,14 +11,13 @@ use ts3100_proto::file::{FlReceiver, FlSender, Received};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{Framing, TextDecoder, TextOptions};
+use ts3100_proto::text::{Decoded, Framing, Reading, TextDecoder, TextOptions};
 
 /// Letters of a command, as its table has them.
 pub type Letters = &'static str;
 
 /// The exchange that is open on a port.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Exchange {
     /// None: the port waits for a command.
     Idle,
@@ -30,7 +30,7 @@ pub enum Exchange {
     Receiving {
         /// The file to be stored.
         name: FileName,
-        /// What has come so far.
+        /// The file so far.
         receiver: FlReceiver,
         /// The first text has come.
         begun: bool,
@@ -38,8 +38,8 @@ pub enum Exchange {
 }
 
 /// State of one protocol port.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Session {
     /// The port.
     pub port: Port,
@@ -64,23 +64,19 @@ pub struct Session {
     /// Before this time it does not come. Later than `sp_by` only after [`Session::replied`].
     pub sp_after: Time,
     /// From this time on no pause of the host is waited for any more.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub sp_by: Time,
     /// The host has sent a text without STX or an extension command: no such host listens for SP (hosts 8.3).
-    #[cfg_attr(feature = "serde", serde(default))]
     pub never_told_of_stops: bool,
     /// Letters of the command that is served or was served last; empty before the first.
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "crate::snapshot::field::letters")
-    )]
+    #[serde(deserialize_with = "crate::snapshot::field::letters")]
     pub asked: Letters,
     /// FL texts of its exchange that have passed, in either direction.
     pub block: u32,
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
-    /// What is remembered of the host, for findings.
-    #[cfg_attr(feature = "serde", serde(rename = "habits"))]
+    /// Requests to stop that an SM on this connection has shown, or that came before it (T1).
+    pub seen_requests: StopRequests,
+    /// Memory of the host, for findings.
     pub history: HostHistory,
 }
 
@@ -104,21 +100,44 @@ impl Session {
             asked: "",
             block: 0,
             last_status: None,
+            seen_requests: StopRequests::default(),
             history: HostHistory::default(),
         }
     }
 
-    /// A peer came or went: nothing of the former conversation remains (ETH-07).
+    /// A peer came or went: nothing of the former conversation remains (ETH-07), but what HOST has been shown and what its
+    /// texts end by (T6): a serial line has no connection, so its conversation begins with the power.
     pub fn reset(&mut self, options: TextOptions, peer: Option<String>) {
+        let mark = self.decoder.mark().filter(|_| self.port == Port::Host);
+        let fresh = Session::new(self.port, options);
         *self = Session {
             peer,
-            ..Session::new(self.port, options)
+            decoder: fresh.decoder.with_mark(mark),
+            seen_requests: self.seen_requests,
+            ..fresh
         };
+    }
+
+    /// The next text, or bytes that belong to none; `None` when more bytes are needed.
+    pub fn next_text(&mut self) -> Option<Decoded> {
+        let reading = self.reading();
+        self.decoder.next_as(reading)
+    }
+
+    /// How the next bytes are read. Between the texts of a file that have no STX, and those of a long message, nothing
+    /// tells a byte that may be skipped from data (T7, T27).
+    fn reading(&self) -> Reading {
+        match &self.exchange {
+            Exchange::Receiving { begun: true, .. } if self.framing == Framing::Bare => Reading::Data,
+            Exchange::Receiving { .. } => Reading::File,
+            Exchange::Idle | Exchange::Sending { .. } if self.joiner.is_partial() => Reading::Data,
+            Exchange::Idle | Exchange::Sending { .. } => Reading::Command,
+        }
     }
 
     /// Whether a text or a message has begun and is not complete.
     pub fn is_partial(&self) -> bool {
-        self.decoder.is_partial() || self.joiner.is_partial()
+        self.decoder.is_partial_as(self.reading()) || self.joiner.is_partial()
     }
 
     /// Whether the host owes something: the rest of a text, an answer, a block.
@@ -126,8 +145,11 @@ impl Session {
         self.is_partial() || self.exchange != Exchange::Idle
     }
 
-    /// When the port gives up waiting (SER-06, SER-08).
+    /// When the port gives up waiting (SER-06, SER-08), or takes a CR for the end of its text (T6).
     pub fn deadline(&self) -> Option<Time> {
+        if self.decoder.awaits_etx() {
+            return Some(self.heard_at + TEXT_END_WAIT);
+        }
         let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
         self.awaits_host().then(|| since + HOST_TIMEOUT)
     }
@@ -161,8 +183,8 @@ impl Session {
         &self.exchange
     }
 
-    /// Goes over to another exchange; returns the former one. Nothing else changes it, but that the texts of a file
-    /// are counted in it.
+    /// The exchange that is open; none is from now on. What goes on with it opens it again by one of the verbs below,
+    /// and nothing else changes it, but that the texts of a file are counted in it.
     ///
     /// ```text
     ///            command answered OK or NG
@@ -178,8 +200,33 @@ impl Session {
     ///                             |  EOF stored or refused; host NG;  |
     ///                             +--other command; 10 s------------->+
     /// ```
-    pub fn set_exchange(&mut self, next: Exchange) -> Exchange {
-        core::mem::replace(&mut self.exchange, next)
+    pub fn take_exchange(&mut self) -> Exchange {
+        core::mem::replace(&mut self.exchange, Exchange::Idle)
+    }
+
+    /// An FL text was sent: OK or NG is awaited, and then these texts are sent.
+    pub fn await_acknowledgement(&mut self, sender: FlSender) {
+        self.open(Exchange::Sending { sender });
+    }
+
+    /// DL was answered OK: the texts of this file are awaited.
+    pub fn await_file(&mut self, name: FileName, receiver: FlReceiver) {
+        self.open(Exchange::Receiving {
+            name,
+            receiver,
+            begun: false,
+        });
+    }
+
+    /// A command is answered while no exchange is open: the one before was taken when the command came.
+    fn open(&mut self, next: Exchange) {
+        debug_assert!(
+            self.exchange == Exchange::Idle,
+            "{}: {:?} cannot become {next:?}",
+            self.port,
+            self.exchange
+        );
+        self.exchange = next;
     }
 
     /// Adds a text to the file of the open download, which ends with a complete or a refused file.
@@ -195,16 +242,16 @@ impl Session {
         *begun = true;
         let received = (name.clone(), receiver.push(data));
         if received.1 != Received::More {
-            self.set_exchange(Exchange::Idle);
+            self.take_exchange();
         }
         Some(received)
     }
 
     /// Gives up waiting, in silence (SER-07). Returns the bytes dropped.
     pub fn give_up(&mut self) -> usize {
-        self.set_exchange(Exchange::Idle);
+        self.take_exchange();
         self.joiner.reset();
-        self.decoder.reset()
+        self.decoder.give_up()
     }
 
     /// Whether a file of this name is being received here (TRN-11).
@@ -213,7 +260,6 @@ impl Session {
     }
 
     /// Whether a run with these options can lead to this state of the conversation.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self, options: TextOptions) -> bool {
         let exchange = match &self.exchange {
             Exchange::Idle => true,

@@ -10,8 +10,7 @@ use crate::prelude::*;
 use alloc::collections::BTreeSet;
 
 /// Up to where the program runs once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Target {
     /// To the end of the step that ends next.
     NextStep,
@@ -20,8 +19,8 @@ enum Target {
 }
 
 /// Where the program stops besides its end.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Breakpoints {
     /// Lines with a statement, from 1.
     lines: BTreeSet<u32>,
@@ -64,14 +63,7 @@ impl Breakpoints {
         }
     }
 
-    /// Whether a snapshot can do without them.
-    #[cfg(feature = "serde")]
-    pub(super) fn is_default(&self) -> bool {
-        *self == Breakpoints::default()
-    }
-
     /// Whether they can be those of a run.
-    #[cfg(feature = "serde")]
     pub(super) fn is_valid(&self) -> bool {
         self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= 2 * scol_mini::MAX_TASKS
     }

@@ -3,8 +3,9 @@
 //! Commands begin it in `ops::operate`; `scheduler` calls `step_direct()`.
 
 use super::{Executor, Task};
-use crate::endpoint::Endpoints;
+use crate::executor::scheduler::{Printed, Turn};
 use crate::executor::step::Step;
+use crate::port_facts::PortFacts;
 use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::Time;
@@ -12,8 +13,8 @@ use scol_mini::{Diagnostic, Machine, compile_direct};
 use ts3100_proto::status::sm::MAX_ENDED;
 
 /// The statement of a DO command.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Direct {
     /// Its text.
     pub(super) statement: String,
@@ -22,7 +23,6 @@ pub struct Direct {
     /// When it was accepted.
     pub(super) since: Time,
     /// It has begun something that takes time.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub(super) begun: bool,
     /// It has moved the arm.
     pub(super) moved: bool,
@@ -31,16 +31,24 @@ pub struct Direct {
 }
 
 impl Executor {
-    /// Begins the statement, which sees the names of the selected file.
+    /// Begins the statement, which sees the names of the selected file. With `keeps_height` its motion stays at the present
+    /// height of the tool point (MP,1).
     ///
     /// # Errors
-    /// What is wrong with the statement.
-    pub(crate) fn begin_direct(&mut self, statement: &str, now: Time) -> Result<(), Vec<Diagnostic>> {
+    /// Errors of the statement.
+    pub(crate) fn begin_direct(
+        &mut self,
+        statement: &str,
+        keeps_height: bool,
+        now: Time,
+    ) -> Result<(), Vec<Diagnostic>> {
         let program = compile_direct(statement, self.program())?;
+        let mut task = Task::new(Machine::direct(program), now);
+        task.keeps_height = keeps_height;
         self.run_shown_until = None;
         self.direct = Some(Direct {
             statement: statement.to_string(),
-            task: Task::new(Machine::direct(program), now),
+            task,
             since: now,
             begun: false,
             moved: false,
@@ -83,26 +91,30 @@ impl Executor {
 
 impl Robot {
     /// Takes the statement of DO one step further.
-    pub(super) fn step_direct(&mut self, endpoints: &mut Endpoints) -> bool {
+    pub(super) fn step_direct(&mut self, ports: &dyn PortFacts) -> Turn {
         let shown = &mut self.executor.run_shown_until;
-        if shown.take_if(|until| *until <= self.now).is_some() {
+        if shown.take_if(|until| *until <= self.context.now).is_some() {
             self.report_status();
         }
         let Some(mut direct) = self.executor.direct.take() else {
-            return false;
+            return Turn::Over;
         };
         if let Some(until) = direct.shown_until {
-            let over = until <= self.now;
+            let over = until <= self.context.now;
             if over {
                 self.executor.count_direct();
                 self.report_status();
             } else {
                 self.executor.direct = Some(direct);
             }
-            return over;
+            return if over { Turn::Taken } else { Turn::Over };
         }
-        let step = self.advance(endpoints, &mut direct.task, false, false);
-        let goes_on = !matches!(step, Step::Blocked);
+        let step = self.advance(ports, &mut direct.task, false, false);
+        let turn = if matches!(step, Step::Blocked) {
+            Turn::Over
+        } else {
+            Turn::Taken
+        };
         direct.begun |= matches!(step, Step::Begun);
         direct.moved |= matches!(step, Step::Done { motion: true });
         match step {
@@ -110,13 +122,21 @@ impl Robot {
             Step::Blocked | Step::Begun | Step::Done { .. } | Step::Switch { .. } | Step::Killed { .. } => {
                 self.executor.direct = Some(direct);
             }
+            Step::Print { port, bytes } => {
+                self.executor.direct = Some(direct);
+                return Turn::Printed(Printed {
+                    port,
+                    bytes,
+                    by_program: false,
+                });
+            }
             Step::Restore { names } => {
                 self.executor.direct = Some(direct);
-                self.restore_data(names, true);
+                self.restore_data(&names, true);
             }
             Step::Stopped | Step::Ended if direct.moved => {
-                let until = direct.since + self.config.options.do_min_run;
-                direct.shown_until = Some(until.max(self.now));
+                let until = direct.since + self.context.config.options.do_min_run;
+                direct.shown_until = Some(until.max(self.context.now));
                 self.executor.direct = Some(direct);
             }
             Step::Stopped | Step::Ended => self.leave_direct(&direct),
@@ -125,7 +145,7 @@ impl Robot {
                 self.leave_direct(&direct);
             }
         }
-        goes_on
+        turn
     }
 
     /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts
@@ -134,8 +154,8 @@ impl Robot {
         if direct.begun || direct.moved {
             self.executor.count_direct();
         }
-        let until = direct.since + self.config.options.do_min_run;
-        self.executor.run_shown_until = Some(until).filter(|until| *until > self.now);
+        let until = direct.since + self.context.config.options.do_min_run;
+        self.executor.run_shown_until = Some(until).filter(|until| *until > self.context.now);
         self.report_status();
     }
 }

@@ -15,16 +15,16 @@ impl Executor {
         self.spare_program = Program::empty(&config.language());
         self.spare_memory
             .relink(&self.spare_program)
-            .map_err(|reason| SnapshotError::program("execution.spare_memory", reason))?;
+            .map_err(|reason| SnapshotError::program("executor.spare_memory", reason))?;
         if let Some(selected) = &mut self.selected {
             selected.relink(config)?;
         }
         let program = Arc::clone(self.program());
         if let Some(main) = &mut self.main {
-            main.relink("execution.main", &program)?;
+            main.relink("executor.main", &program)?;
         }
         for (id, task) in &mut self.tasks {
-            let place = format!("execution.tasks.{id}");
+            let place = format!("executor.tasks.{id}");
             task.relink(&place, &program)?;
             let fits = task.id() == *id && *id > MAIN_TASK;
             check(fits, &place, "the task of that number", task.id())?;
@@ -38,31 +38,31 @@ impl Executor {
     fn validate(&self) -> Result<(), SnapshotError> {
         let word = |is: bool| if is { "one" } else { "none" };
         let (selected, runs) = (self.selected.is_some(), self.program_runs());
-        let (place, there) = ("execution.main", self.main.is_some());
+        let (place, there) = ("executor.main", self.main.is_some());
         let expected = "a main program exactly while a file is selected";
         check(there == selected, place, expected, word(there))?;
         let main = self.main.as_ref().map_or(MAIN_TASK, Task::id);
         check(main == MAIN_TASK, place, "task 1", format!("task {main}"))?;
-        let (place, count) = ("execution.tasks", self.tasks.len());
+        let (place, count) = ("executor.tasks", self.tasks.len());
         let expected = format!("fewer than {MAX_TASKS} tasks of a selected file");
         let fits = count < MAX_TASKS && (count == 0 || selected);
         check(fits, place, &expected, count)?;
-        let (place, expected) = ("execution.breakpoints", "breakpoints within their bounds");
+        let (place, expected) = ("executor.breakpoints", "breakpoints within their bounds");
         check(self.breakpoints.is_valid(), place, expected, "more")?;
         let last = self.tasks.keys().next_back().copied().unwrap_or_default();
-        let (place, next) = ("execution.next_task", self.next_task);
+        let (place, next) = ("executor.next_task", self.next_task);
         check(next >= last, place, &format!("more than {last}"), next)?;
         check(next > MAIN_TASK, place, "2 or more", next)?;
-        let (place, expected) = ("execution.course", "no operation without a file");
+        let (place, expected) = ("executor.operation", "no operation without a file");
         let state = format!("{:?}", self.operation.state());
         check(selected || !runs, place, expected, state)?;
-        let (place, expected) = ("execution.direct", "none while a program runs");
+        let (place, expected) = ("executor.direct", "none while a program runs");
         check(self.direct.is_none() || !runs, place, expected, "one")?;
-        let (place, ended) = ("execution.direct_ended", self.direct_ended);
+        let (place, ended) = ("executor.direct_ended", self.direct_ended);
         check(ended <= MAX_ENDED, place, &format!("at most {MAX_ENDED}"), ended)?;
         let percent = (0.0..=100.0).contains(&self.pass);
-        check(percent, "execution.pass", "0 to 100 percent", self.pass)?;
-        let (place, seconds) = ("execution.timer.seconds", self.timer.seconds);
+        check(percent, "executor.pass", "0 to 100 percent", self.pass)?;
+        let (place, seconds) = ("executor.timer.seconds", self.timer.seconds);
         check(seconds.is_finite(), place, "a number", seconds)
     }
 }
@@ -72,25 +72,25 @@ impl Selected {
         let name = FileName::parse(&self.name).ok();
         let fits = name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter());
         let expected = "the name of a user file, in upper case";
-        check(fits, "execution.selected.name", expected, &self.name)?;
+        check(fits, "executor.selected.name", expected, &self.name)?;
         let compilation = config.compile(&self.source);
         self.program = compilation.program.ok_or_else(|| {
             let found = render(compilation.diagnostics.iter().take(1), &self.source, &self.name);
-            SnapshotError::value("execution.selected.source", "a program that compiles", found)
+            SnapshotError::value("executor.selected.source", "a program that compiles", found)
         })?;
         self.memory
             .relink(&self.program)
-            .map_err(|reason| SnapshotError::program("execution.selected.memory", reason))
+            .map_err(|reason| SnapshotError::program("executor.selected.memory", reason))
     }
 }
 
 impl Direct {
     fn relink(&mut self, program: &Program) -> Result<(), SnapshotError> {
-        let place = "execution.direct.task";
+        let place = "executor.direct.task";
         let program = compile_direct(&self.statement, program).map_err(|diagnostics| {
             let found = render(diagnostics.iter().take(1), &self.statement, "DO");
             let expected = "a statement that can be executed";
-            SnapshotError::value("execution.direct.statement", expected, found)
+            SnapshotError::value("executor.direct.statement", expected, found)
         })?;
         self.task.relink(place, &program)?;
         let (id, alone) = (self.task.id(), self.task.parts().count() == 1);

@@ -5,7 +5,6 @@
 
 use crate::alarm::{self, AlarmCode};
 use crate::arm::SpeedLimits;
-use crate::endpoint::Endpoints;
 use crate::executor::step::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
@@ -14,36 +13,37 @@ use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
-use crate::options::NoPeer;
+use crate::options::{FieldBus, NoPeer, OutOfReach};
 use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::port::Port;
+use crate::port_facts::PortFacts;
 use crate::prelude::*;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
 use bytes::Bytes;
 use core::time::Duration;
-use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Payload, Request};
+use scol_mini::{Accuracy, Answer, Channel, FULL, MAX_PRINT, Motion, Number, Payload, Request};
 
 impl Robot {
-    pub(crate) fn serve(&mut self, endpoints: &mut Endpoints, task: &mut Task, request: Request) -> Step {
+    pub(crate) fn serve(&mut self, ports: &dyn PortFacts, task: &mut Task, request: Request) -> Step {
         match request {
             Request::Move(motion) => return self.start_motion(task, &motion),
-            Request::Print { channel, data, cut } => return self.print(endpoints, task, channel, &data, cut),
+            Request::Print { channel, data, cut } => return self.print(ports, task, channel, &data, cut),
             Request::Input { channel, expected } => return self.input(task, channel, expected),
             // DELAY dwells where the motion before it has led, or where PAUSE holds the arm.
             Request::Delay { .. } if self.moves(task) && !self.executor.paused => {
                 return task.wait(TaskState::Resting);
             }
             Request::Delay { seconds } => {
-                let until = self.now + duration_from_seconds(seconds, LONGEST_DELAY);
+                let until = self.context.now + duration_from_seconds(seconds, LONGEST_DELAY);
                 task.enter(TaskState::Delaying { until });
                 return Step::Begun;
             }
             Request::Hand { hand, open, at_once } => return self.work_hand(task, hand, open, at_once),
             Request::Pulse { line, seconds } => return self.pulse_output(task, line, seconds),
             Request::Break => return self.break_motion(task),
-            Request::Task { program } => return self.executor.start_task(task, program, self.now),
+            Request::Task { program } => return self.executor.start_task(task, program, self.context.now),
             Request::Switch => return self.executor.switch_task(task),
             Request::Restore { names } => return self.executor.done(task).then(Step::Restore { names }),
             Request::Kill { task: victim } => return self.executor.kill_task(task, victim),
@@ -54,18 +54,20 @@ impl Robot {
                 }
             }
             Request::Outputs(switches) => {
-                if let Err(other) = self.signals.set_user_outputs(switches.iter().copied()) {
-                    return task.give_up(alarm::OUT_OF_RANGE, no_output(other));
+                let bus = self.context.config.options.field_bus;
+                if let Err(other) = self.signals.set_user_outputs(switches.iter().copied(), bus) {
+                    return task.give_up(alarm::OUT_OF_RANGE, no_output(other, bus));
                 }
             }
             Request::Pause => {
                 // The motion slows along its path; one that has not begun does not begin.
                 if self.executor.program_runs() && !core::mem::replace(&mut self.executor.paused, true) {
-                    self.arm.hold(self.now);
+                    self.arm.hold(self.context.now);
                 }
             }
             Request::Resume => self.end_pause(),
-            Request::SetTimer { seconds } => self.executor.timer = Stopwatch::new(seconds, self.now),
+            Request::OverFull { percent } => self.report_over_full(task, Some(percent)),
+            Request::SetTimer { seconds } => self.executor.timer = Stopwatch::new(seconds, self.context.now),
         }
         self.executor.done(task)
     }
@@ -87,6 +89,10 @@ impl Robot {
         if self.is_held() {
             return task.wait(TaskState::Holding);
         }
+        let level = task
+            .keeps_height
+            .then(|| self.arm.at_present_height(self.context.now, motion));
+        let motion = level.as_ref().unwrap_or(motion);
         let heaviest = self.arm.model().max_payload;
         if let Some((_, Payload { mass, .. })) = &motion.conditions.payload
             && *mass > heaviest
@@ -103,16 +109,18 @@ impl Robot {
         let moving = self.arm.is_moving();
         let begun = if !moving {
             let locked = self.panel.state().machine_lock;
-            let started = self.arm.start(self.now, motion, self.pace(), locked);
+            let started = self.arm.start(self.context.now, motion, self.pace(), locked);
             started.map(|()| true)
         } else if self.executor.pass > 0.0 {
-            self.arm.append(self.now, motion, self.executor.pass, self.pace())
+            self.arm
+                .append(self.context.now, motion, self.executor.pass, self.pace())
         } else {
             Ok(false)
         };
         match begun {
             Ok(false) => task.wait(TaskState::Resting),
             Ok(true) => {
+                self.report_over_full(task, motion.over_full);
                 self.executor.pass = match motion.conditions.passing {
                     true => motion.conditions.pass,
                     false => 0.0,
@@ -121,20 +129,27 @@ impl Robot {
                     task.enter(TaskState::Queued { lead, passing });
                     return Step::Begun;
                 }
-                self.arm.finish_due(self.now);
+                self.arm.finish_due(self.context.now);
                 self.begun(task, lead, passing)
             }
             Err(error) => {
                 let code = match error {
-                    MotionError::Singular { .. } => alarm::SINGULAR,
+                    MotionError::Singular { .. } => match self.context.config.options.out_of_reach {
+                        OutOfReach::Level8 => alarm::UNABLE_TO_TRANS,
+                        OutOfReach::Level4 => alarm::SINGULAR,
+                    },
                     MotionError::Free { .. } => alarm::AXIS_FREE,
                     MotionError::Unreachable(_)
                     | MotionError::OnPath { .. }
                     | MotionError::Configuration { .. }
                     | MotionError::NoArc
-                    | MotionError::Gate { .. }
                     | MotionError::AtLimit { .. }
-                    | MotionError::NoSuchAxis { .. } => alarm::OUT_OF_REACH,
+                    | MotionError::NoSuchAxis { .. } => match self.context.config.options.out_of_reach {
+                        OutOfReach::Level8 => alarm::INVALID_RANGE,
+                        OutOfReach::Level4 => alarm::OUT_OF_REACH,
+                    },
+                    // A bad value: nothing was interpolated (T8.3).
+                    MotionError::Gate { .. } => alarm::OUT_OF_RANGE,
                 };
                 task.trouble(code, error)
             }
@@ -151,39 +166,54 @@ impl Robot {
         Step::Begun
     }
 
+    /// A statement sets ACCEL or DECEL to this, if it is above 100 percent. The motor that it may overload is not modelled.
+    fn report_over_full(&mut self, task: &Task, percent: Option<f64>) {
+        let Some(percent) = percent else { return };
+        let line = task.line();
+        let message =
+            format!("line {line}: {percent} percent of the acceleration; the arm moves as with {FULL}");
+        self.context.report(&rules::ACCEL_OVER_FULL, None, &[], message);
+    }
+
     fn print(
         &mut self,
-        endpoints: &mut Endpoints,
+        ports: &dyn PortFacts,
         task: &mut Task,
         channel: Channel,
         data: &[u8],
         cut: usize,
     ) -> Step {
         let (line, port) = (task.line(), Port::from_channel(channel));
-        if let Some(until) = port.and_then(|port| endpoints.line_free_at(port, data.len())) {
+        if let Some(until) = port.and_then(|port| ports.line_free_at(port, data.len())) {
             return task.wait(TaskState::Pausing { until });
         }
         if cut > 0 {
             let message = format!("line {line}: PRINT: {cut} bytes too long; at most {MAX_PRINT} are sent");
-            self.report(&rules::PRINT_CUT, port, data, message);
+            self.context.report(&rules::PRINT_CUT, port, data, message);
         }
         let Some(port) = port else {
             let text = String::from_utf8_lossy(data).into_owned();
             self.channels.show(&text);
-            self.outputs.push(Output::Pendant(text));
+            self.context.outputs.push(Output::Pendant(text));
             return self.executor.done(task);
         };
         if !self.missing_peer(port) {
-            if !data.is_empty() {
-                let bytes = Bytes::copy_from_slice(data);
-                endpoints.send(self, port, bytes.clone(), &bytes);
-            }
-            return self.executor.done(task);
+            let step = self.executor.done(task);
+            let bytes = Bytes::copy_from_slice(data);
+            return if data.is_empty() {
+                step
+            } else {
+                step.then(Step::Print { port, bytes })
+            };
         }
         let message = format!("line {line}: PRINT {port}: no peer is connected");
-        self.report(&rules::PRINT_WITHOUT_PEER, port, data, message.as_str());
+        self.context
+            .report(&rules::PRINT_WITHOUT_PEER, port, data, message.as_str());
+        if self.context.config.options.no_peer == NoPeer::Alarm {
+            self.blame_alarm(&rules::PRINT_WITHOUT_PEER, Some(port));
+        }
         let step = self.executor.done(task);
-        match self.config.options.no_peer {
+        match self.context.config.options.no_peer {
             NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
             NoPeer::Silent => step,
         }
@@ -194,8 +224,10 @@ impl Robot {
         if let Some(port) = missing {
             let reason = format!("INPUT {port}: no peer is connected");
             let message = format!("line {}: {reason}", task.line());
-            self.report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
-            if self.config.options.no_peer == NoPeer::Alarm {
+            self.context
+                .report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
+            if self.context.config.options.no_peer == NoPeer::Alarm {
+                self.blame_alarm(&rules::INPUT_WITHOUT_PEER, Some(port));
                 return self.cancel_input(task, Vec::new(), alarm::INVALID_CHANNEL, &reason);
             }
         }
@@ -209,7 +241,7 @@ impl Robot {
 
     /// Gives a waiting INPUT what its channel holds.
     pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
-        let malformed = self.config.options.malformed;
+        let malformed = self.context.config.options.malformed(self.arm.kind());
         let TaskState::Reading {
             channel,
             wanted,
@@ -224,23 +256,30 @@ impl Robot {
                 Datum::Value(value) => got.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";
-                    self.report(&rules::INPUT_EMPTY, Port::from_channel(channel), &[], message);
+                    self.context
+                        .report(&rules::INPUT_EMPTY, Port::from_channel(channel), &[], message);
                     got.push(Number::Integer(0));
                 }
                 Datum::Leading(token, value) => {
-                    self.not_a_number(channel, &token);
+                    self.not_a_number(channel, &token, "a number");
                     got.push(value);
                 }
                 Datum::Incomplete => {
                     return task.wait(TaskState::Reading { channel, wanted, got });
                 }
                 Datum::OutOfRange(token) => {
+                    self.blame_alarm(&rules::INPUT_NOT_A_NUMBER, Port::from_channel(channel));
                     let reason = format!("INPUT: expected a number in the range of a real, found {token:?}");
                     return self.cancel_input(task, got, alarm::OVERFLOW, &reason);
                 }
                 Datum::Malformed(token) => {
-                    self.not_a_number(channel, &token);
-                    let reason = format!("INPUT: expected a number, found {token:?}");
+                    if let Some(number) = self.parameters.number_of(&token) {
+                        got.push(Number::Integer(number.into()));
+                        continue;
+                    }
+                    let expected = self.parameters.expected_by_input();
+                    let reason = self.not_a_number(channel, &token, expected);
+                    self.blame_alarm(&rules::INPUT_NOT_A_NUMBER, Port::from_channel(channel));
                     return self.cancel_input(task, got, alarm::INVALID_CHANNEL, &reason);
                 }
             }
@@ -248,10 +287,17 @@ impl Robot {
         self.executor.answer(task, Answer::Values(got))
     }
 
-    fn not_a_number(&mut self, channel: Channel, token: &str) {
-        let message = format!("INPUT: expected a number, found {token:?}");
+    /// Reports the finding; returns its message.
+    fn not_a_number(&mut self, channel: Channel, token: &str, expected: &str) -> String {
+        let message = format!("INPUT: expected {expected}, found {token:?}");
         let port = Port::from_channel(channel);
-        self.report(&rules::INPUT_NOT_A_NUMBER, port, token.as_bytes(), message);
+        self.context.report(
+            &rules::INPUT_NOT_A_NUMBER,
+            port,
+            token.as_bytes(),
+            message.clone(),
+        );
+        message
     }
 
     /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
@@ -276,17 +322,18 @@ impl Robot {
 
     /// PULOUT: the output goes on now and off later; the program does not wait.
     fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
-        if !Signals::is_user_output(output) {
-            return task.give_up(alarm::OUT_OF_RANGE, no_output(output));
+        let bus = self.context.config.options.field_bus;
+        if !Signals::is_user_output(output, bus) {
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(output, bus));
         }
         let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
-        self.signals.pulse_output(output, self.now + pulse);
+        self.signals.pulse_output(output, self.context.now + pulse);
         self.executor.done(task)
     }
 
     /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
     fn break_motion(&mut self, task: &mut Task) -> Step {
-        self.arm.stop(self.now);
+        self.arm.stop(self.context.now);
         self.end_pause();
         let step = self.executor.done(task);
         if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
@@ -295,10 +342,10 @@ impl Robot {
         step
     }
 
-    /// What PAUSE held goes on, unless feed hold holds it too.
+    /// Lets the arm go on after PAUSE, unless feed hold holds it too.
     pub(crate) fn end_pause(&mut self) {
         if core::mem::take(&mut self.executor.paused) && !self.panel.state().feed_hold {
-            self.arm.resume(self.now);
+            self.arm.resume(self.context.now);
         }
     }
 
@@ -315,6 +362,7 @@ impl Robot {
 }
 
 /// Why an output is not switched.
-pub(crate) fn no_output(found: u16) -> String {
-    format!("there is no output {found}; outputs are 1-64, 101-164 and 201-208")
+pub(crate) fn no_output(found: u16, bus: FieldBus) -> String {
+    let numbers = Signals::user_output_numbers(found, bus);
+    format!("there is no output {found}; outputs are {numbers}")
 }

@@ -19,7 +19,7 @@ impl Robot {
         self.executor.operation.start();
         self.executor.run_shown_until = None;
         self.notices.push(RunNotice::Started);
-        self.panel.run_begins(self.now);
+        self.panel.run_begins(self.context.now);
         self.signals.set_output(dout::CYC_END, false);
         self.report_status();
     }
@@ -28,7 +28,7 @@ impl Robot {
     /// moved since, the statement is done again from where it stands now.
     fn take_up_motion(&mut self) {
         let locked = self.panel.state().machine_lock;
-        if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.now, self.pace()) {
+        if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.context.now, self.pace()) {
             self.arm.drop_interrupted();
             self.executor.program_tasks_mut().for_each(Task::redo_motion);
         }
@@ -42,7 +42,7 @@ impl Robot {
         if !self.arm.is_interrupted() {
             self.executor.program_tasks_mut().for_each(Task::end_motion);
         }
-        self.panel.run_ends(self.now);
+        self.panel.run_ends(self.context.now);
         self.report_status();
         if by == StopCause::Other {
             self.notices.push(RunNotice::Stopped);
@@ -52,8 +52,14 @@ impl Robot {
     /// The program is to stop when the present step has ended.
     /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
-        self.arm.stop_jog(self.now);
+        self.arm.stop_jog(self.context.now);
         self.executor.operation.request_stop(by);
+    }
+
+    /// STOP of the panel or of input STOP: a request that SM shows, also when nothing is left to stop (T1).
+    pub(crate) fn stop_by_hand(&mut self) {
+        self.panel.note_stop_request();
+        self.stop_after_step(StopCause::Other);
     }
 
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
@@ -61,12 +67,12 @@ impl Robot {
     pub(crate) fn interrupt(&mut self, by: StopCause) {
         self.executor.run_shown_until = None;
         if !self.executor.program_runs() {
-            self.arm.stop(self.now);
-            let rest = self.arm.ends_at().unwrap_or(self.now);
-            self.executor.end_direct(rest, self.now);
+            self.arm.stop(self.context.now);
+            let rest = self.arm.ends_at().unwrap_or(self.context.now);
+            self.executor.end_direct(rest, self.context.now);
             return;
         }
-        self.arm.interrupt(self.now);
+        self.arm.interrupt(self.context.now);
         let place = self.executor.abort_steps(self.arm.is_interrupted());
         self.stop_program(place, by);
     }
@@ -74,14 +80,14 @@ impl Robot {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: StopCause) {
         self.interrupt(by);
-        self.outputs.event(self.panel.servo_off());
+        self.context.outputs.event(self.panel.servo_off());
     }
 
     /// Raises an alarm and lets its level act (D6).
     pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
-        let at = self.calendar();
+        let at = self.context.calendar();
         let alarm = Alarm { code, detail, at };
-        self.outputs.event(Event::Alarm {
+        self.context.outputs.event(Event::Alarm {
             number: code.number(),
             text: alarm.message(),
         });
@@ -100,13 +106,13 @@ impl Robot {
         let [stop, fence, _] = self.panel.alarm_causes();
         let persists = |code: &AlarmCode| [stop, fence].contains(&(true, *code));
         if self.alarms.reset(persists) {
-            self.outputs.event(Event::AlarmsReset);
+            self.context.outputs.event(Event::AlarmsReset);
         }
     }
 
     /// Tells the log where the program stands.
     pub(crate) fn report_status(&mut self) {
-        self.outputs.event(Event::Status {
+        self.context.outputs.event(Event::Status {
             status: self.executor.shown_status(),
             line: self.executor.line(),
         });

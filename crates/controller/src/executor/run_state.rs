@@ -11,8 +11,7 @@
 //! ```
 
 /// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopCause {
     /// A command of the host.
     Host,
@@ -21,8 +20,7 @@ pub enum StopCause {
 }
 
 /// Automatic operation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum RunState {
     /// At step 1.
     Reset,
@@ -38,8 +36,8 @@ pub enum RunState {
 }
 
 /// Automatic operation: the state, and the only ways to change it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(transparent))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Operation {
     state: RunState,
 }

@@ -3,40 +3,77 @@
 //! Start at `run()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
 //! and `panel`.
 
-use crate::endpoint::Endpoints;
 use crate::executor::step::{Step, alarm_of};
 use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
+use crate::port::Port;
+use crate::port_facts::PortFacts;
 use crate::prelude::*;
 use crate::robot::Robot;
+use bytes::Bytes;
 use scol_mini::{MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 
+/// Bytes of a PRINT on their way to a port.
+#[derive(Debug)]
+pub(crate) struct Printed {
+    pub port: Port,
+    pub bytes: Bytes,
+    /// By the program, not by DO.
+    pub by_program: bool,
+}
+
+/// Result of the turn of a task.
+pub(super) enum Turn {
+    /// All wait, or nothing runs.
+    Over,
+    /// Something has gone on.
+    Taken,
+    /// Something has gone on that is to be sent.
+    Printed(Printed),
+}
+
 impl Robot {
-    /// Runs the program and the statement of DO as far as they go at this instant.
-    pub(crate) fn run(&mut self, endpoints: &mut Endpoints) {
+    /// Runs the program and the statement of DO as far as they go at this instant, or up to bytes that are to be sent:
+    /// the program goes on when they are ([`Robot::printed`]), because the next PRINT waits for the room that they leave.
+    pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<Printed> {
         if self.panel.state().powered {
-            while self.step_direct(endpoints) || self.step_program(endpoints) {
-                if self.persistence.is_pending() {
-                    return;
+            loop {
+                let mut turn = self.step_direct(ports);
+                if matches!(turn, Turn::Over) {
+                    turn = self.step_program(ports);
+                }
+                match turn {
+                    Turn::Over => break,
+                    Turn::Taken if self.persistence.is_waiting() => return None,
+                    Turn::Taken => {}
+                    Turn::Printed(printed) => return Some(printed),
                 }
             }
             self.show_state();
         }
         self.update_maintenance();
+        None
     }
 
-    /// Takes one task one step further; false when all wait or nothing runs.
-    fn step_program(&mut self, endpoints: &mut Endpoints) -> bool {
+    /// The bytes of a PRINT are sent: its step is over.
+    pub(crate) fn printed(&mut self, by_program: bool) {
+        if by_program {
+            self.between_steps(false);
+        }
+    }
+
+    /// Takes one task one step further.
+    fn step_program(&mut self, ports: &dyn PortFacts) -> Turn {
         let RunState::Running { stop } = self.executor.operation.state() else {
-            return false;
+            return Turn::Over;
         };
-        let single = self.outputs.is_traced()
+        let single = self.context.outputs.is_traced()
             || self.panel.state().run_mode == RunMode::Step
             || self.executor.breakpoints().are_set();
         let mut standing = true;
         for id in self.executor.order() {
-            let sleeps = |task: &Task| task.id() == id && task.sleeps(self.now);
+            let sleeps = |task: &Task| task.id() == id && task.sleeps(self.context.now);
             if stop.is_none() && self.executor.program_tasks().any(sleeps) {
                 standing = false;
                 continue;
@@ -49,12 +86,11 @@ impl Robot {
                 continue;
             }
             standing = false;
-            let step = self.advance(endpoints, &mut task, single, stop.is_some());
+            let step = self.advance(ports, &mut task, single, stop.is_some());
             self.executor.put_task(task);
             if !matches!(step, Step::Blocked) {
                 self.executor.turn = id;
-                self.after(id, step);
-                return true;
+                return self.after(id, step);
             }
         }
         let held = self.executor.waits_for_resume(&self.arm);
@@ -62,20 +98,27 @@ impl Robot {
         match stops {
             Some(by) if held => self.interrupt(by),
             Some(by) => self.stop_program(Standstill::BetweenSteps, by),
-            None => {}
+            None => return Turn::Over,
         }
-        stops.is_some()
+        Turn::Taken
     }
 
-    fn after(&mut self, id: u16, step: Step) {
+    fn after(&mut self, id: u16, step: Step) -> Turn {
         match step {
+            Step::Print { port, bytes } => {
+                return Turn::Printed(Printed {
+                    port,
+                    bytes,
+                    by_program: true,
+                });
+            }
             Step::Blocked | Step::Begun => {}
             Step::Done { motion } => self.between_steps(motion),
             Step::Switch { to } => {
                 self.executor.turn = to;
                 self.between_steps(false);
             }
-            Step::Restore { names } => self.restore_data(names, false),
+            Step::Restore { names } => self.restore_data(&names, false),
             Step::Stopped => self.stop_after_step(StopCause::Other),
             Step::Ended => self.end_task(id),
             Step::Killed { id } => {
@@ -84,6 +127,7 @@ impl Robot {
             }
             Step::Trouble(code, detail) => self.raise(code, detail),
         }
+        Turn::Taken
     }
 
     /// A step is over: the operation mode may end the run here.
@@ -107,7 +151,7 @@ impl Robot {
         if self.panel.state().run_mode == RunMode::Continuous && stop.is_none() {
             self.executor.begin_cycle();
         } else {
-            self.executor.rewind(self.now);
+            self.executor.rewind(self.context.now);
             self.stop_program(Standstill::FirstStep, stop.unwrap_or(StopCause::Other));
         }
         self.show_cycle_end();
@@ -117,14 +161,14 @@ impl Robot {
     /// everything is to stop and it stands between its statements.
     pub(super) fn advance(
         &mut self,
-        endpoints: &mut Endpoints,
+        ports: &dyn PortFacts,
         task: &mut Task,
         single: bool,
         stopping: bool,
     ) -> Step {
         if let Some(mut handler) = task.take_handler(stopping) {
             if !(stopping && self.end_step(&mut handler)) {
-                let step = self.carry(endpoints, &mut handler, single);
+                let step = self.carry(ports, &mut handler, single);
                 if matches!(step, Step::Ended) {
                     return task.end_handler(&handler);
                 }
@@ -135,26 +179,26 @@ impl Robot {
         } else if !stopping && let Some(step) = self.look_at_monitors(task) {
             return step;
         }
-        self.carry(endpoints, task, single || task.machine().has_monitors())
+        self.carry(ports, task, single || task.machine().has_monitors())
     }
 
     /// ON ... DO: looks at the monitors of a task, between its statements, when something changes, and once a scan while time
     /// alone can change them. `None` when nothing comes of it.
     fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
-        let seen = task.monitors_see(self.now)?;
+        let seen = task.monitors_see(self.context.now)?;
         let (inputs, memory) = self.inputs_and_memory(seen);
         match task.check_monitors(memory, &inputs) {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
                 if task.state().is_motion() {
-                    self.arm.stop(self.now);
+                    self.arm.stop(self.context.now);
                 }
                 task.jump(self.executor.memory_mut(), jump);
                 Some(Step::DONE)
             }
             Ok(Some(MonitorAction::Handler(machine))) => {
-                task.put_handler(Box::new(Task::new(*machine, self.now)));
+                task.put_handler(Box::new(Task::new(*machine, self.context.now)));
                 Some(Step::Begun)
             }
             Err(fault) => Some(Step::Trouble(alarm_of(fault.kind), format!("{fault}"))),
@@ -162,13 +206,13 @@ impl Robot {
     }
 
     fn end_step(&mut self, task: &mut Task) -> bool {
-        let (wait, paused) = (self.config.options.wait_after_stop, self.executor.paused);
+        let (wait, paused) = (self.context.config.options.wait_after_stop, self.executor.paused);
         task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
     /// Goes on with what the machine is doing, which may be to execute what comes next.
-    fn carry(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
-        let now = self.now;
+    fn carry(&mut self, ports: &dyn PortFacts, task: &mut Task, single: bool) -> Step {
+        let now = self.context.now;
         let waits = match *task.state() {
             TaskState::Ready | TaskState::Watching { .. } | TaskState::Reading { .. } => false,
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
@@ -196,17 +240,17 @@ impl Robot {
             TaskState::Delaying { .. } => return self.executor.done(task),
             TaskState::Reading { .. } => return self.read_values(task),
         }
-        if !task.has_budget(self.now) {
+        if !task.has_budget(self.context.now) {
             return Step::Blocked;
         }
         if self.executor.stops_before(task) {
             return Step::Stopped;
         }
-        if self.outputs.is_traced() && task.begins_statement() {
+        if self.context.outputs.is_traced() && task.begins_statement() {
             let (line, task) = (task.line(), task.id());
-            self.outputs.event(Event::Statement { line, task });
+            self.context.outputs.event(Event::Statement { line, task });
         }
-        let (inputs, memory) = self.inputs_and_memory(task.sees(self.now));
+        let (inputs, memory) = self.inputs_and_memory(task.sees(self.context.now));
         match task.run(memory, &inputs, single) {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
@@ -216,7 +260,7 @@ impl Robot {
             Pause::Ended => Step::Ended,
             Pause::Waiting => Step::Blocked,
             Pause::Fault(fault) => task.fail(&fault),
-            Pause::Request(request) => self.serve(endpoints, task, request),
+            Pause::Request(request) => self.serve(ports, task, request),
         }
     }
 

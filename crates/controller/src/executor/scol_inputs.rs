@@ -12,7 +12,7 @@ use core::cell::Cell;
 use scol_mini::{Inputs, Memory, Position};
 use ts3100_proto::command::RunMode;
 
-/// What the program reads at one instant.
+/// Inputs of the program at one instant.
 pub(crate) struct ScolInputs<'a> {
     signals: &'a Signals,
     arm: &'a Arm,
@@ -29,7 +29,7 @@ pub(crate) struct ScolInputs<'a> {
 }
 
 impl Robot {
-    /// What a program reads at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
+    /// Inputs of a program at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
     pub(super) fn inputs_and_memory(&mut self, now: Time) -> (ScolInputs<'_>, &mut Memory) {
         let inputs = ScolInputs {
             signals: &self.signals,
@@ -38,7 +38,7 @@ impl Robot {
             run_mode: self.panel.state().run_mode,
             now,
             timer: self.executor.timer.read(now),
-            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
+            unknown_inputs: self.context.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
         (inputs, self.executor.memory_mut())

@@ -9,21 +9,25 @@ use alloc::sync::Arc;
 use scol_mini::{
     AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
 };
-use ts3100_proto::error_text;
 use ts3100_proto::name::{FileName, NameError, VariableName};
 
 /// Why a file was not selected.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SelectError {
     /// Not a file name.
+    #[error("file name: {0}")]
     Name(NameError),
     /// Not on the RAM drive.
+    #[error("file {0} is not on the RAM drive")]
     Missing(String),
     /// A parameter file.
+    #[error("file {0} is a parameter file, not a program")]
     Parameter(String),
     /// A program runs.
+    #[error("a program is running; stop it first")]
     Running,
     /// It does not compile; the diagnostics rendered.
+    #[error("file {name} has errors\n{rendered}")]
     Errors {
         /// The file.
         name: String,
@@ -32,25 +36,22 @@ pub enum SelectError {
     },
 }
 
-error_text! {
-    SelectError: Name from NameError;
-    Self::Name(error) => "file name: {error}";
-    Self::Missing(name) => "file {name} is not on the RAM drive";
-    Self::Parameter(name) => "file {name} is a parameter file, not a program";
-    Self::Running => "a program is running; stop it first";
-    Self::Errors { name, rendered } => "file {name} has errors\n{rendered}";
+impl From<NameError> for SelectError {
+    fn from(error: NameError) -> SelectError {
+        SelectError::Name(error)
+    }
 }
 
 /// The selected file.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Selected {
     /// Its name.
     pub(super) name: String,
     /// Its text.
     pub(super) source: String,
     /// Its program.
-    #[cfg_attr(feature = "serde", serde(skip, default = "super::no_program"))]
+    #[serde(skip, default = "super::no_program")]
     pub(super) program: Arc<Program>,
     /// Its data.
     pub(super) memory: Memory,
@@ -166,7 +167,7 @@ impl Robot {
             self.executor.breakpoints = Breakpoints::default();
         }
         let name = name.as_str().to_string();
-        self.outputs.event(Event::Selected(Some(name.clone())));
+        self.context.outputs.event(Event::Selected(Some(name.clone())));
         self.executor.selected = Some(Selected {
             name,
             source,
@@ -174,7 +175,7 @@ impl Robot {
             memory,
             stale: false,
         });
-        self.executor.rewind(self.now);
+        self.executor.rewind(self.context.now);
         Ok(())
     }
 
@@ -187,7 +188,7 @@ impl Robot {
         let content = self.drive.get(name.as_str());
         let content = content.ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
-        let compilation = self.config.compile(&source);
+        let compilation = self.context.config.compile(&source);
         if let Some(program) = compilation.program {
             return Ok((source, program));
         }
@@ -227,8 +228,8 @@ impl Robot {
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;
         self.executor.breakpoints = Breakpoints::default();
-        self.executor.rewind(self.now);
-        self.outputs.event(Event::Selected(None));
+        self.executor.rewind(self.context.now);
+        self.context.outputs.event(Event::Selected(None));
     }
 }
 

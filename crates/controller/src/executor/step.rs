@@ -1,7 +1,9 @@
 //! What becomes of a task when it is carried forward by one statement, or one slice of statements.
 
 use crate::alarm::{self, AlarmCode};
+use crate::port::Port;
 use crate::prelude::*;
+use bytes::Bytes;
 use scol_mini::FaultKind;
 
 /// How far a task came.
@@ -27,8 +29,15 @@ pub(crate) enum Step {
     },
     /// RESTORE is over as a statement; the file is written when every task stands in its place.
     Restore {
-        /// What is to be restored; none: all.
+        /// Names to restore; none: all.
         names: Vec<String>,
+    },
+    /// PRINT is over as a statement; these bytes are to be sent.
+    Print {
+        /// Where.
+        port: Port,
+        /// What.
+        bytes: Bytes,
     },
     /// STOP was executed.
     Stopped,

@@ -7,8 +7,8 @@ use super::step::{Step, alarm_of};
 use crate::alarm::AlarmCode;
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::port::Port;
 use crate::prelude::*;
-#[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::sync::Arc;
@@ -23,13 +23,12 @@ pub struct TaskView {
     pub id: u16,
     /// File line at which it stands.
     pub line: u32,
-    /// What it is doing.
     pub doing: &'static str,
     /// The channel from which it waits for values.
     pub reads: Option<Channel>,
 }
 
-/// What a task is doing. Every change goes through [`Task::enter`].
+/// State of a task. Every change goes through [`Task::enter`].
 ///
 /// ```text
 ///             statement asks                        motion ends, time is over, values are there
@@ -42,8 +41,7 @@ pub struct TaskView {
 /// ```
 /// A stop lets a motion, a DELAY and their waits end, and ends the others; BREAK ends all but a motion that can be
 /// taken up again.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum TaskState {
     /// Nothing: the next statement may run.
     Ready,
@@ -91,12 +89,31 @@ pub enum TaskState {
 
 impl TaskState {
     /// Whether the statement has asked for something and waits for the answer.
-    #[cfg(feature = "serde")]
     pub(super) fn needs_answer(&self) -> bool {
         !matches!(
             self,
             TaskState::Ready | TaskState::Pausing { .. } | TaskState::Resting | TaskState::Watching { .. }
         )
+    }
+
+    /// Whether a task that is in this state can come into `next`. A statement that waits is over, or broken off, before
+    /// another one begins: only a motion that was queued begins, and INPUT goes on waiting for what is missing.
+    fn may_become(&self, next: &TaskState) -> bool {
+        match (self, next) {
+            (TaskState::Ready | TaskState::Pausing { .. } | TaskState::Watching { .. }, _)
+            | (_, TaskState::Ready)
+            | (TaskState::Queued { .. }, TaskState::Moving { .. })
+            | (TaskState::Reading { .. }, TaskState::Reading { .. }) => true,
+            (
+                TaskState::Holding
+                | TaskState::Moving { .. }
+                | TaskState::Queued { .. }
+                | TaskState::Resting
+                | TaskState::Delaying { .. }
+                | TaskState::Reading { .. },
+                _,
+            ) => false,
+        }
     }
 
     /// When it ends by itself.
@@ -133,21 +150,22 @@ impl TaskState {
 }
 
 /// A machine and what it is doing.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Task {
     /// The interpreter.
     machine: Machine,
-    /// What it is doing.
-    doing: TaskState,
+    state: TaskState,
     /// Statements left in the present scan.
     budget: u32,
     /// When the present scan began.
     scan_at: Time,
-    /// What a monitor has begun; the task goes on behind it.
+    /// Action of a monitor under way; the task goes on after it.
     handler: Option<Box<Task>>,
     /// When the monitors are to be looked at again, if time alone can change them.
     look_at: Option<Time>,
+    /// Its motion stays at the present height of the tool point (MP,1).
+    pub(super) keeps_height: bool,
 }
 
 impl Task {
@@ -155,17 +173,18 @@ impl Task {
     pub(crate) fn new(machine: Machine, now: Time) -> Task {
         Task {
             machine,
-            doing: TaskState::Ready,
+            state: TaskState::Ready,
             budget: STATEMENTS_PER_SCAN,
             scan_at: now,
             handler: None,
             look_at: None,
+            keeps_height: false,
         }
     }
 
     /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
     pub(super) fn end_reading(&mut self, memory: &mut Memory) -> bool {
-        let TaskState::Reading { got, .. } = &self.doing else {
+        let TaskState::Reading { got, .. } = &self.state else {
             return false;
         };
         // A value the variable cannot hold is lost with the INPUT.
@@ -175,6 +194,19 @@ impl Task {
         }
         self.enter(TaskState::Ready);
         true
+    }
+
+    /// An INPUT that waits at this port, in the task or in the action of its monitor, has all its values: those that
+    /// came, then zeros. The task goes on at its next turn.
+    pub(super) fn release_input(&mut self, port: Port) {
+        if let Some(handler) = &mut self.handler {
+            handler.release_input(port);
+        }
+        if let TaskState::Reading { channel, wanted, got } = &mut self.state
+            && Port::from_channel(*channel) == Some(port)
+        {
+            got.resize(*wanted, Number::Integer(0));
+        }
     }
 
     /// The next cycle: to the label `RCYCLE`, or to step 1.
@@ -199,7 +231,7 @@ impl Task {
     /// The task as it is shown; nothing acts while its program does not run.
     pub(super) fn view(&self, runs: bool) -> TaskView {
         let acting = self.acting();
-        let doing = match &acting.doing {
+        let doing = match &acting.state {
             TaskState::Ready => "ready",
             TaskState::Pausing { .. } => "running",
             TaskState::Holding => "held",
@@ -214,18 +246,23 @@ impl Task {
             id: self.id(),
             line: acting.machine.line(),
             doing: if runs { doing } else { "stopped" },
-            reads: acting.doing.channel().filter(|_| runs),
+            reads: acting.state.channel().filter(|_| runs),
         }
     }
 
-    /// What it is doing.
     pub(super) fn state(&self) -> &TaskState {
-        &self.doing
+        &self.state
     }
 
     /// Does something else from here on: the only way to change what a task is doing.
-    pub(crate) fn enter(&mut self, state: TaskState) {
-        self.doing = state;
+    pub(crate) fn enter(&mut self, next: TaskState) {
+        debug_assert!(
+            self.state.may_become(&next),
+            "task {}: {:?} cannot become {next:?}",
+            self.id(),
+            self.state
+        );
+        self.state = next;
     }
 
     /// The statement under way waits so before it goes on.
@@ -246,7 +283,7 @@ impl Task {
 
     /// Whether a statement begins with what is executed next.
     pub(super) fn begins_statement(&self) -> bool {
-        self.machine.begins_statement() && !matches!(self.doing, TaskState::Watching { .. })
+        self.machine.begins_statement() && !matches!(self.state, TaskState::Watching { .. })
     }
 
     /// Whether statements are left in the scan; otherwise it pauses until the next one.
@@ -264,7 +301,7 @@ impl Task {
     /// The instant of which a WAIT sees the inputs: it looks at what time alone changes once a scan, however often
     /// something else happens in between.
     pub(super) fn sees(&self, now: Time) -> Time {
-        if let TaskState::Watching { again: Some(again) } = self.doing
+        if let TaskState::Watching { again: Some(again) } = self.state
             && again > now
         {
             return again - SCAN;
@@ -274,7 +311,7 @@ impl Task {
 
     /// Executes one statement, or as many as are left in the scan; a WAIT that goes on waiting has been counted.
     pub(super) fn run(&mut self, memory: &mut Memory, inputs: &ScolInputs, single: bool) -> Pause {
-        let given = match (&self.doing, single) {
+        let given = match (&self.state, single) {
             (TaskState::Watching { .. }, _) => 0,
             (_, true) => 1,
             (_, false) => self.budget,
@@ -327,7 +364,7 @@ impl Task {
             return false;
         }
         self.end_reading(memory);
-        match &self.doing {
+        match &self.state {
             TaskState::Moving { .. } | TaskState::Queued { .. } | TaskState::Resting | TaskState::Holding => {
                 return paused;
             }
@@ -349,7 +386,7 @@ impl Task {
             handler.abort_step(memory, keeps_motion);
         }
         let reading = self.end_reading(memory);
-        if !(self.doing.is_motion() && keeps_motion) {
+        if !(self.state.is_motion() && keeps_motion) {
             self.enter(TaskState::Ready);
         }
         reading
@@ -358,7 +395,7 @@ impl Task {
     /// The motion that was cut short is to begin anew. It is that of the statement under way, or, while that one has not
     /// begun to move, of the statement before it.
     pub(super) fn redo_motion(&mut self) {
-        if !matches!(self.doing, TaskState::Moving { .. }) {
+        if !matches!(self.state, TaskState::Moving { .. }) {
             self.machine.redo_motion_before();
         }
         self.enter(TaskState::Ready);
@@ -393,12 +430,12 @@ impl Task {
         handler
     }
 
-    /// What a monitor has begun, or goes on with.
+    /// Takes the action of a monitor, to begin it or to go on with it.
     pub(super) fn put_handler(&mut self, handler: Box<Task>) {
         self.handler = Some(handler);
     }
 
-    /// What a monitor has begun is over.
+    /// The action of a monitor is over.
     pub(super) fn end_handler(&mut self, handler: &Task) -> Step {
         match self.machine.end_handler(&handler.machine) {
             Ok(()) => Step::DONE,
@@ -410,12 +447,12 @@ impl Task {
     /// once a scan while time alone can change them. `None` without monitors.
     pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
         let due = self.look_at.take();
-        let due = due.filter(|due| *due > now && self.doing != TaskState::Ready);
+        let due = due.filter(|due| *due > now && self.state != TaskState::Ready);
         let seen = due.map_or(now, |due| due - SCAN);
         self.machine.has_monitors().then_some(seen)
     }
 
-    /// What a monitor wants done.
+    /// Asks the monitors for an action.
     pub(super) fn check_monitors(
         &mut self,
         memory: &mut Memory,
@@ -441,7 +478,7 @@ impl Task {
     /// The handler while it has something to do, otherwise the task itself.
     pub(crate) fn acting(&self) -> &Task {
         match self.handler.as_deref() {
-            Some(handler) if handler.doing != TaskState::Ready => handler,
+            Some(handler) if handler.state != TaskState::Ready => handler,
             _ => self,
         }
     }
@@ -457,18 +494,17 @@ impl Task {
         let watched = self.look_at.is_some() || self.machine.has_monitors();
         self.handler.is_none()
             && !watched
-            && matches!(self.doing, TaskState::Pausing { until } if until > now)
+            && matches!(self.state, TaskState::Pausing { until } if until > now)
     }
 
     /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
     pub(crate) fn deadline(&self, stopping: bool) -> Option<Time> {
-        let own = self.acting().doing.until();
+        let own = self.acting().state.until();
         let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
         own.into_iter().chain(look_at).min()
     }
 }
 
-#[cfg(feature = "serde")]
 impl Task {
     /// Gives a task that was read back its program, and validates it.
     pub(super) fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
@@ -484,12 +520,12 @@ impl Task {
         let (budget, expected) = (self.budget, format!("at most {STATEMENTS_PER_SCAN}"));
         let fits = budget <= STATEMENTS_PER_SCAN;
         check(fits, &format!("{place}.budget"), &expected, budget)?;
-        let place = format!("{place}.doing");
-        if let TaskState::Reading { wanted, got, .. } = &self.doing {
+        let place = format!("{place}.state");
+        if let TaskState::Reading { wanted, got, .. } = &self.state {
             let expected = format!("at most {wanted} values");
             check(got.len() <= *wanted, &place, &expected, got.len())?;
         }
-        let asked = !self.doing.needs_answer() || self.machine.pending().is_some();
+        let asked = !self.state.needs_answer() || self.machine.pending().is_some();
         check(asked, &place, "a statement that waits for its answer", "none")
     }
 }

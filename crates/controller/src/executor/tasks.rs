@@ -86,7 +86,7 @@ impl Robot {
     pub(crate) fn end_task(&mut self, id: u16) {
         let owner = self.executor.arm_owner;
         if owner == Some(id) || (id == MAIN_TASK && owner.is_some()) {
-            self.arm.stop(self.now);
+            self.arm.stop(self.context.now);
             self.executor.arm_owner = None;
         }
         if id == MAIN_TASK {

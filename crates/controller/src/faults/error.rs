@@ -1,28 +1,30 @@
 //! Why a fault was rejected: its specification is wrong, or it can never fire.
 
 use crate::prelude::*;
-use ts3100_proto::error_text;
 
 /// Why a fault was rejected.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FaultError {
     /// The kind does not exist.
+    #[error("unknown kind of fault `{found}`{hint}")]
     UnknownKind {
         /// The name found.
         found: String,
-        /// What may be meant, as the end of the message.
+        /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
     /// The kind has no such key.
+    #[error("{kind}: unknown key `{key}`{hint}")]
     UnknownKey {
         /// The kind.
         kind: &'static str,
         /// The key found.
         key: String,
-        /// What may be meant, as the end of the message.
+        /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
     /// A key appears twice.
+    #[error("{kind}: the key `{key}` is given twice")]
     DuplicateKey {
         /// The kind.
         kind: &'static str,
@@ -30,6 +32,7 @@ pub enum FaultError {
         key: String,
     },
     /// A value has the wrong form or is out of range.
+    #[error("{kind}: {key}: expected {expected}, found `{found}`")]
     InvalidValue {
         /// The kind.
         kind: &'static str,
@@ -41,28 +44,19 @@ pub enum FaultError {
         found: String,
     },
     /// No site can match the fault.
+    #[error("cannot arm {kind}: {reason}; {advice}")]
     NeverFires {
         /// The kind.
         kind: &'static str,
         /// Why it never fires.
         reason: String,
-        /// What to give or to leave out.
+        /// Parameters to give or to leave out.
         advice: String,
     },
     /// The specification does not have the form `KIND:key=value`.
+    #[error("expected KIND:key=value,key=value, found `{found}`")]
     Syntax {
         /// The part that could not be parsed.
         found: String,
     },
-}
-
-error_text! {
-    FaultError;
-    Self::UnknownKind { found, hint } => "unknown kind of fault `{found}`{hint}";
-    Self::UnknownKey { kind, key, hint } => "{kind}: unknown key `{key}`{hint}";
-    Self::DuplicateKey { kind, key } => "{kind}: the key `{key}` is given twice";
-    Self::InvalidValue { kind, key, expected, found } =>
-        "{kind}: {key}: expected {expected}, found `{found}`";
-    Self::NeverFires { kind, reason, advice } => "cannot arm {kind}: {reason}; {advice}";
-    Self::Syntax { found } => "expected KIND:key=value,key=value, found `{found}`";
 }

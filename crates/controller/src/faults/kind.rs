@@ -118,7 +118,7 @@ pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
     units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
-/// What a fault changes at its site.
+/// Change that a fault makes at its site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
     /// Nothing: the command, text or bytes go on as they are.
@@ -136,8 +136,7 @@ pub enum Effect {
 }
 
 /// An action of a fault on the machine, at once or later. Panel and alarms take it like any other.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ScheduledAction {
     /// An operation at the panel.
     Panel(PanelAction),
@@ -205,7 +204,7 @@ pub(crate) struct FaultContext<'a> {
     pub(crate) rng: &'a mut Rng,
     /// Bytes that are left on the RAM drive for the command that is served.
     pub(crate) room: &'a mut Option<usize>,
-    /// What happens to the machine, and how long after now.
+    /// Actions on the machine, with their delay from now.
     pub(crate) scheduled: Vec<(Duration, ScheduledAction)>,
 }
 
@@ -234,7 +233,7 @@ impl FaultContext<'_> {
 pub struct FaultKind {
     /// Name in a specification; stays the same from release to release.
     pub name: &'static str,
-    /// What the fault does, in one sentence.
+    /// Effect, in one sentence.
     pub summary: &'static str,
     /// How a host copes with it, in one sentence.
     pub remedy: &'static str,

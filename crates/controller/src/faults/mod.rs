@@ -1,8 +1,9 @@
 //! Fault injection: which faults are armed, when one fires, and what has happened.
 //!
 //! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
-//! `reachability` rejects one that can never fire. `crate::endpoint::filters` asks at each site, performs what a fault
-//! does to the machine, and sends what it sends later.
+//! `reachability` rejects one that can never fire. `causes` says which findings a fault causes, and `effects` remembers what
+//! has fired. `crate::endpoint::filters` asks at each site, performs what a fault does to the machine, and sends what it
+//! sends later.
 //!
 //! ```
 //! use ts3100_controller::{Config, Controller, Dialect, Input, Time};
@@ -13,15 +14,18 @@
 //! assert_eq!(robot.faults().reports().next().unwrap().fired, 0);
 //! ```
 
+mod causes;
+pub(crate) mod effects;
 mod error;
 pub mod kind;
 mod kinds;
 mod reachability;
 pub mod rng;
-#[cfg(feature = "serde")]
 mod saved;
 mod spec;
 
+pub use crate::findings::FaultCause;
+pub use causes::{CAUSES, CauseRow, Reach};
 pub use error::FaultError;
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues};
 pub use kinds::KINDS;
@@ -31,10 +35,10 @@ use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
-#[cfg(feature = "serde")]
 use crate::snapshot::error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
+use effects::FaultEffects;
 use kind::{Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
 
@@ -55,7 +59,6 @@ pub struct FaultFilter {
 pub struct Fault {
     /// Number, from 1; 0 means the next free one. Arming replaces a fault of the same number.
     pub id: u32,
-    /// What the fault does.
     pub kind: &'static FaultKind,
     /// Where it applies.
     pub filter: FaultFilter,
@@ -81,8 +84,8 @@ pub enum FaultAction {
 }
 
 /// A fault and what has happened since it was armed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FaultReport {
     /// The fault as it was armed, with its number.
     pub fault: Fault,
@@ -106,8 +109,9 @@ impl FaultReport {
             (0, _) if *seen == 0 => "never fired: it saw no occasion".into(),
             (0, _) => format!("never fired: {seen} occasions passed (after, probability)"),
             (_, first) => {
-                let first = first.copied().unwrap_or_default();
-                format!("fired {fired} of {seen} times, first at {first} s")
+                let millis = first.copied().unwrap_or_default().as_micros() / 1_000;
+                let (seconds, millis) = (millis / 1_000, millis % 1_000);
+                format!("fired {fired} of {seen} times, first at {seconds}.{millis:03} s")
             }
         };
         format!("fault {} `{fault}` {outcome}", fault.id)
@@ -115,34 +119,28 @@ impl FaultReport {
 }
 
 /// The faults of a controller, and the state they leave behind.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Faults {
     reports: Vec<FaultReport>,
-    #[cfg_attr(feature = "serde", serde(rename = "dice"))]
     rng: Rng,
     /// Ports on which nothing is read or written.
-    #[cfg_attr(feature = "serde", serde(rename = "deaf"))]
     stalled: BTreeSet<Port>,
     /// Per SCOL channel, the record for INPUT that is being received.
     pub(crate) records: BTreeMap<Port, RecordState>,
     /// Actions of faults that are due later.
-    #[cfg_attr(feature = "serde", serde(rename = "strikes"))]
     scheduled: Vec<(Time, ScheduledAction)>,
     /// Bytes free on the RAM drive for the file of the command that is being served; `None`: no fault limits them.
-    #[cfg_attr(feature = "serde", serde(rename = "free"))]
     pub(crate) drive_free: Option<usize>,
 }
 
-/// What a fault that fires changes at its site, what happens to the machine at once, and what the log says.
+/// Result of a fault that fires: the change at its site, actions on the machine at once, the event for the log.
 pub(crate) type Fired = (Effect, Vec<ScheduledAction>, Event);
 
-/// What happens to the rest of a record that is being received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+/// Fate of the rest of a record that is being received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum RecordState {
     /// It reaches the program.
-    #[cfg_attr(feature = "serde", serde(rename = "Taken"))]
     Kept,
     /// It is dropped up to its CR.
     Lost,
@@ -205,7 +203,6 @@ impl Faults {
     ///
     /// # Errors
     /// The field, what was expected, and what was found.
-    #[cfg(feature = "serde")]
     pub(crate) fn validate(&self) -> Result<(), SnapshotError> {
         let at_most = |place, found: usize, most: usize| {
             let expected = format!("at most {most}");
@@ -278,14 +275,23 @@ impl Faults {
 
     /// Lets at most one armed fault fire at a site. What it does to the machine later waits here, unless
     /// [`MAX_SCHEDULED_ACTIONS`] do.
-    pub(crate) fn fire(&mut self, now: Time, site: &FaultSite<'_>) -> Option<Fired> {
-        let Fault { id, kind, values, .. } = self.firing_fault(now, site)?;
+    pub(crate) fn fire(
+        &mut self,
+        now: Time,
+        site: &FaultSite<'_>,
+        effects: &mut FaultEffects,
+    ) -> Option<Fired> {
+        let fault = self.firing_fault(now, site)?;
+        let Fault { id, kind, values, .. } = &fault;
         let mut context = FaultContext {
             rng: &mut self.rng,
             room: &mut self.drive_free,
             scheduled: Vec::new(),
         };
-        let (effect, message) = (kind.apply)(&mut context, &values, site);
+        let (effect, message) = (kind.apply)(&mut context, values, site);
+        let delays = || context.scheduled.iter().map(|(delay, _)| *delay);
+        let actions = delays().min().zip(delays().max());
+        effects.note(now, &fault, site, &effect, actions);
         let mut at_once = Vec::new();
         for (delay, action) in context.scheduled {
             if delay.is_zero() {
@@ -295,7 +301,7 @@ impl Faults {
             }
         }
         let event = Event::Fault {
-            id,
+            id: *id,
             kind: kind.name,
             port: Some(site.port),
             message,

@@ -4,8 +4,11 @@
 //! are those of the protocol and of `crate::limits`.
 
 use super::kind::{InjectionPoint, ParameterType};
+use super::kinds::key_turned;
 use super::{Fault, FaultError, FaultFilter};
+use crate::input::KeySwitch;
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
+use crate::options::ControllerType;
 use crate::port::Port;
 use crate::prelude::*;
 use ts3100_proto::calendar::CalendarTime;
@@ -14,11 +17,11 @@ use ts3100_proto::name::MAX_FILE_NAME;
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::ac::{AlarmRecord, MAX_MESSAGE, encode_alarms};
 use ts3100_proto::status::ca::{DirectoryEntry, encode_directory};
-use ts3100_proto::status::eu::{ErrorEntry, encode_history};
-use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::eu::{ErrorEntry, YearDigits, encode_history};
 use ts3100_proto::status::mr::encode_values;
 use ts3100_proto::status::sf::SfLayout;
 use ts3100_proto::text::MAX_DATA;
+use ts3100_proto::words::Word as _;
 
 /// Bytes of an FL file besides its content: `FL,` and EOF.
 const FL_EXTRA: usize = 4;
@@ -56,16 +59,13 @@ impl InjectionPoint {
     }
 }
 
-/// More than any counter of MN reaches: ten thousand years in minutes.
-const MAX_COUNTER: f64 = 5.3e9;
-
 /// Most FL texts in one exchange of this command; 0 if it has none.
 fn max_texts(command: &str) -> u32 {
     let at = CalendarTime::MAX;
-    let alarms = |count: usize| {
+    let alarms = |count: usize, year| {
         let (number, message) = ("8-999".to_string(), "x".repeat(MAX_MESSAGE));
         let record = AlarmRecord { number, message, at };
-        encode_alarms(&vec![record; count]).len()
+        encode_alarms(&vec![record; count], year).len()
     };
     match command {
         // The host decides into how many texts it cuts its file.
@@ -85,14 +85,10 @@ fn max_texts(command: &str) -> u32 {
             let entry = ErrorEntry { level, code, at };
             texts(encode_history(&[entry; MAX_HISTORY]).len())
         }
-        "AC" => texts(alarms(MAX_ALARMS)),
-        "AH" => texts(alarms(MAX_HISTORY)),
+        "AC" => texts(alarms(MAX_ALARMS, YearDigits::Four)),
+        "AH" => texts(alarms(MAX_HISTORY, YearDigits::Two)),
         "SF" => texts(SfLayout::Eight.len()),
         "MR" => texts(encode_values(&longest_position()).len()),
-        "MN" => {
-            let (axes, information) = ([[MAX_COUNTER; _]; _], [MAX_COUNTER; _]);
-            texts(Maintenance { axes, information }.encode().len())
-        }
         // The content of the others always fits into one text.
         letters => {
             let rows = COMMANDS.iter();
@@ -142,6 +138,22 @@ impl Fault {
         let (filters, points) = (filters.join(" and "), points.join(" or "));
         let reason = format!("no occasion has {filters} (it waits for {points})");
         Err(never(reason, self.advice()))
+    }
+
+    /// Checks that a controller of this type can do what the fault does to it.
+    ///
+    /// # Errors
+    /// [`FaultError::NeverFires`], with advice on what to change.
+    pub fn check_possible_on(&self, controller: ControllerType) -> Result<(), FaultError> {
+        let turns_key = self.kind.name == key_turned::KIND.name;
+        if turns_key && self.values.word("to") == KeySwitch::Internal.word() && !controller.has_internal() {
+            return Err(FaultError::NeverFires {
+                kind: self.kind.name,
+                reason: format!("the {} has no INTERNAL position", controller.name()),
+                advice: "give to=teaching or to=ext".to_string(),
+            });
+        }
+        Ok(())
     }
 
     /// The points where it applies with its parameters.

@@ -6,8 +6,7 @@
 pub const MILLION: u32 = 1_000_000;
 
 /// A generator that repeats its sequence for the same seed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Rng(u64);
 
 impl Rng {

@@ -248,7 +248,13 @@ impl Fault {
                         hint: did_you_mean_or(key, kind.keys(), list),
                     });
                 };
-                let wrong = || kind.invalid_value(key, value_type.description(), value);
+                let expected = || match value_type {
+                    ParameterType::Alarm => AlarmCode::expected_number(value),
+                    ParameterType::Number { .. } | ParameterType::Word(_) | ParameterType::Text { .. } => {
+                        value_type.description()
+                    }
+                };
+                let wrong = || kind.invalid_value(key, expected(), value);
                 let parsed = value_type.parse(value).ok_or_else(wrong)?;
                 self.values.0.insert(name, parsed);
             }

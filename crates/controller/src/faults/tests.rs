@@ -301,7 +301,7 @@ fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_anothe
 #[test]
 fn a_serial_line_goes_on_behind_what_is_lost_of_a_text() {
     let mut robot = robot();
-    robot.robot.config.options.serial_pacing = false;
+    robot.robot.context.config.options.serial_pacing = false;
     let port = Port::Host;
     robot.feed(
         Time::ZERO,
@@ -386,6 +386,7 @@ fn the_power_goes_in_the_middle_of_a_download() {
     assert_eq!(robot.drive().get("A"), Some(b"OLD\n".as_slice()));
 }
 
+// clause: I17-026
 #[test]
 fn the_machine_is_struck_in_its_time_and_let_go_again() {
     let mut robot = robot();
@@ -417,7 +418,7 @@ fn the_machine_is_struck_in_its_time_and_let_go_again() {
         .iter()
         .map(|alarm| alarm.code.number())
         .collect();
-    assert_eq!(active, ["8-204", "4-101"]);
+    assert_eq!(active, ["8-026", "4-101"]);
 }
 
 #[test]
@@ -466,6 +467,25 @@ fn what_comes_in_can_be_flipped() {
     arm(&mut robot, "flipped-bit:way=in,byte=1,bit=0");
     assert_eq!(ask(&mut robot, b"SO", 1), [sent(0, b"\x02NG\r\x03")]);
     assert!(!robot.state().servo);
+}
+
+#[test]
+fn a_random_flip_reaches_every_bit_of_every_byte() {
+    let mut robot = robot();
+    arm(&mut robot, "flipped-bit:times=0");
+    let whole = b"\x02NG\r\x03";
+    let mut flipped = [0; 5];
+    for _ in 0..1_000 {
+        for (_, output) in ask(&mut robot, b"XX", 1) {
+            let Output::Send { bytes, .. } = output else {
+                panic!("{output:?}");
+            };
+            for (seen, (byte, right)) in flipped.iter_mut().zip(bytes.iter().zip(whole)) {
+                *seen |= byte ^ right;
+            }
+        }
+    }
+    assert_eq!(flipped, [0xFF; 5]);
 }
 
 #[test]

@@ -4,11 +4,12 @@
 //! `history` is what they remember of a host between texts.
 
 use super::{MAX_BYTES, Message, Rule, rules};
+use crate::context::Context;
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
 use crate::limits::HOST_DELAY;
-use crate::ops::OperateError;
+use crate::ops::{OperateError, Refusal};
 use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -27,8 +28,8 @@ const REPEATED_REFUSALS: u32 = 3;
 /// Symbols of 5.2.2; blank, colon and underscore are missing in its list but used elsewhere (FRM-12).
 const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
 
-/// What concerns the robot and the bytes alone.
-impl Robot {
+/// Checks of the bytes alone.
+impl Context {
     /// A second peer came to a port that has one.
     pub(crate) fn report_second_peer(&mut self, port: Port, peer: &str, kept: bool) {
         let what = if kept {
@@ -44,6 +45,12 @@ impl Robot {
     pub(crate) fn report_backlog(&mut self, port: Port) {
         let message = format!("the peer of {port} has left so much unread that its connection is closed");
         self.report(&rules::ANSWERS_UNREAD, port, &[], message);
+    }
+
+    /// Wires do not settle.
+    pub(crate) fn report_wire_loop(&mut self, wires: &str) {
+        let message = format!("these wires go on changing each other at one moment: {wires}");
+        self.report(&rules::WIRE_LOOP, None, &[], message);
     }
 
     /// Reports a text received `since` after the controller's last one, less than the 50 ms of TRN-04.
@@ -89,33 +96,16 @@ impl Robot {
         }
     }
 
-    /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
-    pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
-        if *command == Command::Br && self.executor.is_running() {
-            let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
-            return Some((&rules::SERVO_OFF_RUNNING, text));
-        }
-        if matches!(command, Command::Mw(_)) && self.executor.program_runs() {
-            let text = "MW while the program runs; it acts at once (CMD-MW-06)";
-            return Some((&rules::WRITE_WHILE_RUNNING, text));
-        }
-        let too_long = matches!(command, Command::Dl(name) if !name.fits_editor());
-        let text = "the file is taken; file names have at most 8 characters and an extension of at most 3";
-        too_long.then_some((&rules::LONG_FILE_NAME, text))
-    }
-
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
     /// says why.
-    pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
+    pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &Refusal, outputs: usize) {
         if self.outputs.has_finding_after(outputs) {
             return;
         }
-        let rule = if *command == Command::Rn && reason == OperateError::ServoOff.to_string() {
-            &rules::START_SERVO_OFF
-        } else if matches!(command, Command::Fl(_)) {
-            &rules::FILE_WITHOUT_DOWNLOAD
-        } else {
-            &rules::REFUSED_BY_STATE
+        let rule = match (command, reason) {
+            (Command::Rn, Refusal::Operate(OperateError::ServoOff)) => &rules::START_SERVO_OFF,
+            (_, Refusal::NoDownload) => &rules::FILE_WITHOUT_DOWNLOAD,
+            _ => &rules::REFUSED_BY_STATE,
         };
         let message = format!("{}: {reason}", command.letters());
         self.report(rule, port, &command.encode(), message);
@@ -142,19 +132,63 @@ impl Robot {
         };
         self.report(rule, port, &[], error.to_string());
     }
+}
+
+/// Checks that look at the robot.
+impl Robot {
+    /// Checks what the arm did when the peer of a port disconnected.
+    pub(crate) fn check_left_jogging(&mut self, port: Port) {
+        if self.arm.is_guided_from(port) && self.arm.is_jogging() {
+            let text = "the connection ended while JG guided the arm; it stops";
+            self.context.report(&rules::LEFT_JOGGING, port, &[], text);
+        }
+    }
+
+    /// Checks what a program had of the peer of its channel that disconnected.
+    pub(crate) fn check_left_channel(&mut self, port: Port) {
+        let Some(channel) = self.channels.get(port).filter(|channel| channel.peer().is_some()) else {
+            return;
+        };
+        let half = channel.partial_value();
+        if !half.is_empty() {
+            let text = "the peer left after a value without comma or CR; it is dropped";
+            self.context.report(&rules::HALF_VALUE, port, &half, text);
+        }
+        if self.executor.program_runs() {
+            let line = self.executor.line();
+            let text = format!("the peer left while the program runs, at line {line}");
+            self.context.report(&rules::PEER_LEFT, port, &[], text);
+        }
+    }
+
+    /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
+    pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
+        if *command == Command::Br && self.executor.is_running() {
+            let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
+            return Some((&rules::SERVO_OFF_RUNNING, text));
+        }
+        if matches!(command, Command::Mw(_)) && self.executor.program_runs() {
+            let text = "MW while the program runs; it acts at once (CMD-MW-06)";
+            return Some((&rules::WRITE_WHILE_RUNNING, text));
+        }
+        let too_long = matches!(command, Command::Dl(name) if !name.fits_editor());
+        let text = "the file is taken; file names have at most 8 characters and an extension of at most 3";
+        too_long.then_some((&rules::LONG_FILE_NAME, text))
+    }
 
     /// Checks a file that was downloaded; `last` is the data of its last text.
     pub(crate) fn check_download(&mut self, port: Port, name: &FileName, content: &[u8], last: &[u8]) {
         let label = name.as_str();
         if last.ends_with(&[EOF, CR]) {
-            let text = format!("{label}: CR behind EOF; taken all the same");
-            self.report(&rules::CR_AFTER_EOF, port, last, text);
+            let text = format!("{label}: CR after EOF; taken all the same");
+            self.context.report(&rules::CR_AFTER_EOF, port, last, text);
         }
         if name.is_parameter() {
             let text = format!("{label} is stored and acts after the power was off (5.2.3)");
-            self.report(&rules::PARAMETER_PENDING, port, last, text);
+            self.context.report(&rules::PARAMETER_PENDING, port, last, text);
             for problem in self.problems(label, content) {
-                self.report(&rules::PARAMETER_BROKEN, port, &[], format!("{label}: {problem}"));
+                self.context
+                    .report(&rules::PARAMETER_BROKEN, port, &[], format!("{label}: {problem}"));
             }
             return;
         }
@@ -163,11 +197,11 @@ impl Robot {
                 .get(at.saturating_sub(MAX_BYTES / 2)..=at)
                 .unwrap_or_default();
             let text = format!("{label}: lines end with LF; taken all the same (5.4.1)");
-            self.report(&rules::FILE_LINE_ENDS, port, line, text);
+            self.context.report(&rules::FILE_LINE_ENDS, port, line, text);
         }
         if self.executor.file() == label {
             let text = format!("{label} is selected; the next RN takes the new one");
-            self.report(&rules::SELECTED_OVERWRITTEN, port, &[], text);
+            self.context.report(&rules::SELECTED_OVERWRITTEN, port, &[], text);
         }
     }
 
@@ -175,22 +209,23 @@ impl Robot {
     pub(crate) fn check_data(&mut self, port: Port, bytes: &[u8]) {
         if bytes.contains(&STX) || bytes.contains(&ETX) {
             let text = format!("STX or ETX came on {port}, which carries data for INPUT only (4)");
-            self.report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
+            self.context
+                .report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
         }
         if bytes.contains(&LF) {
             let text = "LF in a record; it is left out";
-            self.report(&rules::INPUT_LINE_FEED, port, bytes, text);
+            self.context.report(&rules::INPUT_LINE_FEED, port, bytes, text);
         }
         if !self.executor.reads_from(port) {
             let text = format!(
                 "data came on {port} while no INPUT waited; the manual says it may be ignored (4.1.2)"
             );
-            self.report(&rules::DATA_BEFORE_INPUT, port, bytes, text);
+            self.context.report(&rules::DATA_BEFORE_INPUT, port, bytes, text);
         }
     }
 }
 
-/// What concerns the conversation on a port.
+/// Checks of the conversation on a port.
 impl Endpoints {
     /// Whether a text belongs to a file although no download is open. Such a text ends without CR (FL-01), so it must
     /// not be reported as one that lacks it.
@@ -210,34 +245,34 @@ impl Endpoints {
     /// Checks a command against the present state and the previous commands.
     pub(crate) fn check_command(
         &mut self,
-        robot: &mut Robot,
+        context: &mut Context,
         port: Port,
         message: &Bytes,
         command: &Command,
     ) {
         if command.is_extension() {
-            let answer = if robot.config.serves(command) {
+            let answer = if context.config.serves(command) {
                 "served"
             } else {
                 "NG"
             };
             let row = command.permission_row();
             let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
-            robot.report(&rules::EXTENSION_COMMAND, port, message, text);
+            context.report(&rules::EXTENSION_COMMAND, port, message, text);
         }
         if command.row().answer != Answer::Status {
             return;
         }
-        let since = self.session(port).history.note_poll(message, robot.now);
+        let since = self.session(port).history.note_poll(message, context.now);
         if let Some(since) = since.filter(|since| *since < MIN_POLL_INTERVAL) {
             let command = command.letters();
             let again = Message::Again { command, since };
-            robot.report_shared(&rules::POLL_FAST, Some(port), message.clone(), again);
+            context.report_shared(&rules::POLL_FAST, Some(port), message.clone(), again);
         }
     }
 
     /// Counts refusals of the same message in a row.
-    pub(crate) fn check_repeat(&mut self, robot: &mut Robot, port: Port, message: &[u8], refused: bool) {
+    pub(crate) fn check_repeat(&mut self, context: &mut Context, port: Port, message: &[u8], refused: bool) {
         let last_refused = &mut self.session(port).history.last_refused;
         let before = last_refused.take().filter(|(text, _)| text == message);
         if !refused {
@@ -247,39 +282,23 @@ impl Endpoints {
         *last_refused = Some((message.to_vec(), times));
         if times >= REPEATED_REFUSALS {
             let text = format!("the same command was refused {times} times in a row");
-            robot.report(&rules::REPEATED_REFUSAL, port, message, text);
+            context.report(&rules::REPEATED_REFUSAL, port, message, text);
         }
     }
 
-    /// Checks in what state the peer of a port disconnected.
-    pub(crate) fn check_disconnect(&mut self, robot: &mut Robot, port: Port) {
-        if robot.arm.is_guided_from(port) && robot.arm.is_jogging() {
-            let text = "the connection ended while JG guided the arm; it stops";
-            robot.report(&rules::LEFT_JOGGING, port, &[], text);
-        }
-        if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
-            let what = match session.exchange() {
-                Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
-                Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
-                Exchange::Idle if session.is_partial() => "in the middle of a text",
-                Exchange::Idle => return,
-            };
-            let text = format!("the connection ended {what}");
-            robot.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
-        } else if let Some(channel) = robot.channels.get(port)
-            && channel.peer().is_some()
-        {
-            let half = channel.partial_value();
-            if !half.is_empty() {
-                let text = "the peer left behind a value without comma or CR; it is dropped";
-                robot.report(&rules::HALF_VALUE, port, &half, text);
-            }
-            if robot.executor.program_runs() {
-                let line = robot.executor.line();
-                let text = format!("the peer left while the program runs, at line {line}");
-                robot.report(&rules::PEER_LEFT, port, &[], text);
-            }
-        }
+    /// Checks in what state the host of HOST or IP0 disconnected.
+    pub(crate) fn check_left_exchange(&mut self, context: &mut Context, port: Port) {
+        let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
+            return;
+        };
+        let what = match session.exchange() {
+            Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
+            Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
+            Exchange::Idle if session.is_partial() => "in the middle of a text",
+            Exchange::Idle => return,
+        };
+        let text = format!("the connection ended {what}");
+        context.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
     }
 }
 

@@ -4,20 +4,17 @@ use crate::prelude::*;
 use crate::time::Time;
 use core::time::Duration;
 
-/// What the checks remember of a host between texts.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Memory of the checks about a host, from text to text.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HostHistory {
     /// The last request for each status (by its letters) and when it was received.
     polls: Vec<(Vec<u8>, Time)>,
     /// The last message that was refused, and how often in a row.
-    #[cfg_attr(feature = "serde", serde(rename = "refused"))]
     pub(super) last_refused: Option<(Vec<u8>, u32)>,
     /// The controller's last text was an unsolicited SP. A host cannot keep 50 ms after a text it does not expect.
-    #[cfg_attr(feature = "serde", serde(rename = "surprised"))]
     pub unsolicited_sp_sent: bool,
     /// A text of a file was refused before its end. A host that ignores the answer goes on sending the file.
-    #[cfg_attr(feature = "serde", serde(default))]
     pub file_refused: bool,
 }
 

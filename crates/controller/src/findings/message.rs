@@ -15,7 +15,7 @@ pub enum Message {
     Words(Arc<str>),
     /// A text came too soon after one of the controller.
     Early {
-        /// What it is: `an answer`, `a text`.
+        /// `an answer` or `a text`.
         what: &'static str,
         /// How long after.
         since: Duration,

@@ -1,7 +1,8 @@
 //! Findings: protocol mistakes of hosts.
 //!
 //! A finding never changes an answer. The rules are one table, [`RULES`]; `checks` compares what a host does with them.
-//! Each violation is an [`Event::Finding`]. [`Findings`] counts them and keeps the first of each rule. Reports in the
+//! Each violation is an [`Event::Finding`]. One that a fault has caused names the fault ([`crate::faults::CAUSES`]); it is a
+//! note, and no mistake of the host. [`Findings`] counts them and keeps the first of each rule. Reports in the
 //! formats of other tools (SARIF, JUnit) are written by the emulator.
 
 mod checks;
@@ -10,7 +11,7 @@ mod history;
 mod message;
 pub mod rules;
 
-pub use finding::Finding;
+pub use finding::{FaultCause, Finding};
 pub use history::HostHistory;
 pub use message::{MAX_MESSAGE, Message};
 pub use rules::{RULES, Rule, Severity};
@@ -37,6 +38,8 @@ pub struct Tally {
 pub struct Findings {
     /// Few, in the order in which they were broken first.
     tallies: Vec<(&'static Rule, Tally)>,
+    /// The same of findings that faults have caused.
+    caused: Vec<(&'static Rule, Tally)>,
 }
 
 impl Findings {
@@ -45,12 +48,16 @@ impl Findings {
         let Event::Finding(finding) = event else {
             return;
         };
-        let known = self.tallies.iter().position(|(rule, _)| *rule == finding.rule);
+        let tallies = match finding.caused_by {
+            Some(_) => &mut self.caused,
+            None => &mut self.tallies,
+        };
+        let known = tallies.iter().position(|(rule, _)| *rule == finding.rule);
         let index = known.unwrap_or_else(|| {
-            self.tallies.push((finding.rule, Tally::default()));
-            self.tallies.len() - 1
+            tallies.push((finding.rule, Tally::default()));
+            tallies.len() - 1
         });
-        let Some((_, tally)) = self.tallies.get_mut(index) else {
+        let Some((_, tally)) = tallies.get_mut(index) else {
             return;
         };
         tally.count = tally.count.saturating_add(1);
@@ -59,23 +66,22 @@ impl Findings {
         }
     }
 
-    fn tally(&self, rule: &Rule) -> Option<&Tally> {
-        let known = self.tallies.iter().find(|(known, _)| *known == rule);
-        known.map(|(_, tally)| tally)
-    }
-
-    /// How often a rule was broken.
+    /// How often a host broke a rule.
     pub fn count(&self, rule: &Rule) -> u64 {
-        self.tally(rule).map_or(0, |tally| tally.count)
+        tally(&self.tallies, rule).map_or(0, |tally| tally.count)
     }
 
-    /// The rules that were broken, in the order of [`RULES`].
+    /// The rules that a host broke, in the order of [`RULES`].
     pub fn broken(&self) -> impl Iterator<Item = (&'static Rule, &Tally)> {
-        let rules = RULES.iter().copied();
-        rules.filter_map(|rule| Some((rule, self.tally(rule)?)))
+        in_order(&self.tallies)
     }
 
-    /// Whether no rule was broken.
+    /// The findings that faults have caused, in the order of [`RULES`]. They say nothing of the host.
+    pub fn caused(&self) -> impl Iterator<Item = (&'static Rule, &Tally)> {
+        in_order(&self.caused)
+    }
+
+    /// Whether no host broke a rule.
     pub fn is_empty(&self) -> bool {
         self.tallies.is_empty()
     }
@@ -83,11 +89,23 @@ impl Findings {
     /// Removes all findings, for example between two tests.
     pub fn clear(&mut self) {
         self.tallies.clear();
+        self.caused.clear();
     }
+}
+
+fn tally<'a>(tallies: &'a [(&'static Rule, Tally)], rule: &Rule) -> Option<&'a Tally> {
+    let known = tallies.iter().find(|(known, _)| *known == rule);
+    known.map(|(_, tally)| tally)
+}
+
+fn in_order<'a>(tallies: &'a [(&'static Rule, Tally)]) -> impl Iterator<Item = (&'static Rule, &'a Tally)> {
+    let rules = RULES.iter().copied();
+    rules.filter_map(|rule| Some((rule, tally(tallies, rule)?)))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::FaultCause;
     use super::*;
     use crate::port::Port;
     use crate::time::Time;
@@ -118,15 +136,30 @@ mod tests {
                 at: Time::from_millis(at),
                 bytes: Bytes::from_static(b"SU"),
                 message: "".into(),
+                caused_by: None,
             }));
         }
+        findings.record(&Event::Finding(Finding {
+            rule: &rules::BAD_CHECKSUM,
+            port: Some(Port::Ip0),
+            at: Time::ZERO,
+            bytes: Bytes::new(),
+            message: "".into(),
+            caused_by: Some(FaultCause { id: 1, kind: "ng" }),
+        }));
         findings.record(&Event::AlarmsReset);
         assert_eq!(findings.count(&rules::NO_CR), 25);
         let broken: Vec<_> = findings.broken().collect();
         assert_eq!(broken.len(), 1);
+        let caused: Vec<_> = findings
+            .caused()
+            .map(|(rule, tally)| (rule.id, tally.count))
+            .collect();
+        assert_eq!(caused, [("bad-checksum", 1)]);
+        assert_eq!(findings.count(&rules::BAD_CHECKSUM), 0);
         assert_eq!(broken[0].1.first.len(), MAX_PER_RULE);
         assert_eq!(broken[0].1.first[9].at, Time::from_millis(9));
         findings.clear();
-        assert!(findings.is_empty());
+        assert_eq!((findings.is_empty(), findings.caused().count()), (true, 0));
     }
 }

@@ -30,7 +30,7 @@ pub struct Rule {
     pub source: &'static str,
     /// The violation, in one line.
     pub title: &'static str,
-    /// What to change in the host, in one or two sentences.
+    /// Advice to the author of the host, in one or two sentences.
     pub remedy: &'static str,
     /// Whether it measures the host's pace in virtual time. Such a rule means nothing if virtual time does not
     /// follow the wall clock.
@@ -70,7 +70,7 @@ macro_rules! rules {
             };
         )*)*
         /// Every rule, in the order of docs/reference/findings.md: pace, texts, commands, exchanges and files, connections,
-        /// SCOL channels, what is done at the controller itself.
+        /// SCOL channels, SCOL motion, what is done at the controller itself.
         pub static RULES: &[&Rule] = &[$($(&$name),*),*];
     };
 }
@@ -93,6 +93,9 @@ false: {
     NO_STX "no-stx" Note "5.2.1 [FRM-01, D0]"
         "A text without STX"
         "Send STX (02) before the data; a controller set to the letter of the manual ignores such a text."
+    NO_ETX "no-etx" Note "5.2.1 [FRM-01, T6]"
+        "A text without STX that CR ends instead of ETX"
+        "Send ETX (03) after the CR; a controller set to the letter of the manual waits for it."
     BYTES_OUTSIDE "bytes-outside" Warning "5.2.1 [FRM-04]"
         "Bytes outside a text"
         "Send nothing but STX, data, ETX; end a text before you begin the next."
@@ -241,7 +244,7 @@ false: {
         "Send when the program asks (let it PRINT a prompt); the robot may ignore early data."
     DATA_CLEARED "data-cleared" Warning "4.1.2 [INP-08, D10]"
         "Data lost because the program was started from step 1"
-        "Send data after the start, when the program asks for it."
+        "Send after the start: let the program PRINT a prompt, and answer it. A host that sends first waits forever."
     INPUT_OVERFLOW "input-overflow" Error "4.1.2 [INP-13]"
         "More than 256 bytes wait on a channel; the newest are lost"
         "Send a record when the program asks for it."
@@ -276,6 +279,10 @@ false: {
         "Data sent to IP3"
         "IP3 belongs to a dedicated protocol that is not documented; use IP0 to IP2."
 
+    ACCEL_OVER_FULL "accel-over-full" Note "STE 85409 p. 34 [L72, T15]"
+        "A statement sets ACCEL or DECEL above 100 percent"
+        "Use at most 100 percent: on a long way a real motor may be overloaded, and here the arm is no quicker."
+
     PANEL_REFUSED "panel-refused" Note "5.3.2 [GEN-05]"
         "An operation at the panel had no effect"
         "The message gives the reason."
@@ -285,6 +292,9 @@ false: {
     NO_SUCH_LINE "no-such-line" Warning "5.3.3 SF [SF-31]"
         "An input line that does not exist"
         "Inputs are 1-64, 101-164, 201-264, 301-364, 401-464."
+    WIRE_LOOP "wire-loop" Warning "beyond the manual [T27]"
+        "Wires between robots that go on changing each other at one moment"
+        "Let a program wait for time to pass, for example with DELAY, before it changes its output again."
     SELECTION_LOST "selection-lost" Warning "5.3.1 SL [CMD-SL-02]"
         "The selected file could not be selected again at power-on"
         "The message gives the reason. Select a file with SL."

@@ -27,15 +27,17 @@ pub enum Datum {
 }
 
 /// The receive side of a channel.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Channel {
     /// Address of the peer, while one is connected.
     peer: Option<String>,
-    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
+    #[serde(with = "ts3100_proto::serde_latin1")]
     ring: VecDeque<u8>,
     /// The last byte read was a comma: a CR directly after it ends the record without a further value.
     after_comma: bool,
+    /// A peer has left since power-on.
+    had_peer: bool,
 }
 
 impl Channel {
@@ -53,10 +55,12 @@ impl Channel {
         self.ring.clear();
     }
 
-    /// Sets the peer; a record that the previous one began is over.
-    pub fn connect_peer(&mut self, peer: String) {
-        self.peer = Some(peer);
+    /// Sets the peer; a record that the previous one began is over. Returns whether there was a previous one since
+    /// power-on.
+    pub fn connect_peer(&mut self, peer: String) -> bool {
+        let replaced = self.peer.replace(peer).is_some();
         self.after_comma = false;
+        self.had_peer || replaced
     }
 
     /// Address of the peer, while one is connected.
@@ -89,7 +93,7 @@ impl Channel {
 
     /// Clears the peer and drops its incomplete last value, so that it does not become part of the next peer's.
     pub fn disconnect_peer(&mut self) {
-        self.peer = None;
+        self.had_peer |= self.peer.take().is_some();
         let last = self.ring.iter().rposition(|&byte| is_separator(byte));
         self.ring.truncate(last.map_or(0, |last| last + 1));
     }

@@ -66,7 +66,7 @@ impl Channels {
         &self.pendant
     }
 
-    /// What waits for an INPUT is gone; returns what that was, by port.
+    /// Drops the bytes that wait for an INPUT; returns how many, by port.
     pub(crate) fn clear(&mut self) -> Vec<(Port, Vec<u8>)> {
         self.keys.clear();
         let full = self.ports.iter_mut().filter(|(_, channel)| !channel.is_empty());
@@ -79,13 +79,11 @@ impl Channels {
     }
 
     /// The parts as a snapshot has them: ports, keys, pendant.
-    #[cfg(feature = "serde")]
     pub(crate) fn saved(&self) -> (&BTreeMap<Port, Channel>, &Channel, &String) {
         (&self.ports, &self.keys, &self.pendant)
     }
 
     /// Those of a snapshot.
-    #[cfg(feature = "serde")]
     pub(crate) fn restored(ports: BTreeMap<Port, Channel>, keys: Channel, pendant: String) -> Channels {
         Channels { ports, keys, pendant }
     }

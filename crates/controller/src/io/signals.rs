@@ -3,6 +3,7 @@
 //! Lines have the numbers of the manual's SF tables. A line can be forced to a state, outputs can be pulsed, and inputs
 //! can be scheduled to change. What a line means to the controller (RUN, STOP, ACK ...) is in `system_signals`.
 
+use crate::options::FieldBus;
 use crate::prelude::*;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -11,19 +12,21 @@ use ts3100_proto::status::io::{LineWords, WORDS};
 
 /// Ranges of line numbers, four words of IO each (SF-25 to SF-38, ste80722 S27).
 ///
-/// The six-axis manual does not list the last two ranges. Hosts written for the SCARA read them, so every arm has them.
+/// The six-axis manual does not list the last two ranges. The library's manual has them as the field bus (L43, L51), so
+/// every arm has them.
 const RANGES: [RangeInclusive<u16>; 5] = [1..=64, 101..=164, 201..=264, 301..=364, 401..=464];
 /// The same ranges in words.
 pub const LINE_NUMBERS: &str = "1-64, 101-164, 201-264, 301-364, 401-464";
 /// Outputs that a program or IW may set: general, extension, hand (CMD-IW-04).
 const USER_OUTPUTS: [RangeInclusive<u16>; 3] = [1..=64, 101..=164, 201..=208];
+/// Lines of the field bus. A program or IW may set its outputs if the controller has one (ste85409 L51, T14).
+const FIELD_BUS: [RangeInclusive<u16>; 2] = [301..=364, 401..=464];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
 const RESET_OUTPUTS: RangeInclusive<u16> = 1..=24;
 
 ts3100_proto::codes! {
     /// Which way a line leads, seen from the controller.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
     pub enum IoKind {
         /// Din.
         Input = "input",
@@ -36,18 +39,17 @@ ts3100_proto::codes! {
 }
 
 /// State of all digital lines.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Signals {
     inputs: BTreeSet<u16>,
     outputs: BTreeSet<u16>,
     /// Outputs that turn off by themselves, and when.
     pulses: BTreeMap<u16, Time>,
     /// Inputs that change by themselves: when, and to which state.
-    #[cfg_attr(feature = "serde", serde(rename = "drives"))]
     scheduled_inputs: BTreeMap<u16, (Time, bool)>,
     /// Lines that read as this state, whatever drives them.
-    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::pairs"))]
+    #[serde(with = "crate::snapshot::field::pairs")]
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
@@ -91,16 +93,35 @@ impl Signals {
     }
 
     /// Whether a program or IW may set this output.
-    pub fn is_user_output(line: u16) -> bool {
-        USER_OUTPUTS.iter().any(|range| range.contains(&line))
+    pub fn is_user_output(line: u16, bus: FieldBus) -> bool {
+        let is_on_bus = bus == FieldBus::Present && Signals::is_on_field_bus(line);
+        is_on_bus || USER_OUTPUTS.iter().any(|range| range.contains(&line))
+    }
+
+    /// Whether this is a line of the field bus.
+    pub(crate) fn is_on_field_bus(line: u16) -> bool {
+        FIELD_BUS.iter().any(|range| range.contains(&line))
+    }
+
+    /// The numbers of the user outputs in words, for the message that refuses `line`.
+    pub(crate) fn user_output_numbers(line: u16, bus: FieldBus) -> &'static str {
+        match bus {
+            FieldBus::Present => "1-64, 101-164, 201-208, 301-364 and 401-464",
+            FieldBus::Absent if Signals::is_on_field_bus(line) => {
+                "1-64, 101-164 and 201-208; `io.field_bus = present` adds those of the field bus"
+            }
+            FieldBus::Absent => "1-64, 101-164 and 201-208",
+        }
     }
 
     /// Switches all of these user outputs, or none. `Err` gives one that a program or IW may not set.
     pub(crate) fn set_user_outputs(
         &mut self,
         states: impl Iterator<Item = (u16, bool)> + Clone,
+        bus: FieldBus,
     ) -> Result<(), u16> {
-        if let Some((other, _)) = states.clone().find(|(line, _)| !Signals::is_user_output(*line)) {
+        let mut lines = states.clone().map(|(line, _)| line);
+        if let Some(other) = lines.find(|line| !Signals::is_user_output(*line, bus)) {
             return Err(other);
         }
         for (line, on) in states {
@@ -196,7 +217,6 @@ impl Signals {
 
     /// Every line that a snapshot holds, with the name of its field. A pulse of an output that is off is
     /// inconsistent and is reported as line 0, which does not exist.
-    #[cfg(feature = "serde")]
     pub(crate) fn snapshot_lines(&self) -> impl Iterator<Item = (&'static str, u16)> {
         let inputs = self.inputs.iter().map(|line| ("inputs", *line));
         let outputs = self.outputs.iter().map(|line| ("outputs", *line));

@@ -26,8 +26,8 @@ const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
 impl Robot {
     /// Ends the pulses of outputs that are over, and drives the inputs whose time has come.
     pub(crate) fn change_due_lines(&mut self) {
-        self.signals.end_due_pulses(self.now);
-        for (line, on) in self.signals.take_due_inputs(self.now) {
+        self.signals.end_due_pulses(self.context.now);
+        for (line, on) in self.signals.take_due_inputs(self.context.now) {
             self.drive_input(line, on);
         }
     }
@@ -37,7 +37,7 @@ impl Robot {
         let was = self.signals.input(line);
         if !self.signals.drive_input(line, on) {
             let message = format!("there is no input {line}; inputs are {LINE_NUMBERS}");
-            self.report(&rules::NO_SUCH_LINE, None, &[], message);
+            self.context.report(&rules::NO_SUCH_LINE, None, &[], message);
             return;
         }
         self.input_is_now(line, was);
@@ -50,16 +50,19 @@ impl Robot {
             return;
         }
         match line {
-            din::LOW_SPD => self.arm.set_speed_limits(self.now, self.pace()),
+            din::LOW_SPD => self.arm.set_speed_limits(self.context.now, self.pace()),
             din::CYCLE if self.by_signals() => {
                 self.panel
                     .set_run_mode(if on { RunMode::Cycle } else { RunMode::Continuous });
             }
-            din::STOP if on => self.stop_after_step(StopCause::Other),
-            din::BREAK if on => self.interrupt(StopCause::Other),
+            din::STOP if on => self.stop_by_hand(),
+            din::BREAK if on => {
+                self.panel.note_break_request();
+                self.interrupt(StopCause::Other);
+            }
             din::SVOFF if on => self.servo_off(StopCause::Other),
             din::STROBE if on => self.strobe(),
-            _ if on && self.config.options.strobe == Strobe::Free => self.signal(line),
+            _ if on && self.context.config.options.strobe == Strobe::Free => self.signal(line),
             _ => {}
         }
     }
@@ -71,7 +74,7 @@ impl Robot {
     /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count. It is acknowledged,
     /// unless a reset beside it was refused.
     fn strobe(&mut self) {
-        let required = self.config.options.strobe == Strobe::Required;
+        let required = self.context.config.options.strobe == Strobe::Required;
         let is_on = |line: &u16| required && self.signals.input(*line);
         let resets: Vec<u16> = RESETS.into_iter().filter(is_on).collect();
         let others: Vec<u16> = UNANSWERED.into_iter().filter(is_on).collect();
@@ -120,7 +123,7 @@ impl Robot {
     /// # Errors
     /// Another was the first.
     fn first_at_once(&self) -> Result<(), OperateError> {
-        if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
+        if self.signals.pulse_end(dout::ACK) == Some(self.context.now + PULSE) {
             return Err(OperateError::NotFirst);
         }
         Ok(())
@@ -129,10 +132,10 @@ impl Robot {
     fn answer_signal(&mut self, line: u16, result: Result<(), OperateError>) {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
-            Ok(()) => self.signals.pulse_output(dout::ACK, self.now + PULSE),
+            Ok(()) => self.signals.pulse_output(dout::ACK, self.context.now + PULSE),
             Err(reason) => {
                 let message = format!("Din{line} had no effect: {reason}");
-                self.report(&rules::SIGNAL_REFUSED, None, &[], message);
+                self.context.report(&rules::SIGNAL_REFUSED, None, &[], message);
             }
         }
     }
@@ -140,7 +143,7 @@ impl Robot {
     /// CYC_END: on from END until the next start; in continuous operation a pulse.
     pub(crate) fn show_cycle_end(&mut self) {
         if self.executor.program_runs() {
-            self.signals.pulse_output(dout::CYC_END, self.now + PULSE);
+            self.signals.pulse_output(dout::CYC_END, self.context.now + PULSE);
         } else {
             self.signals.set_output(dout::CYC_END, true);
         }

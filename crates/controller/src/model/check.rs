@@ -4,7 +4,6 @@
 
 use super::{ArmKind, ArmModel, Axis};
 use crate::prelude::*;
-use ts3100_proto::error_text;
 
 /// Longest name of a model.
 const MAX_NAME: usize = 32;
@@ -23,12 +22,14 @@ const MIN_RATE: f64 = 0.001;
 /// Heaviest load, kg.
 const MAX_LOAD: f64 = 10_000.0;
 
-/// What is wrong with a model, and where.
-#[derive(Debug, Clone, PartialEq)]
+/// An invalid value of a model, with its place.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// The name.
+    #[error("name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
     Name(String),
     /// As many axes as the geometry moves: 6; SCARA 4, or 5 with axis T.
+    #[error("axes: expected {}, found {found}", if *max == 6 { "6" } else { "4, or 5 with axis T" })]
     Axes {
         /// Most axes this kind of arm has.
         max: usize,
@@ -36,6 +37,7 @@ pub enum ModelError {
         found: usize,
     },
     /// A number out of its range, or no number.
+    #[error("{place}: expected {min} to {max}, found {found}")]
     Number {
         /// Table and key.
         place: String,
@@ -46,14 +48,6 @@ pub enum ModelError {
         /// Value given.
         found: f64,
     },
-}
-
-error_text! {
-    ModelError;
-    Self::Name(name) => "name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{name}`";
-    Self::Axes { max, found } =>
-        "axes: expected {}, found {found}", if *max == 6 { "6" } else { "4, or 5 with axis T" };
-    Self::Number { place, min, max, found } => "{place}: expected {min} to {max}, found {found}";
 }
 
 fn check_number(place: impl Into<String>, found: f64, min: f64, max: f64) -> Result<(), ModelError> {
@@ -141,9 +135,9 @@ mod tests {
 
     #[test]
     fn the_built_in_models_are_arms() {
-        assert_eq!(ArmModel::tv800().validate(), Ok(()));
-        assert_eq!(ArmModel::thl400().validate(), Ok(()));
-        assert_eq!(ArmModel::thl400_four_axes().validate(), Ok(()));
+        for model in ArmModel::built_in() {
+            assert_eq!(model.validate(), Ok(()), "{}", model.name);
+        }
     }
 
     #[track_caller]

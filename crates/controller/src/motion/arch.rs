@@ -6,15 +6,15 @@
 use super::profile::{PathState, Profile, Rates};
 use libm::hypot;
 
-/// Heights of an arch in mm (assumed: no manual describes MOVEJ).
+/// Distances of an arch in mm (T11). The library's manual names them; what they are measured from is inferred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gate {
-    /// Straight up from the start, before the way across begins.
-    pub rise: f64,
     /// Height of the way across, above the higher of start and end.
-    pub height: f64,
-    /// Straight down to the end, behind the way across.
-    pub descent: f64,
+    pub retreat: f64,
+    /// Straight up from the start, before the way across begins.
+    pub single_axis_1: f64,
+    /// Straight down to the end, after the way across.
+    pub single_axis_2: f64,
 }
 
 /// One of the three lines.
@@ -38,8 +38,8 @@ impl Stretch {
 }
 
 /// The way of the tool point, as a part of the whole time.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Arch {
     from: [f64; 3],
     to: [f64; 3],
@@ -60,14 +60,14 @@ pub(super) struct Arch {
 }
 
 impl Arch {
-    /// The way across begins when the arm has risen by `rise`, and ends when `descent` is left.
+    /// The way across begins when the arm has risen by `single_axis_1`, and ends when `single_axis_2` is left.
     pub(super) fn new(from: [f64; 3], to: [f64; 3], gate: &Gate, stretches: &[Stretch; 3]) -> Arch {
         let [up, across, down] = stretches;
         let profiles = stretches.map(|stretch| stretch.profile());
         let part = |way: f64, whole: f64| if whole > 0.0 { way / whole } else { 1.0 };
-        let across_from = profiles[0].time_at(part(gate.rise, up.way));
+        let across_from = profiles[0].time_at(part(gate.single_axis_1, up.way));
         let across_end = across_from + profiles[1].duration();
-        let free = profiles[2].time_at(1.0 - part(gate.descent, down.way).min(1.0));
+        let free = profiles[2].time_at(1.0 - part(gate.single_axis_2, down.way).min(1.0));
         let down_from = profiles[0].duration().max(across_end - free);
         Arch {
             from,

@@ -9,16 +9,16 @@ use super::profile::Profile;
 use crate::model::{AXES, ArmModel, Joints};
 
 /// Steps into which a stretch of steady acceleration is cut where the axes do not follow it evenly: on lines, arcs,
-/// arches and motions that overlap.
+/// arches, motions that overlap, and where axes have courses of their own.
 const UNEVEN_STEPS: u16 = 64;
-/// The same for a motion of all joints together: two give its acceleration exactly.
+/// The same for a motion of one axis: two give its acceleration exactly.
 const EVEN_STEPS: u16 = 2;
 /// Shortest step in which an acceleration can be told from rounding, s.
 const SHORTEST_STEP: f64 = 1e-6;
 
-/// What the axes have done: each value belongs to one axis, degrees, or mm of one that slides.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Effort of the axes: each value belongs to one axis, degrees, or mm of one that slides.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Effort {
     /// Distance travelled in both directions.
     pub way: Joints,
@@ -56,7 +56,6 @@ impl Effort {
     }
 
     /// All its numbers, to validate a snapshot.
-    #[cfg(feature = "serde")]
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
         let joints = [self.way, self.torque, self.square, self.peak];
         joints.into_iter().flatten().chain([self.seconds])
@@ -73,8 +72,8 @@ pub(super) fn between(
     (from, to): (f64, f64),
 ) -> Effort {
     let steps = match path {
-        Path::Joint { .. } => EVEN_STEPS,
-        Path::Chain(_) | Path::Tool(_) => UNEVEN_STEPS,
+        Path::Joint { courses: None, .. } => EVEN_STEPS,
+        Path::Joint { .. } | Path::Chain(_) | Path::Tool(_) => UNEVEN_STEPS,
     };
     let mut effort = Effort::default();
     for (begin, end) in profile.stretches(from, to) {

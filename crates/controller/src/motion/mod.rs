@@ -11,6 +11,7 @@
 //! ```
 
 mod arch;
+mod courses;
 mod effort;
 mod kinematics;
 mod path;
@@ -27,18 +28,17 @@ pub(crate) use scol_mini::geometry::{self as pose, pairwise};
 pub use scol_mini::geometry::{Pose, Transform, normalised};
 
 use crate::model::{AXES, Joints};
-use ts3100_proto::error_text;
 
 /// Smallest part of full speed or acceleration a motion is run with: 1 % of 1 %.
 pub const MIN_FRACTION: f64 = 1e-4;
-/// What an empty hand leaves the axes of their acceleration: all.
+/// Share of their acceleration that an empty hand leaves the axes: all.
 pub const NO_LOAD: f64 = 1.0;
 /// Smallest bound for the tool speed, mm/s.
 pub const MIN_TOOL_SPEED: f64 = 0.1;
 
 /// How fast a motion may be. Values out of range are taken as the nearest in range, no number as the smallest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Part of full speed that is asked for: SPEED. With the override, [`MIN_FRACTION`] to 1.
     pub speed: f64,
@@ -86,30 +86,32 @@ pub enum Target {
 /// How the tool point goes to a pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Route {
-    /// MOVE: all joints start and end together.
+    /// MOVE: all joints start and end together, each with a trapezoid of its own.
     Joint,
     /// MOVES: the tool point goes in a straight line, the tool turns about a fixed axis.
     Line,
     /// MOVEC: the tool point goes along the circle from here through this world pose; the tool turns about a fixed
     /// axis from its present orientation to that of the end (that of the point between does not count: ours, assumed).
     Arc(Pose),
-    /// MOVEJ: up, across, down, in the direction of the world's Z, with these heights. The configuration stays.
+    /// MOVEJ: up, across, down, in the direction of the world's Z, with these distances. The configuration stays.
     Arch(Gate),
 }
 
 /// Why a motion cannot be done. The arm has not moved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum MotionError {
     /// No posture for the target.
+    #[error("target: {0}")]
     Unreachable(Unreachable),
     /// No posture for a point of the path.
+    #[error("at {percent:.0} % of the path: {reason}")]
     OnPath {
         /// Part of the path before the point, 0 to 100.
         percent: f64,
-        /// What is wrong there.
         reason: Unreachable,
     },
     /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
+    #[error("at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees")]
     Singular {
         /// Which one.
         posture: Singularity,
@@ -121,6 +123,7 @@ pub enum MotionError {
         jump: f64,
     },
     /// A line or an arc cannot end in this configuration; `place` of the digit counts from 1.
+    #[error("configuration digit {place}: expected {reached}, which the path leads to, found {wanted}")]
     Configuration {
         /// Place of the digit.
         place: usize,
@@ -130,27 +133,32 @@ pub enum MotionError {
         wanted: u8,
     },
     /// Start, via point and end do not span a circle.
+    #[error("arc: expected three points of a circle, found points on one line")]
     NoArc,
-    /// A height of an arch that its way up or down does not have, in mm.
+    /// A distance of an arch that its way up or down does not have, in mm.
+    #[error("arch: {name}: expected 0 to {max:.3} mm, found {found:.3}")]
     Gate {
-        /// rise, height or descent.
+        /// retreat, single-axis 1 or single-axis 2.
         name: &'static str,
-        /// Height asked for.
+        /// Distance asked for.
         found: f64,
-        /// Highest that fits.
+        /// Longest that fits.
         max: f64,
     },
     /// An axis that has to move is free: its servo gain or its torque is 0. `axis` counts from 1.
+    #[error("axis {axis}: expected servo gain and torque, found none, and it has to move")]
     Free {
         /// Number of the axis.
         axis: usize,
     },
     /// The axis, which is to be jogged, stands at its limit; it counts from 1.
+    #[error("axis {axis} is at its limit in that direction")]
     AtLimit {
         /// Number of the axis.
         axis: usize,
     },
     /// The arm has no such axis; both count from 1.
+    #[error("axis: expected 1 to {axes}, found {axis}")]
     NoSuchAxis {
         /// Number asked for.
         axis: usize,
@@ -159,19 +167,10 @@ pub enum MotionError {
     },
 }
 
-error_text! {
-    MotionError: Unreachable from Unreachable;
-    Self::Unreachable(reason) => "target: {reason}";
-    Self::OnPath { percent, reason } => "at {percent:.0} % of the path: {reason}";
-    Self::Singular { posture, percent, axis, jump } =>
-        "at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees";
-    Self::Configuration { place, reached, wanted } =>
-        "configuration digit {place}: expected {reached}, which the path leads to, found {wanted}";
-    Self::NoArc => "arc: expected three points of a circle, found points on one line";
-    Self::Gate { name, found, max } => "arch: {name}: expected 0 to {max:.3} mm, found {found:.3}";
-    Self::Free { axis } => "axis {axis}: expected servo gain and torque, found none, and it has to move";
-    Self::AtLimit { axis } => "axis {axis} is at its limit in that direction";
-    Self::NoSuchAxis { axis, axes } => "axis: expected 1 to {axes}, found {axis}";
+impl From<Unreachable> for MotionError {
+    fn from(error: Unreachable) -> MotionError {
+        MotionError::Unreachable(error)
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 mod chain;
 
 use super::arch::Arch;
+use super::courses::AxisCourses;
 use super::kinematics::{Place, follow, place};
 use super::pose::{
     Transform, cross, degrees, dot, minus, norm, pairwise, plus, plus_times, product, sin_cos, transposed,
@@ -22,8 +23,7 @@ const MIN_ARC_SINE: f64 = 1e-6;
 const MIN_TURN_SINE: f64 = 1e-6;
 
 /// The curve of the tool point.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Shape {
     Line {
         from: [f64; 3],
@@ -103,8 +103,8 @@ impl Shape {
 }
 
 /// A turn about a fixed axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct AxisAngle {
     axis: [f64; 3],
     /// Degrees, 0 to 180.
@@ -149,8 +149,8 @@ impl AxisAngle {
 }
 
 /// The path of the tool: the curve of its point and the turn of its orientation.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct ToolPath {
     pub(super) kind: ArmKind,
     pub(super) shape: Shape,
@@ -201,13 +201,16 @@ impl ToolPath {
 }
 
 /// The path of a motion.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Path {
     /// All joints together.
-    Joint { from: Joints, to: Joints },
+    Joint {
+        from: Joints,
+        to: Joints,
+        /// The courses of the axes; without them, as when one axis moves, every axis does the same part of its way.
+        courses: Option<Box<AxisCourses>>,
+    },
     /// The tool point along a shape.
-    #[cfg_attr(feature = "serde", serde(rename = "Guided"))]
     Tool(Box<ToolPath>),
     /// Motions that overlap.
     Chain(Box<Chain>),
@@ -215,12 +218,20 @@ pub(super) enum Path {
 
 impl Path {
     /// Whether it belongs to an arm of this kind; for a snapshot.
-    #[cfg(feature = "serde")]
     pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
         match self {
-            Path::Joint { .. } => true,
+            Path::Joint { courses, .. } => courses.as_ref().is_none_or(|courses| courses.is_valid()),
             Path::Tool(tool_path) => tool_path.kind == *kind && !tool_path.samples.is_empty(),
             Path::Chain(chain) => chain.matches_arm(kind),
+        }
+    }
+
+    /// Change of speed along the path that no axis needs more acceleration for than it has; `None` where only the rates
+    /// of the path bound it.
+    pub(super) fn most_accel(&self) -> Option<f64> {
+        match self {
+            Path::Joint { courses, .. } => courses.as_ref().map(|courses| courses.most_accel),
+            Path::Tool(_) | Path::Chain(_) => None,
         }
     }
 
@@ -236,7 +247,13 @@ impl Path {
     /// Joints at a part of the path, 0 to 1; at 0 and 1 exactly those planned.
     pub(super) fn joints_at(&self, part: f64) -> Joints {
         match self {
-            Path::Joint { from, to } => interpolate(from, to, part),
+            Path::Joint { from, to, courses } => {
+                let mut joints = interpolate(from, to, part);
+                if let Some(courses) = courses.as_ref().filter(|_| part > 0.0 && part < 1.0) {
+                    courses.place(from, to, part, &mut joints);
+                }
+                joints
+            }
             Path::Tool(tool_path) => match (tool_path.samples.first(), tool_path.samples.last()) {
                 (Some(first), _) if part <= 0.0 => *first,
                 (_, Some(last)) if part >= 1.0 => *last,
@@ -257,23 +274,40 @@ fn interpolate(from: &Joints, to: &Joints, part: f64) -> Joints {
     }
 }
 
-/// Most the tool point moves, in mm per whole path, anywhere on a joint path.
+/// Half the part of a path over which the speed of the tool point is measured.
+const SPEED_PART: f64 = 1e-5;
+
+/// Most the tool point moves, in mm per whole path, anywhere on a joint path on which the axes turn by `turning` radians
+/// together.
 ///
-/// Between `STEPS` places the speed differs from the mean speed by at most half a step times the greatest second
-/// derivative, which for turning axes is the reach times the square of the sum of all turns.
-pub(super) fn tool_way(kind: &ArmKind, from: &Joints, to: &Joints, tool: &Transform, turning: f64) -> f64 {
+/// Between `STEPS` places the speed differs from that at a place by at most half a step times the greatest second
+/// derivative, which for turning axes is the reach times the square of the sum of all turns. Where the axes have courses
+/// of their own, the speed is looked at where one of them changes its acceleration too: between two such places the speed
+/// of each axis along the path only rises or only falls.
+pub(super) fn tool_way(kind: &ArmKind, path: &Path, tool: &Transform, turning: f64) -> f64 {
     const STEPS: u32 = 128;
     let reach = super::kinematics::reach(kind) + norm(tool.origin);
-    let point = |step: u32| {
-        let joints = interpolate(from, to, f64::from(step) / f64::from(STEPS));
-        place(kind, &joints).0.compose(tool).origin
+    let point = |part: f64| place(kind, &path.joints_at(part)).0.compose(tool).origin;
+    let Path::Joint {
+        courses: Some(courses),
+        ..
+    } = path
+    else {
+        let mut longest: f64 = 0.0;
+        let mut last = point(0.0);
+        for step in 1..=STEPS {
+            let next = point(f64::from(step) / f64::from(STEPS));
+            longest = longest.max(norm(minus(next, last)));
+            last = next;
+        }
+        return longest * f64::from(STEPS) + reach * turning * turning / f64::from(STEPS) / 2.0;
     };
-    let mut longest: f64 = 0.0;
-    let mut last = point(0);
-    for step in 1..=STEPS {
-        let next = point(step);
-        longest = longest.max(norm(minus(next, last)));
-        last = next;
-    }
-    longest * f64::from(STEPS) + reach * turning * turning / f64::from(STEPS) / 2.0
+    let speed = |part: f64| {
+        let (from, to) = ((part - SPEED_PART).max(0.0), (part + SPEED_PART).min(1.0));
+        norm(minus(point(to), point(from))) / (to - from)
+    };
+    let even = (0..=STEPS).map(|step| f64::from(step) / f64::from(STEPS));
+    let fastest = even.chain(courses.bends()).map(speed).fold(0.0, f64::max);
+    let turning = turning * courses.steepest();
+    fastest + reach * turning * turning / f64::from(STEPS) / 2.0
 }

@@ -4,10 +4,11 @@
 //! The result is a [`Motion`], whose course in time is in `run`.
 
 use super::arch::{Arch, Gate, Stretch};
+use super::courses::AxisCourses;
 use super::kinematics::{Place, digits, follow, is_linear, place, singularity};
 use super::path::{AxisAngle, Path, Shape, ToolPath, tool_way};
 use super::pose::{Pose, Transform, minus, pairwise, plus, plus_times, product, radians, transposed};
-use super::profile::Ability;
+use super::profile::{Ability, PathState, Profile};
 use super::run::{Motion, clamp_fraction, nominal_rates};
 use super::{Limits, MotionError, Route, Target};
 use crate::model::{ArmKind, ArmModel, Axis, Joints};
@@ -25,7 +26,7 @@ const MAX_SAMPLES: f64 = 256.0;
 const MAX_JUMP: f64 = 45.0;
 /// By how much an axis may bend more between samples than at them.
 const SAMPLING_MARGIN: f64 = 1.01;
-/// Rounding allowed in the heights of a gate, mm, and in a way that is none, mm and degrees.
+/// Rounding allowed in the distances of an arch, mm, and in a way that is none, mm and degrees.
 const GATE_SLACK: f64 = 1e-9;
 /// Place of T among the axes of a SCARA arm.
 const T_AXIS: usize = 4;
@@ -86,7 +87,7 @@ struct Ends {
     config: [u8; 5],
 }
 
-/// What every motion from a posture is planned with.
+/// Inputs for planning any motion from a posture.
 struct Planner<'a> {
     model: &'a ArmModel,
     from: &'a Joints,
@@ -95,21 +96,42 @@ struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// A motion of all joints together: the slowest axis sets the time.
+    /// A motion of all joints together: each axis has a trapezoid of its own, and the one that takes longest sets the
+    /// time (T21).
     fn joint_motion(&self, to: &Joints) -> Result<Motion, MotionError> {
         let kind = &self.model.kind;
         let ways = minus(*to, *self.from).map(f64::abs);
         self.check_driven(&ways)?;
         let turns = (0..).zip(ways).filter(|(axis, _)| !is_linear(kind, *axis));
         let turning = turns.fold(0.0, |sum, (_, way)| sum + radians(way));
-        let mut ability = Ability::FREE;
-        for (axis, way, accel) in self.axes(ways) {
-            let fastest = ability.bounded(way, axis.max_speed, axis.max_accel);
-            ability = fastest.capped(way, axis.max_speed, accel);
+        let abilities: Vec<Ability> = self
+            .axes(ways)
+            .map(|(axis, way, accel)| {
+                let free = match way > MIN_DISTANCE {
+                    true => Ability::UNBOUNDED,
+                    false => Ability::FREE,
+                };
+                let fastest = free.bounded(way, axis.max_speed, axis.max_accel);
+                fastest.capped(way, axis.max_speed, accel)
+            })
+            .collect();
+        let course = |ability: &Ability| {
+            let rates = nominal_rates(ability, self.limits);
+            Profile::to_end(PathState::at_rest(0.0), 1.0, &rates)
+        };
+        let moving: Vec<(usize, Profile, f64)> = (0..)
+            .zip(&abilities)
+            .filter(|(index, _)| ways[*index] > 0.0)
+            .map(|(index, ability)| (index, course(ability), ability.rates(1.0, 1.0, 1.0).accel))
+            .collect();
+        let (mut ability, mut courses) = (Ability::FREE, None);
+        if let Some((leading, all)) = AxisCourses::new(&moving) {
+            ability = abilities[leading];
+            courses = Some(Box::new(all)).filter(|courses| !courses.is_alone());
         }
-        let tool_way = tool_way(kind, self.from, to, self.tool, turning);
         let (from, to) = (*self.from, *to);
-        let path = Path::Joint { from, to };
+        let path = Path::Joint { from, to, courses };
+        let tool_way = tool_way(kind, &path, self.tool, turning);
         Ok(Motion::new(path, ability, tool_way, self.limits))
     }
 
@@ -162,12 +184,12 @@ impl Planner<'_> {
     /// The three lines one by one, then all of it with its time stretched until no axis is too fast.
     fn arch(&self, ends: &Ends, gate: &Gate) -> Result<Motion, MotionError> {
         let (from, to) = (ends.start.0.origin, ends.end.0.origin);
-        let top = from[2].max(to[2]) + gate.height;
+        let top = from[2].max(to[2]) + gate.retreat;
         let (up, down) = (top - from[2], top - to[2]);
         for (name, found, max) in [
-            ("height", gate.height, f64::MAX),
-            ("rise", gate.rise, up),
-            ("descent", gate.descent, down),
+            ("retreat", gate.retreat, f64::MAX),
+            ("single-axis 1", gate.single_axis_1, up),
+            ("single-axis 2", gate.single_axis_2, down),
         ] {
             if !(0.0..=max + GATE_SLACK).contains(&found) {
                 return Err(MotionError::Gate { name, found, max });

@@ -10,8 +10,8 @@ const PHASES: usize = 3;
 const MAX_RATE: f64 = 1e6;
 
 /// How fast a path may be run through, in parts of the path: 1/s and 1/s².
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Rates {
     /// Cruising speed.
     pub speed: f64,
@@ -21,9 +21,9 @@ pub struct Rates {
     pub decel: f64,
 }
 
-/// What the arm can do on a path, in parts of the path: 1/s and 1/s².
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+/// Limits of the arm on a path, in parts of the path: 1/s and 1/s².
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Ability {
     /// Speed at 100 %, of which SPEED and the override are parts.
     pub speed: f64,
@@ -42,6 +42,15 @@ impl Ability {
         accel: MAX_RATE,
         most_speed: MAX_RATE,
         most_accel: MAX_RATE,
+    };
+
+    /// Of a path on which something moves, to be bounded by all that does: a short way of a quick axis takes more than the
+    /// highest rate of a path on which nothing moves.
+    pub const UNBOUNDED: Ability = Ability {
+        speed: f64::INFINITY,
+        accel: f64::INFINITY,
+        most_speed: f64::INFINITY,
+        most_accel: f64::INFINITY,
     };
 
     /// At 100 %: something that goes so far per whole path, and how fast it can.
@@ -100,8 +109,8 @@ impl PathState {
 }
 
 /// A stretch of constant acceleration.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct ProfilePhase {
     duration: f64,
     speed: f64,
@@ -140,8 +149,8 @@ impl ProfilePhase {
 }
 
 /// The course in time from a state to rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Profile {
     start: f64,
     end: f64,
@@ -179,6 +188,33 @@ impl Profile {
         let last = ProfilePhase::change(top, 0.0, decel);
         let rest = (way - first.whole_way() - last.whole_way()).max(0.0);
         Profile::new(from, length, &[first, ProfilePhase::steady(rest, top), last])
+    }
+
+    /// As [`Profile::to_end`], but a state faster than the cruising speed is slowed to it at `slowing`.
+    pub fn to_end_slowing(from: PathState, length: f64, rates: &Rates, slowing: f64) -> Profile {
+        let (way, v) = (length - from.place, from.speed);
+        if way <= 0.0 || v <= rates.speed || slowing <= rates.decel {
+            return Profile::to_end(from, length, rates);
+        }
+        let first = ProfilePhase::change(v, rates.speed, slowing);
+        let last = ProfilePhase::change(rates.speed, 0.0, rates.decel);
+        let rest = way - first.whole_way() - last.whole_way();
+        if rest >= 0.0 {
+            let cruise = ProfilePhase::steady(rest, rates.speed);
+            return Profile::new(from, length, &[first, cruise, last]);
+        }
+        let room = 2.0 * slowing * way - v * v;
+        if room <= 0.0 {
+            return Profile::to_end(from, length, rates);
+        }
+        // The cruising speed comes too late: from this lower one the last deceleration fills the way.
+        let low = sqrt(room / (slowing / rates.decel - 1.0));
+        let first = ProfilePhase::change(v, low, slowing);
+        Profile::new(
+            from,
+            length,
+            &[first, ProfilePhase::change(low, 0.0, rates.decel)],
+        )
     }
 
     /// From a state at the cruising speed through `length`: for a path that comes to rest there by itself.
@@ -235,6 +271,17 @@ impl Profile {
         });
         let within = move |(begin, end): (f64, f64)| (begin.max(from), end.min(to));
         ends.map(within).filter(|(begin, end)| begin < end)
+    }
+
+    /// Whether it leads from one end of a path to the other and is made of numbers; for a snapshot.
+    pub fn is_whole(&self) -> bool {
+        let is_number = |phase: &ProfilePhase| {
+            phase.duration >= 0.0
+                && phase.duration.is_finite()
+                && phase.speed.is_finite()
+                && phase.accel.is_finite()
+        };
+        self.phases.iter().all(is_number) && self.duration() > 0.0 && [self.start, self.end] == [0.0, 1.0]
     }
 
     /// Where it rests.

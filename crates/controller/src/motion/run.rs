@@ -26,8 +26,7 @@ const MAX_TIME_RATE: f64 = 1e6;
 ///   |               |
 ///   +-----stop------+--> Stopped --continue_from--> Moving
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum MotionPhase {
     /// On the way to the end.
     Moving,
@@ -39,11 +38,11 @@ enum MotionPhase {
 
 /// A motion under way: a value, asked with the time since its start. It keeps the course since the last change
 /// (hold, resume, stop, new limits) only: an earlier time is answered as the time of that change.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motion {
     path: Path,
-    /// What the arm can do on this path.
+    /// Limits of the arm on this path.
     full: Ability,
     /// Most the tool point moves, mm per whole path.
     tool_way: f64,
@@ -311,7 +310,6 @@ impl Motion {
     }
 
     /// Whether its times and places are numbers, with an end; for a motion that was read.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self, model: &ArmModel) -> bool {
         let times = [self.since, self.joined, self.before];
         let places = [self.profile.duration(), self.profile.end(), self.tool_way];
@@ -324,6 +322,15 @@ impl Motion {
         let limits = &self.limits;
         let asked = if self.path.is_timed() {
             self.full.rates(clamp_fraction(limits.override_part), 1.0, 1.0)
+        } else if let Path::Joint { .. } = self.path {
+            // The override is a factor on the time of the motion (T27.15).
+            let part = clamp_fraction(limits.override_part);
+            let own = nominal_rates(&self.full, limits);
+            Rates {
+                speed: own.speed * part,
+                accel: own.accel * part * part,
+                decel: own.decel * part * part,
+            }
         } else {
             let speed = limits.speed * limits.override_part;
             nominal_rates(&self.full, &Limits { speed, ..*limits })
@@ -334,10 +341,29 @@ impl Motion {
 
     /// The course to the end: to rest there, or through it where the path rests by itself.
     fn to_end(&self, state: PathState) -> Profile {
-        if self.path.is_timed() {
-            Profile::through(state, 1.0, &self.rates())
-        } else {
-            Profile::to_end(state, 1.0, &self.rates())
+        let mut rates = self.rates();
+        match &self.path {
+            path if path.is_timed() => Profile::through(state, 1.0, &rates),
+            Path::Joint { .. } => {
+                // From its start the leading axis gathers speed as it can; on the way no axis may be asked for too much.
+                if state.place > 0.0 {
+                    rates.accel = rates.accel.min(self.path.most_accel().unwrap_or(f64::MAX));
+                }
+                Profile::to_end_slowing(state, 1.0, &rates, self.slowing())
+            }
+            Path::Tool(_) | Path::Chain(_) => Profile::to_end(state, 1.0, &rates),
+        }
+    }
+
+    /// Deceleration to a lower speed or to rest on the way. That of a motion of all joints does not depend on the
+    /// override: at a low one the arm would rest too late.
+    fn slowing(&self) -> f64 {
+        match &self.path {
+            Path::Joint { .. } => {
+                let own = nominal_rates(&self.full, &self.limits).decel;
+                own.min(self.path.most_accel().unwrap_or(own))
+            }
+            Path::Tool(_) | Path::Chain(_) => self.rates().decel,
         }
     }
 
@@ -359,8 +385,12 @@ impl Motion {
         let state = self.state_at(at);
         self.profile = match phase {
             MotionPhase::Moving => self.to_end(state),
-            MotionPhase::Held => Profile::to_rest(state, 1.0, self.rates().decel),
-            MotionPhase::Stopped => Profile::to_rest(state, 1.0, self.full.rates(1.0, 1.0, 1.0).decel),
+            MotionPhase::Held => Profile::to_rest(state, 1.0, self.slowing()),
+            MotionPhase::Stopped => {
+                let full = self.full.rates(1.0, 1.0, 1.0).decel;
+                let decel = full.min(self.path.most_accel().unwrap_or(full));
+                Profile::to_rest(state, 1.0, decel)
+            }
         };
         self.since = self.since.max(at);
         self.phase = phase;

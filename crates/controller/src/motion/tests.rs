@@ -8,9 +8,26 @@ mod arch;
 mod blend;
 mod bounds;
 mod change;
+mod courses;
 mod random;
 
 const KEEP: [u8; 5] = [0; 5];
+
+/// A SCARA arm whose axes reach their full speed after a quarter of a second or later: ramps are long enough to look at.
+fn scara() -> ArmModel {
+    let mut model = ArmModel::thl400();
+    let rates = [
+        (660.0, 2640.0),
+        (660.0, 1000.0),
+        (840.0, 3360.0),
+        (1500.0, 6000.0),
+        (600.0, 2400.0),
+    ];
+    for (axis, (max_speed, max_accel)) in model.axes.iter_mut().zip(rates) {
+        (axis.max_speed, axis.max_accel) = (max_speed, max_accel);
+    }
+    model
+}
 
 fn down(x: f64, y: f64, z: f64) -> Pose {
     Pose {
@@ -121,7 +138,7 @@ fn no_joint_motion_breaks_the_cap() {
             }
         }
     }
-    let scara = ArmModel::thl400();
+    let scara = scara();
     let target = Target::Joints([120.0, -100.0, 100.0, 90.0, 30.0, 0.0, 0.0, 0.0]);
     let motion = planned(&scara, &scara.ready, &target, &teaching());
     assert!(top_speed(&scara, &motion, &Transform::IDENTITY) <= 250.0);
@@ -167,7 +184,7 @@ fn durations_are_those_of_the_trapezoid() {
     );
     // 120 degrees/s, 480 up, 240 down: 0.25 s and 0.5 s, 15 and 30 degrees; 55 degrees at speed.
     assert_eq!(slow.duration(), Duration::from_micros(1_208_334));
-    let scara = ArmModel::thl400();
+    let scara = scara();
     let line = Target::Pose(down(300.0, 50.0, 0.0), KEEP, Route::Line);
     let limits = Limits {
         speed: 0.1,
@@ -395,7 +412,7 @@ fn targets_that_mean_nothing_to_the_arm_are_refused() {
 
 #[test]
 fn scara_lines_keep_the_configuration_and_carry_t() {
-    let model = ArmModel::thl400();
+    let model = scara();
     let from = model
         .inverse(&down(300.0, -100.0, 0.0), [2, 0, 0, 0, 0], &model.ready)
         .unwrap();
@@ -483,7 +500,7 @@ fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
         "{said}"
     );
     // Both ends are within the limits; between them axis 2 would have to fold further than it can.
-    let scara = ArmModel::thl400();
+    let scara = scara();
     let target = Target::Pose(down(100.0, 250.0, 0.0), KEEP, Route::Line);
     let found = plan(
         &scara,

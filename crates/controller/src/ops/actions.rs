@@ -2,7 +2,6 @@
 //!
 //! `endpoint::actions` calls these; a refusal says why in a sentence.
 
-use super::Outcome;
 use crate::action::ActionError;
 use crate::action::error::ActionResult;
 use crate::alarm::{ALARMS, AlarmCode};
@@ -10,6 +9,7 @@ use crate::arm::Frames;
 use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
 use crate::limits::MAX_BREAKPOINTS;
+use crate::persistence::Change;
 use crate::prelude::*;
 use crate::robot::Robot;
 use bytes::Bytes;
@@ -86,9 +86,11 @@ impl Robot {
 
     /// Sets a user output as IW does.
     pub(crate) fn set_user_output(&mut self, line: u16, on: bool) -> ActionResult {
-        let set = self.signals.set_user_outputs([(line, on)].into_iter());
+        let bus = self.context.config.options.field_bus;
+        let set = self.signals.set_user_outputs([(line, on)].into_iter(), bus);
         set.map_err(|line| {
-            let sentence = format!("cannot set output {line}: user outputs are 1-64, 101-164 and 201-208");
+            let numbers = Signals::user_output_numbers(line, bus);
+            let sentence = format!("cannot set output {line}: user outputs are {numbers}");
             ActionError::missing("output", sentence)
         })
     }
@@ -97,19 +99,19 @@ impl Robot {
         if !Signals::exists(line) {
             return Err(no_line(side, line));
         }
-        let until = self.now + length;
+        let (until, bus) = (self.context.now + length, self.context.config.options.field_bus);
         match side {
             IoKind::Input => {
                 self.drive_input(line, on);
                 self.signals.schedule_input(line, until, !on);
             }
-            IoKind::Output if on && Signals::is_user_output(line) => {
+            IoKind::Output if on && Signals::is_user_output(line, bus) => {
                 self.signals.pulse_output(line, until);
             }
             IoKind::Output => {
                 let reason = match on {
-                    true => "user outputs are 1-64, 101-164 and 201-208",
-                    false => "an output is pulsed to on only",
+                    true => format!("user outputs are {}", Signals::user_output_numbers(line, bus)),
+                    false => "an output is pulsed to on only".into(),
                 };
                 let verb = format!("give output {line} a pulse");
                 return Err(ActionError::cannot("output", verb, reason));
@@ -129,7 +131,12 @@ impl Robot {
         Ok(())
     }
 
-    pub(crate) fn set_variable(&mut self, name: &str, values: Vec<Number>, restore: bool) -> ActionResult {
+    pub(crate) fn set_variable(
+        &mut self,
+        name: &str,
+        values: Vec<Number>,
+        restore: bool,
+    ) -> Result<Option<Change>, ActionError> {
         let variable = self.variable_name(name)?;
         let write = VariableWrite {
             restore,
@@ -158,7 +165,7 @@ impl Robot {
         Ok(variable)
     }
 
-    pub(crate) fn teach(&mut self, name: &str, restore: bool) -> ActionResult {
+    pub(crate) fn teach(&mut self, name: &str, restore: bool) -> Result<Option<Change>, ActionError> {
         let variable = self.variable_name(name)?;
         let info = self.executor.program().variable(&variable.name);
         let kind = info.and_then(|info| info.kind);
@@ -167,13 +174,13 @@ impl Robot {
             return Err(ActionError::cannot(name, format!("teach {name}"), reason));
         }
         let frames = Frames::new(self.executor.memory().conditions());
-        let values = self.arm.here(self.now, &frames).listed(self.arm.kind());
+        let values = self.arm.here(self.context.now, &frames).listed(self.arm.kind());
         // The configuration stands last and is whole; the others may be written as reals throughout.
         let values = values.into_iter().map(Number::Real).collect();
         self.set_variable(name, values, restore)
     }
 
-    pub(crate) fn put_file(&mut self, name: &str, content: &[u8]) -> ActionResult {
+    pub(crate) fn put_file(&self, name: &str, content: &[u8]) -> Result<Option<Change>, ActionError> {
         let name = file_name(name)?;
         let place = name.as_str();
         if self.executor.is_running() && self.executor.file() == place {
@@ -183,21 +190,23 @@ impl Robot {
             );
             return Err(ActionError::cannot(place, verb, reason));
         }
-        self.store(&name, &Bytes::copy_from_slice(content))
+        let staged = self.drive.stage(&name, Bytes::copy_from_slice(content));
+        staged
+            .map(|staged| Some(staged.into()))
             .map_err(|error| ActionError::cannot(place, format!("store {place}"), error))
     }
 
-    pub(crate) fn erase_file(&mut self, name: &str) -> ActionResult {
+    pub(crate) fn erase_file(&self, name: &str) -> Result<Option<Change>, ActionError> {
         let name = file_name(name)?;
         let place = name.as_str();
         if !self.drive.contains(place) {
             let sentence = format!("cannot erase {place}: it is not on the RAM drive");
             return Err(ActionError::missing(place, sentence));
         }
-        match self.op_erase(&name) {
-            Outcome::Ng(reason) => Err(ActionError::cannot(place, format!("erase {place}"), reason)),
-            Outcome::Ok | Outcome::Held | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
-        }
+        let staged = self.stage_erase(&name);
+        staged
+            .map(|staged| Some(staged.into()))
+            .map_err(|reason| ActionError::cannot(place, format!("erase {place}"), reason))
     }
 
     pub(crate) fn select_by_name(&mut self, name: &str) -> ActionResult {
@@ -218,6 +227,9 @@ impl Robot {
 }
 
 fn unknown_alarm(number: &str) -> ActionError {
+    if let Some(new) = AlarmCode::replacement(number) {
+        return ActionError::missing("alarm", format!("there is no alarm {number}; {new} replaces it"));
+    }
     let numbers: Vec<String> = ALARMS.iter().map(AlarmCode::number).collect();
     let hint = did_you_mean(number, numbers.iter().map(String::as_str));
     ActionError::missing("alarm", format!("there is no alarm {number}{hint}"))

@@ -1,11 +1,11 @@
 //! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
 //! with the option `extensions`.
 
-use super::Outcome;
 use super::variables::in_range;
+use super::{CommandContext, Outcome, Refusal};
 use crate::alarm::Alarm;
 use crate::arm::ArmPose;
-use crate::io::line_names::din;
+use crate::executor::requests::no_output;
 use crate::io::signals::Signals;
 use crate::motion::Pose;
 use crate::ops::status::quiet;
@@ -16,6 +16,7 @@ use scol_mini::{Arm, Configuration, Frame, Trans};
 use ts3100_proto::command::{PositionQuery, ZsFrame};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
+use ts3100_proto::status::eu::YearDigits;
 use ts3100_proto::status::pr::encode_position;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
@@ -24,13 +25,17 @@ use ts3100_proto::status::{AlarmLevel, MasterMode};
 const VELOCITY_SPAN: Duration = Duration::from_millis(1);
 
 impl Robot {
-    /// SM: the quick status (hosts.md SM).
-    pub(super) fn op_quick_status(&mut self) -> Outcome {
+    /// SM: the quick status (hosts.md SM). EE, SE, SC and BC are events since the last SM of this connection; ES and SS are
+    /// states (T1). An FL that the host does not acknowledge has shown them all the same.
+    pub(super) fn op_quick_status(&mut self, context: &mut CommandContext<'_>) -> Outcome {
+        let requests = self.panel.state().stop_requests;
+        let seen = core::mem::replace(context.seen_requests, requests);
+        let [emergency_stop, safety_stop, stop_command, break_command] = requests.since(&seen);
         let status = QuickStatus {
-            emergency_stop: self.panel.state().emergency_stop,
-            safety_stop: self.panel.state().safety_open,
-            stop_command: self.signals.input(din::STOP),
-            break_command: self.signals.input(din::BREAK),
+            emergency_stop,
+            safety_stop,
+            stop_command,
+            break_command,
             emergency_switch: self.panel.state().emergency_stop,
             safety_switch: self.panel.state().safety_open,
             servo: self.panel.state().servo,
@@ -55,7 +60,7 @@ impl Robot {
     pub(super) fn op_read_inputs(&mut self, first: u16, count: u8) -> Outcome {
         let lines = lines(first, count);
         if let Some(line) = lines.clone().find(|line| !Signals::exists(*line)) {
-            return no_such_line(line);
+            return Outcome::Ng(Refusal::NoSuchLine(line));
         }
         let set = lines.enumerate().filter(|(_, line)| self.signals.input(*line));
         let value: u32 = set.map(|(bit, _)| 1 << bit).sum();
@@ -66,13 +71,16 @@ impl Robot {
     pub(super) fn op_write_outputs(&mut self, first: u16, count: u8, value: u32) -> Outcome {
         let lines = lines(first, count).enumerate();
         let states = lines.map(|(bit, line)| (line, value >> bit & 1 == 1));
-        let set = self.signals.set_user_outputs(states);
-        set.map_or_else(no_such_line, |()| Outcome::Ok)
+        let bus = self.context.config.options.field_bus;
+        let set = self.signals.set_user_outputs(states, bus);
+        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(no_output(line, bus))))
     }
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
     pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
-        let pose = self.arm.pose(self.now, self.executor.memory().conditions());
+        let pose = self
+            .arm
+            .pose(self.context.now, self.executor.memory().conditions());
         let digits = pose.configuration;
         let config = Configuration { digits }.number_on(self.arm.kind());
         let place = match query {
@@ -88,7 +96,7 @@ impl Robot {
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
     pub(super) fn op_velocity(&mut self, which: u8) -> Outcome {
         let conditions = self.executor.memory().conditions();
-        let (early, late) = (self.now, self.now + VELOCITY_SPAN);
+        let (early, late) = (self.context.now, self.context.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
         let place = |at| {
             let pose = self.arm.pose(at, conditions);
@@ -105,12 +113,10 @@ impl Robot {
     /// ZS: the work coordinate or the tool, by name and values.
     pub(super) fn op_set_frame(&mut self, frame: ZsFrame, name: &VariableName, values: &[f64]) -> Outcome {
         if !in_range(values) {
-            return Outcome::Ng(
-                "expected a coordinate of numbers in the range of a real, found another".into(),
-            );
+            return Outcome::Ng(Refusal::NotReal);
         }
         let Some(trans) = Trans::from_listed(self.arm.kind(), values) else {
-            return Outcome::Ng(format!("expected a coordinate, found {} values", values.len()));
+            return Outcome::Ng(Refusal::NoCoordinate(values.len()));
         };
         let set = Frame {
             name: Some(name.name.clone()),
@@ -143,18 +149,13 @@ fn lines(first: u16, count: u8) -> impl Iterator<Item = u16> + Clone {
     (0..u16::from(count)).map(move |place| first.saturating_add(place))
 }
 
-/// A line that does not exist, or that no command may write.
-fn no_such_line(line: u16) -> Outcome {
-    Outcome::Ng(format!("line {line} cannot be used here"))
-}
-
 /// AC and AH: these alarms, newest first.
-pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>) -> Outcome {
+pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>, year: YearDigits) -> Outcome {
     let records = alarms.map(|alarm| AlarmRecord {
         // `002-046` (ste80722 S21, S22).
         number: format!("{:03}-{:03}", alarm.code.level.number(), alarm.code.code),
         message: alarm.message(),
         at: alarm.at,
     });
-    Outcome::file(encode_alarms(&records.collect::<Vec<_>>()))
+    Outcome::file(encode_alarms(&records.collect::<Vec<_>>(), year))
 }

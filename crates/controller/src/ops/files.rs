@@ -1,8 +1,7 @@
 //! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
-use super::{CommandContext, Outcome};
-use crate::drive::Drive;
-use crate::output::Output;
+use super::{CommandContext, Outcome, Refusal};
+use crate::drive::{Drive, Staged};
 use crate::prelude::*;
 use crate::robot::Robot;
 use ts3100_proto::file::FlReceiver;
@@ -21,10 +20,7 @@ impl Robot {
     /// DL: the texts of the file may come (CMD-DL-01, TRN-11).
     pub(super) fn op_download(&mut self, context: &CommandContext<'_>, name: FileName) -> Outcome {
         if context.receiving {
-            return Outcome::Ng(format!(
-                "file {} is being downloaded on another port",
-                name.as_str()
-            ));
+            return Outcome::Ng(Refusal::Downloading(name.as_str().to_string()));
         }
         let room = self.drive.free_bytes_for(&name);
         let room = context.room.map_or(room, |free| free.min(room));
@@ -33,24 +29,20 @@ impl Robot {
     }
 
     /// ER (CMD-ER-01 to CMD-ER-03).
-    pub(crate) fn op_erase(&mut self, name: &FileName) -> Outcome {
-        if name.is_parameter() {
-            return Outcome::ng("a parameter file cannot be erased");
+    ///
+    /// # Errors
+    /// Why it stays.
+    pub(crate) fn stage_erase(&self, name: &FileName) -> Result<Staged, Refusal> {
+        if name.is_permanent() {
+            return Err(Refusal::Permanent);
         }
         if self.executor.file() == name.as_str() {
-            return Outcome::ng("the selected file cannot be erased; RS,SEL ends the selection");
+            return Err(Refusal::Selected);
         }
         if !self.drive.contains(name.as_str()) {
-            return Outcome::Ng(missing(name));
+            return Err(missing(name));
         }
-        if let Err(error) = self.persist(name.as_str(), None) {
-            return Outcome::Ng(error.to_string());
-        }
-        self.drive.erase(name.as_str());
-        self.outputs.push(Output::Erased {
-            name: name.as_str().to_string(),
-        });
-        Outcome::Ok
+        Ok(Drive::stage_erase(name))
     }
 
     /// CA (CMD-CA-01, DIR-01 to DIR-04).
@@ -58,7 +50,7 @@ impl Robot {
         let mut entries = self.drive.directory();
         let blanks = match &mut context.variation {
             // The vendor's library, whose commands the extensions are, reads one blank.
-            Some(variation) if !self.config.options.extensions => variation.directory_blanks(),
+            Some(variation) if !self.context.config.options.extensions => variation.directory_blanks(),
             _ => " ".to_string(),
         };
         if let Some(variation) = &mut context.variation {
@@ -68,6 +60,6 @@ impl Robot {
     }
 }
 
-fn missing(name: &FileName) -> String {
-    format!("file {} is not on the RAM drive", name.as_str())
+fn missing(name: &FileName) -> Refusal {
+    Refusal::NoFile(name.as_str().to_string())
 }

@@ -22,12 +22,12 @@ impl Robot {
             JogDirection::Plus => true,
             JogDirection::Minus => false,
             JogDirection::Stop => {
-                self.arm.stop_jog(self.now);
+                self.arm.stop_jog(self.context.now);
                 return Outcome::Ok;
             }
         };
         let mode = self.panel.state().jog_mode;
-        Outcome::of(self.jog(Guide::Host(port), axis, positive, mode))
+        Outcome::from_result(self.jog(Guide::Host(port), axis, positive, mode))
     }
 
     /// Jogging by the keys of the teach pendant, in TEACHING only; the settings are shown by SF from then on.
@@ -58,7 +58,7 @@ impl Robot {
             speed: JOG_SPEED[rate],
             frame: JogFrame::from_number(mode.coordinate),
         };
-        let (now, pace) = (self.now, self.pace());
+        let (now, pace) = (self.context.now, self.pace());
         let conditions = self.executor.memory().conditions();
         let locked = self.panel.state().machine_lock;
         Ok(self.arm.jog(now, &jog, conditions, pace, locked)?)

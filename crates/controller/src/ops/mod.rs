@@ -12,15 +12,19 @@ mod maintenance;
 mod operate;
 mod panel;
 mod parameters;
+mod refusal;
 mod reset;
 mod status;
 mod variables;
 
 pub(crate) use actions::no_line;
 pub(crate) use panel::OperateError;
+pub(crate) use refusal::Refusal;
 pub(crate) use variables::numbers;
 
 use crate::executor::StopCause;
+use crate::panel::StopRequests;
+use crate::persistence::Change;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -29,32 +33,37 @@ use extended::alarm_list;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::{FlReceiver, FlSender};
 use ts3100_proto::name::FileName;
+use ts3100_proto::status::eu::YearDigits;
 use ts3100_proto::status::su::StatusBody;
 
-/// What a command comes to.
+/// The answer to a command before it is sent.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Outcome {
     /// OK.
     Ok,
-    /// NG, with the reason for the author of the host program.
-    Ng(String),
+    /// NG.
+    Ng(Refusal),
     /// FL with these texts.
     File(FlSender),
-    /// Nothing yet: a file it changes is kept first.
-    Held,
+    /// OK, once this change of a file is made.
+    Change(Box<Change>),
     /// OK, and the file's texts are awaited.
     Receive(FileName, FlReceiver),
 }
 
 impl Outcome {
-    /// NG with a reason.
-    pub(crate) fn ng(reason: impl Into<String>) -> Outcome {
-        Outcome::Ng(reason.into())
+    /// OK, or NG for the reason of the error.
+    pub(crate) fn from_result(result: Result<(), impl Into<Refusal>>) -> Outcome {
+        result.map_or_else(|error| Outcome::Ng(error.into()), |()| Outcome::Ok)
     }
 
-    /// OK, or NG with the error's words.
-    pub(crate) fn of(result: Result<(), impl ToString>) -> Outcome {
-        result.map_or_else(|error| Outcome::Ng(error.to_string()), |()| Outcome::Ok)
+    /// OK, at once or once the change is made, or NG.
+    fn change(result: Result<Option<Change>, impl Into<Refusal>>) -> Outcome {
+        match result {
+            Ok(Some(change)) => Outcome::Change(Box::new(change)),
+            Ok(None) => Outcome::Ok,
+            Err(reason) => Outcome::Ng(reason.into()),
+        }
     }
 
     /// FL with a body that is cut into texts as needed.
@@ -69,7 +78,7 @@ fn refuse_if<E>(conditions: impl IntoIterator<Item = (bool, E)>) -> Result<(), E
     holding.next().map_or(Ok(()), |(_, reason)| Err(reason))
 }
 
-/// What a command finds at the port it came on.
+/// The port of a command, as far as commands read or change it.
 pub(crate) struct CommandContext<'a> {
     pub(crate) port: Port,
     /// The file of DL is being received already, here or on another port (TRN-11).
@@ -79,56 +88,70 @@ pub(crate) struct CommandContext<'a> {
     pub(crate) variation: Option<&'a mut Variation>,
     /// The body of SU as the host has last seen it, for the SU request of SF (SF-21).
     pub(crate) last_status: &'a mut Option<StatusBody>,
+    /// Requests to stop that the host has been shown, for the events of SM (T1).
+    pub(crate) seen_requests: &'a mut StopRequests,
 }
 
 impl Robot {
     /// Carries out a command that is served and valid.
-    pub(crate) fn operate(&mut self, context: &mut CommandContext<'_>, command: Command) -> Outcome {
+    pub(crate) fn operate(&mut self, context: &mut CommandContext<'_>, command: &Command) -> Outcome {
         let port = context.port;
         match command {
-            Command::Rn => Outcome::of(self.start()),
+            Command::Rn => Outcome::from_result(self.start()),
             Command::Sp => self.op_stop(),
             Command::Br => {
                 self.servo_off(StopCause::Host);
                 Outcome::Ok
             }
-            Command::So => Outcome::of(self.servo_on()),
-            Command::Rs(reset) => self.op_reset(Some(reset)),
-            Command::Sl(name) => self.op_select(port, &name),
-            Command::Ul(name) => self.op_upload(&name),
-            Command::Dl(name) => self.op_download(context, name),
+            Command::So => Outcome::from_result(self.servo_on()),
+            Command::Rs(reset) => self.op_reset(Some(*reset)),
+            Command::Sl(name) => self.op_select(port, name),
+            Command::Ul(name) => self.op_upload(name),
+            Command::Dl(name) => self.op_download(context, name.clone()),
             Command::Ca => self.op_directory(context),
             Command::Su => self.op_status(context),
             Command::Eu => self.op_error_history(context),
-            Command::Er(name) => self.op_erase(&name),
-            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
-            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
-            Command::Ec(internal) => self.op_internal(internal),
-            Command::Mw(write) => Outcome::of(self.write_variable(&write, context.room)),
+            Command::Er(name) => Outcome::change(self.stage_erase(name).map(|staged| Some(staged.into()))),
+            Command::Fl(_) => Outcome::Ng(Refusal::NoDownload),
+            Command::Ok | Command::Ng => Outcome::Ng(Refusal::Answer),
+            Command::Ec(internal) => self.op_internal(*internal),
+            Command::Mw(write) => Outcome::change(self.write_variable(write, context.room)),
             Command::Fd => {
                 self.feed_hold();
                 Outcome::Ok
             }
             Command::Sf => self.op_system_status(context),
-            Command::Mr(read) => self.op_read_variable(&read),
-            Command::Iw(lines) => self.op_write_lines(&lines),
+            Command::Mr(read) => self.op_read_variable(read),
+            Command::Iw(lines) => self.op_write_lines(lines),
             Command::Vr => self.op_version(),
-            Command::Do(statement) => self.op_direct(&statement),
-            Command::Sm(_) => self.op_quick_status(),
-            Command::Wd { timeout_ms, level } => self.op_watchdog(timeout_ms, level),
-            Command::Ac => alarm_list(self.alarms.active().iter().rev()),
-            Command::Ah => alarm_list(self.alarms.history()),
+            Command::Do(statement) => self.op_direct(statement, false),
+            Command::Sm(_) => self.op_quick_status(context),
+            Command::Wd { timeout_ms, level } => self.op_watchdog(*timeout_ms, *level),
+            Command::Ac => alarm_list(
+                self.alarms.active().iter().rev(),
+                self.context.config.options.ac_date,
+            ),
+            Command::Ah => alarm_list(self.alarms.history(), YearDigits::Two),
             Command::Io(_) => Outcome::File(FlSender::single_text(self.signals.line_words().encode(), &[])),
-            Command::Hi { first, count } => self.op_read_inputs(first, count),
-            Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),
-            Command::Pr(query) => self.op_position(query),
-            Command::Vl(number) => self.op_velocity(number),
-            Command::Zs { frame, name, values } => self.op_set_frame(frame, &name, &values),
-            Command::Md(number) => self.op_guide(|guide| guide.mode = u16::from(number)),
-            Command::Rt(number) => self.op_guide(|guide| guide.rate = u16::from(number)),
-            Command::Sc(number) => self.op_guide(|guide| guide.coordinate = u16::from(number)),
-            Command::Jg { axis, motion } => self.op_jog(port, axis, motion),
-            Command::Mn => Outcome::file(self.maintenance().encode()),
+            Command::Hi { first, count } => self.op_read_inputs(*first, *count),
+            Command::Ho { first, count, value } => self.op_write_outputs(*first, *count, *value),
+            Command::Pr(query) => self.op_position(*query),
+            Command::Vl(number) => self.op_velocity(*number),
+            Command::Zs { frame, name, values } => self.op_set_frame(*frame, name, values),
+            Command::Md(number) => self.op_guide(|guide| guide.mode = u16::from(*number)),
+            Command::Rt(number) => self.op_guide(|guide| guide.rate = u16::from(*number)),
+            Command::Sc(number) => self.op_guide(|guide| guide.coordinate = u16::from(*number)),
+            Command::Jg { axis, motion } => self.op_jog(port, *axis, *motion),
+            Command::Mp {
+                keeps_height,
+                position,
+            } => self.op_direct(&format!("MOVE {position}"), *keeps_height),
+            Command::Ps => Outcome::file(self.current_position().encode()),
+            Command::Mn(item) => self.op_maintenance(*item),
+            Command::Rm(item) => self.op_reset_maintenance(*item),
+            // There is no origin change: the function is invalid, its value 0 (S83).
+            Command::Zc => Outcome::file(b"0,0".to_vec()),
+            Command::Em(right) => self.op_give_control(*right),
             Command::RsErr => self.op_reset(None),
         }
     }

@@ -2,11 +2,11 @@
 //!
 //! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
-use super::{Outcome, refuse_if};
+use super::{OperateError, Outcome, Refusal, refuse_if};
 use crate::executor::StopCause;
 use crate::executor::requests::no_output;
 use crate::executor::selection::render;
-use crate::panel::Watchdog;
+use crate::panel::{ControlRight, Watchdog};
 use crate::robot::Robot;
 use core::time::Duration;
 use ts3100_proto::command::{InternalCommand, LineWrite};
@@ -16,6 +16,7 @@ impl Robot {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
+        self.panel.note_stop_request();
         if self.panel.state().feed_hold && self.executor.is_running() {
             self.interrupt(StopCause::Host);
             self.set_feed_hold(false);
@@ -33,38 +34,62 @@ impl Robot {
                 self.set_override(percent);
                 Outcome::Ok
             }
-            InternalCommand::Mode(mode) => Outcome::of(self.set_run_mode(mode)),
+            InternalCommand::Mode(mode) => Outcome::from_result(self.set_run_mode(mode)),
             InternalCommand::Break => {
+                self.panel.note_break_request();
                 self.interrupt(StopCause::Host);
                 Outcome::Ok
             }
         }
     }
 
-    /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
-    pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
-        if let Err(reason) = refuse_if([
-            (self.executor.program_runs(), "a program is running"),
-            (self.arm.is_jogging(), "the arm is being jogged"),
-            (self.executor.has_direct(), "another DO statement is under way"),
-            (!self.panel.state().servo, "servo power is off"),
-            (self.panel.state().feed_hold, "feed hold is on"),
-        ]) {
-            return Outcome::ng(reason);
+    /// EM: who has the control right from now on, until EM or the panel changes it or the power goes off (T4).
+    pub(super) fn op_give_control(&mut self, right: u8) -> Outcome {
+        let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
+        let Some(right) = rights.get(usize::from(right)) else {
+            return Outcome::Ng(Refusal::NoSuchRight);
+        };
+        let refused = refuse_if([
+            (self.executor.is_running(), Refusal::Running),
+            (self.arm.is_jogging(), OperateError::Jogging.into()),
+            (self.panel.state().feed_hold, OperateError::FeedHold.into()),
+        ]);
+        if let Err(reason) = refused {
+            return Outcome::Ng(reason);
         }
-        match self.executor.begin_direct(statement, self.now) {
+        self.panel.give_control_right(*right);
+        Outcome::Ok
+    }
+
+    /// DO, and MP as a MOVE: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
+    pub(super) fn op_direct(&mut self, statement: &str, keeps_height: bool) -> Outcome {
+        if let Err(reason) = refuse_if([
+            (self.executor.program_runs(), Refusal::ProgramRuns),
+            (self.arm.is_jogging(), OperateError::Jogging.into()),
+            (self.executor.has_direct(), Refusal::DirectRuns),
+            (!self.panel.state().servo, OperateError::ServoOff.into()),
+            (self.panel.state().feed_hold, OperateError::FeedHold.into()),
+        ]) {
+            return Outcome::Ng(reason);
+        }
+        match self
+            .executor
+            .begin_direct(statement, keeps_height, self.context.now)
+        {
             Ok(()) => {
                 self.report_status();
                 Outcome::Ok
             }
-            Err(diagnostics) => Outcome::Ng(render(diagnostics.iter(), statement, "DO")),
+            Err(diagnostics) => Outcome::Ng(Refusal::Statement(render(diagnostics.iter(), statement, "DO"))),
         }
     }
 
     /// IW: all lines or none (CMD-IW-01 to CMD-IW-05). How many there may be is held by the command's grammar.
     pub(super) fn op_write_lines(&mut self, writes: &[LineWrite]) -> Outcome {
         let states = writes.iter().map(|write| (write.line, write.on));
-        Outcome::of(self.signals.set_user_outputs(states).map_err(no_output))
+        let bus = self.context.config.options.field_bus;
+        let set = self.signals.set_user_outputs(states, bus);
+        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(no_output(line, bus))))
     }
 
     /// WD (ste80722 S11): from now on a text is expected at least so often; without one an alarm of the level follows.
@@ -72,7 +97,7 @@ impl Robot {
         let watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
             timeout: Duration::from_millis(u64::from(timeout_ms)),
             level,
-            fed_at: self.now,
+            fed_at: self.context.now,
         });
         self.panel.set_watchdog(watchdog);
         Outcome::Ok

@@ -15,71 +15,66 @@ use crate::panel::{ControlRight, KeySwitch};
 use crate::prelude::*;
 use crate::robot::Robot;
 use ts3100_proto::command::RunMode;
-use ts3100_proto::error_text;
 use ts3100_proto::name::FileName;
 
 /// Why something at the panel had no effect, or the command or signal that does the same.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum OperateError {
+    #[error("the {0} has no INTERNAL position (5.3.2)")]
     NoInternal(&'static str),
+    #[error("the emergency stop is pressed")]
     EmergencyStop,
+    #[error("the safety switch is open")]
     SafetyOpen,
+    #[error("an alarm of level 8 is active")]
     ServoAlarm,
+    #[error("an alarm of level 4 or 8 is active")]
     StartAlarm,
+    #[error("servo power is off")]
     ServoOff,
+    #[error("feed hold is on")]
     FeedHold,
+    #[error("a DO statement is under way")]
     Direct,
+    #[error("the arm is being jogged")]
     Jogging,
+    #[error("no file is selected")]
     NoFile,
+    #[error("the program has no label RCYCLE")]
     NoRcycle,
+    #[error("servo power is on already (SV_RDY)")]
     ServoOn,
+    #[error("a reset is accepted only in stop mode")]
     NotStopped,
+    #[error("the operation mode can be set only while the robot is stopped")]
     Running,
+    #[error("of several inputs at once only the first is processed")]
     NotFirst,
+    #[error("the key switch is not in TEACHING")]
     NotTeaching,
+    #[error("a program or a DO statement is under way")]
     Busy,
+    #[error("the guide mode is FREE")]
     Free,
+    #[error("the arm is being guided; JG ! ends that")]
     Guided,
-    Select(SelectError),
-    Jog(MotionError),
-}
-
-error_text! {
-    OperateError: Select from SelectError, Jog from MotionError;
-    Self::NoInternal(port) => "the {port} has no INTERNAL position (5.3.2)";
-    Self::EmergencyStop => "the emergency stop is pressed";
-    Self::SafetyOpen => "the safety switch is open";
-    Self::ServoAlarm => "an alarm of level 8 is active";
-    Self::StartAlarm => "an alarm of level 4 or 8 is active";
-    Self::ServoOff => "servo power is off";
-    Self::FeedHold => "feed hold is on";
-    Self::Direct => "a DO statement is under way";
-    Self::Jogging => "the arm is being jogged";
-    Self::NoFile => "no file is selected";
-    Self::NoRcycle => "the program has no label RCYCLE";
-    Self::ServoOn => "servo power is on already (SV_RDY)";
-    Self::NotStopped => "a reset is accepted only in stop mode";
-    Self::Running => "the operation mode can be set only while the robot is stopped";
-    Self::NotFirst => "of several inputs at once only the first is processed";
-    Self::NotTeaching => "the key switch is not in TEACHING";
-    Self::Busy => "a program or a DO statement is under way";
-    Self::Free => "the guide mode is FREE";
-    Self::Guided => "the arm is being guided; JG ! ends that";
-    Self::Select(error) => "{error}";
-    Self::Jog(error) => "{error}";
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    #[error(transparent)]
+    Jog(#[from] MotionError),
 }
 
 impl Robot {
     /// Turning the key while a program runs stops it behind the present step.
     pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
-        let controller = self.config.controller;
+        let controller = self.context.config.controller;
         if key == KeySwitch::Internal && !controller.has_internal() {
             return Err(OperateError::NoInternal(controller.name()));
         }
         if key != self.panel.state().key {
             self.stop_after_step(StopCause::Other);
             self.panel.set_key(key);
-            self.arm.set_speed_limits(self.now, self.pace());
+            self.arm.set_speed_limits(self.context.now, self.pace());
         }
         Ok(())
     }
@@ -88,7 +83,7 @@ impl Robot {
     pub(crate) fn set_control_right(&mut self, right: ControlRight) {
         let state = self.panel.state();
         if state.key == KeySwitch::Ext && state.control_right != right {
-            self.arm.stop_jog(self.now);
+            self.arm.stop_jog(self.context.now);
         }
         self.panel.set_control_right(right);
     }
@@ -103,7 +98,7 @@ impl Robot {
     /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
     pub(crate) fn set_override(&mut self, percent: u8) {
         self.panel.set_override(percent);
-        self.arm.set_speed_limits(self.now, self.pace());
+        self.arm.set_speed_limits(self.context.now, self.pace());
     }
 
     /// The operation mode (CMD-EC-02).
@@ -123,14 +118,18 @@ impl Robot {
             (self.panel.state().safety_open, OperateError::SafetyOpen),
             (self.alarms.blocks_servo(), OperateError::ServoAlarm),
         ])?;
-        let interval = self.config.options.servo_interval;
-        self.outputs.event(self.panel.servo_on(self.now, interval));
+        let interval = self.context.config.options.servo_interval;
+        self.context
+            .outputs
+            .event(self.panel.servo_on(self.context.now, interval));
         Ok(())
     }
 
     /// Servo power that was held back comes if its time has come.
     pub(crate) fn end_servo_interval(&mut self) {
-        self.outputs.event(self.panel.end_servo_interval(self.now));
+        self.context
+            .outputs
+            .event(self.panel.end_servo_interval(self.context.now));
     }
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
@@ -142,21 +141,21 @@ impl Robot {
         self.may_start()?;
         self.renew_stale()?;
         if self.executor.is_reset() {
-            self.executor.rewind(self.now);
+            self.executor.rewind(self.context.now);
             self.clear_channels();
         }
         self.run_program();
         Ok(())
     }
 
-    /// What waits for an INPUT is gone (D10).
+    /// Drops the bytes that wait for an INPUT (D10).
     fn clear_channels(&mut self) {
         for (port, bytes) in self.channels.clear() {
             let message = format!(
                 "{} bytes that waited on {port} are lost by the start",
                 bytes.len()
             );
-            self.report(&rules::DATA_CLEARED, port, &bytes, message);
+            self.context.report(&rules::DATA_CLEARED, port, &bytes, message);
         }
     }
 
@@ -178,9 +177,9 @@ impl Robot {
         let on = !self.panel.state().feed_hold;
         self.panel.set_feed_hold(on);
         if on {
-            self.arm.hold(self.now);
+            self.arm.hold(self.context.now);
         } else if !self.is_held() {
-            self.arm.resume(self.now);
+            self.arm.resume(self.context.now);
         }
     }
 
@@ -198,14 +197,14 @@ impl Robot {
             return;
         }
         self.interrupt(StopCause::Host);
-        self.panel.power_off(self.now);
-        self.arm.power_off(self.now);
+        self.panel.power_off(self.context.now);
+        self.arm.power_off(self.context.now);
         self.signals.clear_outputs();
         if self.alarms.reset(|_| false) {
-            self.outputs.event(Event::AlarmsReset);
+            self.context.outputs.event(Event::AlarmsReset);
         }
         self.channels = Channels::default();
-        self.executor.power_off(self.now);
+        self.executor.power_off(self.context.now);
     }
 
     /// Power on: links are made anew.
@@ -214,19 +213,19 @@ impl Robot {
             return;
         }
         let file = FileName::parse(self.executor.file());
-        self.panel.power_on(self.now);
-        self.executor = Executor::new(&self.config.language(), self.now);
+        self.panel.power_on(self.context.now);
+        self.executor = Executor::new(&self.context.config.language(), self.context.now);
         if let Ok(name) = file
             && let Err(error) = self.select_file(&name)
         {
             let message = format!("the selection was dropped at power-on: {error}");
-            self.report(&rules::SELECTION_LOST, None, &[], message);
+            self.context.report(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
         let causes = self.panel.alarm_causes().into_iter();
         for (_, alarm) in causes.filter(|(there, _)| *there) {
             self.raise(alarm, String::new());
         }
-        self.outputs.push(Output::PowerCycled);
+        self.context.outputs.push(Output::PowerCycled);
     }
 }

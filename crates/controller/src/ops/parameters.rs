@@ -9,7 +9,7 @@ use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::{Edition, EthernetParameters, ParameterProblem, UserParameters};
 
 impl Robot {
-    /// What is wrong with the content of a parameter file.
+    /// Problems of a parameter file with this content.
     pub(crate) fn problems(&self, name: &str, content: &[u8]) -> Vec<ParameterProblem> {
         self.parameters.problems(name, content, self.edition())
     }
@@ -31,12 +31,12 @@ impl Robot {
     }
 
     pub(crate) fn make_parameter_files(&mut self) -> Result<(), DriveError> {
-        let options = &self.config.options;
+        let options = &self.context.config.options;
         let ethernet = EthernetParameters::factory_file(options.open_mode, options.line_end);
         let user = UserParameters::factory_file(options.line_end, self.edition());
         for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
             if !self.drive.contains(name) {
-                self.store(&FileName::parse(name)?, &content.into())?;
+                self.store_inside(&FileName::parse(name)?, &content.into())?;
             }
         }
         Ok(())

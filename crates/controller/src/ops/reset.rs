@@ -1,9 +1,10 @@
 //! RS and SL: back to a step, the reset of signals, the selection of a file.
 
-use super::{OperateError, Outcome};
+use super::{OperateError, Outcome, Refusal};
 use crate::SelectError;
 use crate::executor::Standstill;
 use crate::findings::rules;
+use crate::options::CycleWithoutLabel;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
@@ -14,10 +15,10 @@ impl Robot {
     /// RS, and RS,ERR with no reset of the program, in stop mode only (CMD-RS-01 to CMD-RS-10, decision D6).
     pub(super) fn op_reset(&mut self, reset: Option<Reset>) -> Outcome {
         if self.executor.is_running() {
-            return Outcome::ng("RS is accepted only in stop mode");
+            return Outcome::Ng(Refusal::NotStopped);
         }
         if let Some(reset) = reset {
-            return Outcome::of(self.reset_program(reset));
+            return Outcome::from_result(self.reset_program(reset));
         }
         self.reset_alarms();
         Outcome::Ok
@@ -34,13 +35,10 @@ impl Robot {
                 self.reset_alarms();
                 // A file that does not compile stays stale; the next start says why.
                 let _still_stale = self.renew_stale();
-                self.executor.initialise(self.now);
+                self.executor.initialise(self.context.now);
                 self.report_status();
             }
-            Reset::Step => {
-                self.executor.rewind(self.now);
-                self.report_status();
-            }
+            Reset::Step => self.step_reset(),
             Reset::Cycle => return self.cycle_reset(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
@@ -51,18 +49,51 @@ impl Robot {
         Ok(())
     }
 
+    /// RS,STP: to step 1 (CMD-RS-04).
+    fn step_reset(&mut self) {
+        self.executor.rewind(self.context.now);
+        self.reset_locals();
+        self.report_status();
+    }
+
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
     fn cycle_reset(&mut self) -> Result<(), OperateError> {
-        self.executor.selected().ok_or(OperateError::NoFile)?;
+        if self.executor.selected().is_none() {
+            return self.reset_without_label(OperateError::NoFile);
+        }
         // The next start runs the file as it is on the drive.
         self.renew_stale()?;
         if !self.executor.go_to_rcycle() {
-            return Err(OperateError::NoRcycle);
+            return self.reset_without_label(OperateError::NoRcycle);
         }
+        self.reset_locals();
         self.arm.drop_interrupted();
         self.executor.stand(Standstill::BetweenSteps);
         self.report_status();
         Ok(())
+    }
+
+    /// RS,CYC without a label to go to. Real hosts send RS,ERR, RS,CYC, RS,PRG and RS,STP and give up at the first
+    /// NG (T19).
+    ///
+    /// # Errors
+    /// `reason`, with `rs.cycle_without_label = ng`.
+    fn reset_without_label(&mut self, reason: OperateError) -> Result<(), OperateError> {
+        match self.context.config.options.cycle_without_label {
+            CycleWithoutLabel::AsStep => {
+                self.step_reset();
+                Ok(())
+            }
+            CycleWithoutLabel::Ng => Err(reason),
+        }
+    }
+
+    /// Both communication manuals keep all variables (CMD-RS-04, CMD-RS-05, S46); the library's manual keeps the global
+    /// ones only (L60, L61), which `scol.reset_locals` does.
+    fn reset_locals(&mut self) {
+        if self.context.config.options.reset_locals {
+            self.executor.reset_locals();
+        }
     }
 
     /// SL (CMD-SL-01 to CMD-SL-03).
@@ -73,12 +104,12 @@ impl Robot {
                 Outcome::Ok
             }
             Err(error) => {
-                let reason = error.to_string();
                 if let SelectError::Errors { .. } = &error {
                     let name = name.as_str().as_bytes();
-                    self.report(&rules::PROGRAM_ERRORS, port, name, reason.as_str());
+                    self.context
+                        .report(&rules::PROGRAM_ERRORS, port, name, error.to_string());
                 }
-                Outcome::Ng(reason)
+                Outcome::Ng(error.into())
             }
         }
     }

@@ -45,7 +45,7 @@ impl Robot {
     /// in mm/s instead, which no percentage states.
     pub(crate) fn speed_limit(&self) -> u8 {
         if self.is_slow() {
-            self.config.options.low_speed
+            self.context.config.options.low_speed
         } else {
             FULL_SPEED
         }
@@ -54,7 +54,7 @@ impl Robot {
     /// SU; it answers the SU request of SF (SF-21).
     pub(super) fn op_status(&mut self, context: &mut CommandContext<'_>) -> Outcome {
         let body = self.status_body();
-        let content = body.encode(self.config.options.su_layout);
+        let content = body.encode(self.context.config.options.su_layout);
         *context.last_status = Some(body);
         Outcome::file(content)
     }
@@ -62,7 +62,7 @@ impl Robot {
     /// SF (SF-01 to SF-46).
     pub(super) fn op_system_status(&mut self, context: &CommandContext<'_>) -> Outcome {
         let content = self.status_frame(context.last_status.as_ref());
-        match (self.frame_layout(), self.config.options.sf_texts) {
+        match (self.frame_layout(), self.context.config.options.sf_texts) {
             // The content fills its text: there is no room for an EOF (ste80722 S23).
             (SfLayout::Six, _) => Outcome::File(FlSender::single_text(content, &[])),
             (SfLayout::Eight, SfTexts::One) => Outcome::File(FlSender::single_text(content, &[EOF])),
@@ -85,8 +85,8 @@ impl Robot {
     fn system_status(&self, asked: Option<&StatusBody>) -> SystemStatus {
         let body = self.status_body();
         let conditions = self.executor.memory().conditions();
-        let pose = self.arm.pose(self.now, conditions);
-        let frames = self.arm.frames(self.now, conditions);
+        let pose = self.arm.pose(self.context.now, conditions);
+        let frames = self.arm.frames(self.context.now, conditions);
         let (executed, execution_task) = self.executor.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.executor.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
@@ -106,15 +106,15 @@ impl Robot {
             guide_rate: self.panel.state().jog_mode.rate,
             guide_mode: self.panel.state().jog_mode.mode,
             master_mode: body.master_mode.sf_code(),
-            power_on_minutes: self.panel.state().power_on_minutes(self.now),
-            run_minutes: self.panel.state().run_minutes(self.now),
+            power_on_minutes: self.panel.state().power_on_minutes(self.context.now),
+            run_minutes: self.panel.state().run_minutes(self.context.now),
             inputs: sf_words(lines.inputs),
             outputs: sf_words(lines.outputs),
             joint: single(pose.joints),
             // SCARA: X Y Z C T (hosts.md SF).
             world: single(pose.world.coords(pose.kind)),
             work: single(pose.work.coords(pose.kind)),
-            work_name: self.arm.work_name(self.now, &frames),
+            work_name: self.arm.work_name(self.context.now, &frames),
             tool_name: frames.tool.name.unwrap_or_default(),
             base_name: frames.base.name.unwrap_or_default(),
         }
@@ -137,15 +137,15 @@ impl Robot {
 
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).
     pub(super) fn op_version(&mut self) -> Outcome {
-        let system = self.config.controller.name();
+        let system = self.context.config.controller.name();
         let arm = self.arm.model().name.rsplit('-').next();
         let arm = arm.unwrap_or_default().to_uppercase();
-        let names = match self.config.options.vr_layout {
+        let names = match self.context.config.options.vr_layout {
             VrLayout::Blanks => Vec::from([system.to_string()]),
             VrLayout::Packed => Vec::from([system.to_string(), arm]),
         };
         let records: Vec<VersionRecord> = names.into_iter().map(version).collect();
-        Outcome::file(encode_versions(&records, self.config.options.vr_layout))
+        Outcome::file(encode_versions(&records, self.context.config.options.vr_layout))
     }
 }
 

@@ -3,54 +3,46 @@
 use super::Outcome;
 use crate::alarm;
 use crate::drive::DriveError;
-use crate::output::Output;
-use crate::persistence::PendingChange;
+use crate::persistence::{Change, Then, Waiting};
 use crate::prelude::*;
 use crate::robot::Robot;
-use bytes::Bytes;
+use core::fmt::Display;
 use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
-use ts3100_proto::error_text;
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::mr::encode_values;
 
 /// Why a variable was not read or written.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum VariableError {
+    #[error("no file is selected")]
     NoFile,
+    #[error("there is no variable {0}")]
     Unknown(String),
+    #[error("the type of {0} is unknown")]
     UnknownKind(String),
+    #[error("{name} is {}, not {}", found.description(), asked.description())]
     Kind {
         name: String,
         found: ValueKind,
         asked: ValueKind,
     },
-    Subscripts {
-        code: i32,
-        name: String,
-    },
+    #[error("type {code} does not match the subscripts of {name}")]
+    Subscripts { code: i32, name: String },
+    #[error("expected {expected}, found `{found}`{hint}")]
     Value {
         expected: &'static str,
         found: String,
+        hint: &'static str,
     },
+    #[error("the file has been downloaded again; select it first")]
     Stale,
+    #[error("the file does not compile with that value")]
     Compile,
-    Access(AccessError),
-    Drive(DriveError),
-}
-
-error_text! {
-    VariableError: Access from AccessError, Drive from DriveError;
-    Self::NoFile => "no file is selected";
-    Self::Unknown(name) => "there is no variable {name}";
-    Self::UnknownKind(name) => "the type of {name} is unknown";
-    Self::Kind { name, found, asked } => "{name} is {}, not {}", found.description(), asked.description();
-    Self::Subscripts { code, name } => "type {code} does not match the subscripts of {name}";
-    Self::Value { expected, found } => "expected {expected}, found `{found}`";
-    Self::Stale => "the file has been downloaded again; select it first";
-    Self::Compile => "the file does not compile with that value";
-    Self::Access(error) => "{error}";
-    Self::Drive(error) => "{error}";
+    #[error(transparent)]
+    Access(#[from] AccessError),
+    #[error(transparent)]
+    Drive(#[from] DriveError),
 }
 
 type VariableResult<T> = Result<T, VariableError>;
@@ -60,7 +52,7 @@ impl Robot {
     pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
         match self.read_variable(&read.variable, read.kind) {
             Ok(value) => Outcome::file(encode_values(&numbers(&value, self.arm.kind()))),
-            Err(reason) => Outcome::Ng(reason.to_string()),
+            Err(reason) => Outcome::Ng(reason.into()),
         }
     }
 
@@ -71,12 +63,15 @@ impl Robot {
         Ok(value)
     }
 
-    /// MW (CMD-MW-01 to CMD-MW-06).
+    /// MW (CMD-MW-01 to CMD-MW-06): acts at once, or when the file that it changes is on the drive.
+    ///
+    /// # Errors
+    /// Why it has no effect.
     pub(crate) fn write_variable(
         &mut self,
         write: &VariableWrite,
         room: Option<usize>,
-    ) -> VariableResult<()> {
+    ) -> VariableResult<Option<Change>> {
         let arm = self.arm.kind();
         let name = &write.variable.name;
         self.executor.selected().ok_or(VariableError::NoFile)?;
@@ -89,18 +84,31 @@ impl Robot {
         // The file is on the drive before the value counts (CMD-MW-02).
         if let Some(selected) = self.executor.selected().filter(|_| write.restore) {
             let source = selected.rewritten(&write.variable, &value)?;
-            self.rewrite(source, room)?;
+            let variable = Some((write.variable.clone(), value));
+            return Ok(Some(Change {
+                variable,
+                ..self.rewrite(source, room)?
+            }));
         }
         self.executor.set_global(&write.variable, value)?;
-        Ok(())
+        Ok(None)
     }
 
     /// RESTORE of a program: the values go into the file as those of MW do (scol.md 13.4).
-    pub(crate) fn restore_data(&mut self, names: Vec<String>, direct: bool) {
-        let restored = self.restored(&names);
-        if self.persistence.is_pending() {
-            return self.persistence.hold(PendingChange::Restore { names, direct });
+    pub(crate) fn restore_data(&mut self, names: &[String], direct: bool) {
+        match self.restored(names) {
+            Ok(change) => {
+                if let Some(Waiting { change, .. }) = self.propose(change, Then::Restored { direct }) {
+                    let restored = self.commit(change, Ok(()));
+                    self.end_restore(direct, restored);
+                }
+            }
+            Err(reason) => self.end_restore(direct, Err(reason)),
         }
+    }
+
+    /// RESTORE is over, and the program goes on.
+    pub(crate) fn end_restore(&mut self, direct: bool, restored: Result<(), impl Display>) {
         if let Err(reason) = restored {
             self.raise(alarm::NOT_RESTORED, format!("RESTORE: {reason}"));
         }
@@ -109,32 +117,30 @@ impl Robot {
         }
     }
 
-    fn restored(&mut self, names: &[String]) -> VariableResult<()> {
+    fn restored(&self, names: &[String]) -> VariableResult<Change> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         let source = selected.restored(names)?;
         self.rewrite(source, None)
     }
 
-    /// Stores the selected file with new initial values on the drive; what runs of it goes on in there.
-    fn rewrite(&mut self, source: String, room: Option<usize>) -> VariableResult<()> {
+    /// The selected file with new initial values, to be stored on the drive.
+    fn rewrite(&self, source: String, room: Option<usize>) -> VariableResult<Change> {
         let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
         if selected.is_stale() {
             return Err(VariableError::Stale);
         }
         let file = FileName::parse(selected.name()).map_err(DriveError::from)?;
-        let program = self.config.compile(&source).program;
+        let program = self.context.config.compile(&source).program;
         let program = program.ok_or(VariableError::Compile)?;
         let (name, size) = (file.as_str().to_string(), source.len());
         if let Some(free) = room.filter(|free| size > *free) {
             return Err(DriveError::Full { name, size, free }.into());
         }
-        let content = Bytes::copy_from_slice(source.as_bytes());
-        self.drive.check(&file, &content)?;
-        self.persist(&name, Some(&content))?;
-        self.drive.store_checked(&file, content.clone());
-        self.executor.take_rewritten(source, program);
-        self.outputs.push(Output::Stored { name, content });
-        Ok(())
+        let staged = self.drive.stage(&file, source.into())?;
+        Ok(Change {
+            program: Some(program),
+            ..staged.into()
+        })
     }
 }
 
@@ -184,9 +190,16 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    // A host whose language writes 1,5 sends two values.
+    // With one in a position short of its configuration the count is right.
+    let may_be_too_long = numbers.len() > kind.width(arm);
     let wrong = |expected| VariableError::Value {
         expected,
         found: found.join(" "),
+        hint: match may_be_too_long {
+            true => "; a comma separates values: the decimal sign is a point",
+            false => "",
+        },
     };
     if !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));

@@ -1,7 +1,9 @@
 //! What a host and those who hold the controller see of a change that is kept, and of one that is not.
 
 use super::*;
-use crate::action::ActionErrorKind;
+use crate::PersistError;
+use crate::action::{Action, ActionErrorKind};
+use crate::drive::STAGED;
 use crate::options::WhileSending;
 use crate::output::{Event, Output};
 use crate::panel::{ControlRight, PanelAction};
@@ -124,6 +126,32 @@ fn a_download_is_answered_when_it_is_kept() {
 }
 
 #[test]
+fn a_change_is_carried_out_once_whoever_stores_it() {
+    for outside in [false, true] {
+        let mut robot = Robot::new(outside);
+        let staged = |robot: &mut Robot, act: &dyn Fn(&mut Robot)| {
+            let before = STAGED.get();
+            act(robot);
+            STAGED.get() - before
+        };
+        robot.command("DL,A");
+        robot.sent(Port::Ip0);
+        let download = staged(&mut robot, &|robot| {
+            robot.bytes(Port::Ip0, b"\x02FL,NEW\n\x1a\x03");
+        });
+        assert_eq!(
+            (download, robot.sent(Port::Ip0).as_str()),
+            (1, " OK  "),
+            "{outside}"
+        );
+        let write = staged(&mut robot, &|robot| robot.command("MW,1 N 0 5"));
+        assert_eq!((write, robot.sent(Port::Ip0).as_str()), (1, " OK  "), "{outside}");
+        assert_eq!(robot.file("A"), b"NEW\n");
+        assert_eq!(robot.asked.len(), if outside { 2 } else { 0 });
+    }
+}
+
+#[test]
 fn what_is_not_kept_is_refused_and_the_drive_is_as_before() {
     let mut robot = Robot::full();
     let drive = robot.controller.drive().clone();
@@ -162,6 +190,24 @@ fn what_is_not_kept_is_refused_and_the_drive_is_as_before() {
         (robot.sent(Port::Ip0).as_str(), robot.file("A")),
         (" OK  ", b"none".as_slice())
     );
+}
+
+/// The download holds the SP back. It has ended when its file is being stored, but OK has not been sent yet.
+#[test]
+fn no_sp_leaves_while_a_file_is_being_stored() {
+    let mut robot = Robot::new(true);
+    for command in ["RN", "DL,A"] {
+        robot.command(command);
+        assert_eq!(robot.sent(Port::Ip0), " OK  ");
+    }
+    let bytes = b"\x02FL,NEW\n\x1a\x03".to_vec();
+    let input = Input::received(Port::Ip0, bytes);
+    robot.outputs = robot.controller.feed(Time::from_millis(600), input);
+    assert_eq!(robot.sent(Port::Ip0), "");
+    robot.feed(Input::Persisted(Ok(())));
+    assert_eq!(robot.sent(Port::Ip0), " OK  ");
+    robot.feed_at(Time::from_millis(650), Input::Tick);
+    assert_eq!(robot.sent(Port::Ip0), " SP  ");
 }
 
 #[test]

@@ -6,6 +6,7 @@ use super::SnapshotError;
 use super::error::{CheckResult, check};
 use crate::alarm::Alarms;
 use crate::arm::Guide;
+use crate::controller::Controller;
 use crate::drive::Drive;
 use crate::endpoint::{Endpoints, fresh_lines};
 use crate::io::signals::Signals;
@@ -14,7 +15,7 @@ use crate::limits::{
     RING_BUFFER, SERVO_ONS,
 };
 use crate::network::NetworkConfig;
-use crate::options::Config;
+use crate::options::{Config, FieldBus};
 use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::prelude::*;
@@ -26,6 +27,7 @@ use core::ops::RangeInclusive;
 use core::time::Duration;
 use scol_mini::MAX_POINTS;
 use ts3100_proto::name::FileName;
+use ts3100_proto::parameter::{MAX_STRINGS, StringRow};
 
 /// Longest duration anything is counted with: as long as virtual time can last.
 const LONGEST: Duration = Duration::from_micros(u64::MAX);
@@ -91,52 +93,65 @@ fn check_points(config: &Config) -> CheckResult {
     Ok(())
 }
 
-pub(super) fn check_controller(robot: &Robot, endpoints: &Endpoints) -> CheckResult {
+pub(super) fn check_controller(controller: &Controller) -> CheckResult {
+    let Controller { robot, endpoints, .. } = controller;
     check_state(robot)?;
     check_drive(robot)?;
     check_alarms(&robot.alarms)?;
-    check_signals(&robot.signals)?;
+    check_signals(&robot.signals, robot.context.config.options.field_bus)?;
     check_channels(robot)?;
     let network = *robot.parameters.network();
     let asked = NetworkConfig::new(robot.parameters.ethernet());
     let expected = "the channels of `ethernet`";
     check(network == asked, "network", expected, "others")?;
-    check_endpoints(endpoints, &robot.config)?;
-    robot.arm.validate(robot.now)?;
+    let strings = robot.parameters.strings();
+    check_at_most("strings", strings.len(), MAX_STRINGS)?;
+    let valid = strings.iter().all(StringRow::is_valid);
+    check(valid, "strings", "rows of STRING.PAR", "others")?;
+    check_endpoints(endpoints, robot)?;
+    robot.arm.validate(robot.context.now)?;
     if let Some(Guide::Host(port)) = robot.arm.guide() {
         check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
-    check_faults(endpoints, &robot.config)?;
+    check_faults(endpoints, &robot.context.config)?;
+    robot.context.fault_effects.validate()?;
     check_at_most("pendant", robot.channels.pendant().len(), PENDANT_TEXT)?;
-    let due = endpoints.deadline(robot).unwrap_or(robot.now);
-    let expected = format!("nothing that was due before {}", robot.now);
-    check(due >= robot.now, "now", &expected, due)
+    let due = controller.deadline().unwrap_or(robot.context.now);
+    let expected = format!("nothing that was due before {}", robot.context.now);
+    check(due >= robot.context.now, "now", &expected, due)
 }
 
 fn check_state(robot: &Robot) -> CheckResult {
     let state = robot.panel.state();
-    check_range("state.override_percent", state.override_percent, 1..=100)?;
-    check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
-    check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;
-    check_range("state.guide.mode", state.jog_mode.mode, 0..=2)?;
-    check_duration("state.run_total", state.run_total)?;
-    check_duration("upkeep", robot.maintenance.longest())?;
+    check_range("panel.override_percent", state.override_percent, 1..=100)?;
+    check_range("panel.jog_mode.coordinate", state.jog_mode.coordinate, 0..=3)?;
+    check_range("panel.jog_mode.rate", state.jog_mode.rate, 0..=2)?;
+    check_range("panel.jog_mode.mode", state.jog_mode.mode, 0..=2)?;
+    check_duration("panel.run_total", state.run_total)?;
+    check_duration("maintenance", robot.maintenance.longest())?;
+    let expected = "what items showed when they were reset";
+    check(
+        robot.maintenance.has_valid_bases(),
+        "maintenance.bases",
+        expected,
+        "others",
+    )?;
     if let Some(watchdog) = &state.watchdog {
-        check_duration("state.watchdog.timeout", watchdog.timeout)?;
+        check_duration("panel.watchdog.timeout", watchdog.timeout)?;
     }
-    check_range("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
+    check_range("panel.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
     let due = state.servo_due.is_some();
     let expected = "no servo power that is held back while it is on";
-    check(!(state.servo && due), "state.servo_due", expected, "one")?;
+    check(!(state.servo && due), "panel.servo_due", expected, "one")?;
     let stopped = state.emergency_stop || state.safety_open;
     let expected = "no servo power in an emergency stop or with the safety switch open";
     let holds = !(stopped && (state.servo || due));
-    check(holds, "state.servo", expected, "servo power")?;
-    check_key("state.key", &robot.config, state.key)
+    check(holds, "panel.servo", expected, "servo power")?;
+    check_key("panel.key", &robot.context.config, state.key)
 }
 
 fn check_drive(robot: &Robot) -> CheckResult {
-    let capacity = robot.config.options.drive_capacity;
+    let capacity = robot.context.config.options.drive_capacity;
     let mut fresh = Drive::new(capacity);
     for (name, content) in robot.drive.files() {
         let place = format!("drive.files.{name}");
@@ -144,7 +159,7 @@ fn check_drive(robot: &Robot) -> CheckResult {
         let Some(normal) = normal.filter(|normal| normal.as_str() == name) else {
             return Err(SnapshotError::value(&place, "a file name in upper case", name));
         };
-        let stored = fresh.store(&normal, content);
+        let stored = fresh.store(&normal, content.to_vec());
         stored.map_err(|error| SnapshotError::value(&place, "a file the RAM drive takes", error))?;
     }
     let expected = format!("{capacity}, as config.options.drive_capacity");
@@ -161,10 +176,14 @@ fn check_alarms(alarms: &Alarms) -> CheckResult {
     Ok(())
 }
 
-fn check_signals(signals: &Signals) -> CheckResult {
+fn check_signals(signals: &Signals, bus: FieldBus) -> CheckResult {
     for (place, line) in signals.snapshot_lines() {
         let expected = "a line that exists; a pulse of an output that is on";
         check(Signals::exists(line), &format!("signals.{place}"), expected, line)?;
+        // Pulsed outputs are on, so the outputs stand for the pulses too.
+        let is_cut_off = place == "outputs" && bus == FieldBus::Absent && Signals::is_on_field_bus(line);
+        let expected = "no output of the field bus that is on, or `io.field_bus = present`";
+        check(!is_cut_off, &format!("signals.{place}"), expected, line)?;
     }
     Ok(())
 }
@@ -179,7 +198,7 @@ fn check_channels(robot: &Robot) -> CheckResult {
     check_at_most("keys.ring", keys.len(), RING_BUFFER)
 }
 
-fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {
+fn check_endpoints(endpoints: &Endpoints, robot: &Robot) -> CheckResult {
     let hosts = [Port::Host, Port::Ip0];
     check_ports("sessions", endpoints.sessions.keys(), hosts.into_iter())?;
     for (port, session) in &endpoints.sessions {
@@ -187,7 +206,16 @@ fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {
         let own = session.port == *port;
         check(own, &format!("{place}.port"), port.name(), session.port)?;
         let expected = "a text, a message and a file within their bounds";
-        check(session.is_valid(config.options.text), &place, expected, "more")?;
+        check(
+            session.is_valid(robot.context.config.options.text),
+            &place,
+            expected,
+            "more",
+        )?;
+        let (seen, made) = (&session.seen_requests, &robot.panel.state().stop_requests);
+        let expected = "as many requests as `state.stop_requests` counts, or less";
+        let holds = seen.is_part_of(made);
+        check(holds, &format!("{place}.seen_requests"), expected, "more")?;
     }
     check_ports("lines", endpoints.lines.keys(), fresh_lines().into_keys())?;
     for (port, line) in &endpoints.lines {
@@ -206,10 +234,10 @@ fn check_faults(endpoints: &Endpoints, config: &Config) -> CheckResult {
     let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
     let found = endpoints.variation.as_ref().map(Variation::seed);
     let expected = format!("{}, as config.vary", seed(config.vary));
-    check(found == config.vary, "vary.seed", &expected, seed(found))?;
+    check(found == config.vary, "variation.seed", &expected, seed(found))?;
     for port in Port::ALL {
         let (bytes, segments) = endpoints.send_queue.waiting(port);
-        let place = format!("outbox.queues.{port}");
+        let place = format!("send_queue.queues.{port}");
         check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
         check_at_most(&place, segments, MAX_QUEUED_SEGMENTS)?;
     }

@@ -2,33 +2,25 @@
 
 use crate::prelude::*;
 use scol_mini::RestoreError;
-use ts3100_proto::error_text;
 
 /// Why a snapshot cannot be restored.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SnapshotError {
     /// A value that no run leads to.
+    #[error("snapshot, {place}: expected {expected}, found {found}")]
     Value {
         /// Where: the fields, joined by dots.
         place: String,
-        /// What could stand there.
         expected: String,
-        /// What stands there.
         found: String,
     },
     /// A machine or a memory that does not fit its program.
+    #[error("snapshot, {place}: {reason}")]
     Run {
         /// Where.
         place: String,
-        /// What is wrong with it.
         reason: RestoreError,
     },
-}
-
-error_text! {
-    SnapshotError;
-    Self::Value { place, expected, found } => "snapshot, {place}: expected {expected}, found {found}";
-    Self::Run { place, reason } => "snapshot, {place}: {reason}";
 }
 
 impl SnapshotError {

@@ -49,7 +49,9 @@ impl Serialize for AlarmCode {
 impl<'de> Deserialize<'de> for AlarmCode {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<AlarmCode, D::Error> {
         let number = String::deserialize(from)?;
-        AlarmCode::from_number(&number).ok_or_else(|| {
+        // Files of earlier versions have the numbers that were replaced since.
+        let current = AlarmCode::replacement(&number).unwrap_or(&number);
+        AlarmCode::from_number(current).ok_or_else(|| {
             D::Error::custom(format!(
                 "expected the number of an alarm of the table, found `{number}`"
             ))

@@ -17,6 +17,7 @@ use error::check;
 use crate::Controller;
 use crate::alarm::Alarms;
 use crate::arm::{Arm, Guide};
+use crate::context::Context;
 use crate::drive::Drive;
 use crate::endpoint::Endpoints;
 use crate::endpoint::send_queue::SendQueue;
@@ -24,6 +25,7 @@ use crate::endpoint::serial_line::SerialLine;
 use crate::endpoint::session::Session;
 use crate::executor::Executor;
 use crate::faults::Faults;
+use crate::faults::effects::FaultEffects;
 use crate::io::channel::Channel;
 use crate::io::channels::Channels;
 use crate::io::signals::Signals;
@@ -40,14 +42,14 @@ use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
-use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+use ts3100_proto::parameter::{EthernetParameters, StringRow, UserParameters};
 
-/// What a snapshot says it is.
+/// Value of `format` in every snapshot.
 pub const SNAPSHOT_FORMAT: &str = "ts3100-snapshot";
 /// Version of the snapshots that this version writes and reads. A field more or less is another version.
 pub const SNAPSHOT_VERSION: u32 = 1;
 
-/// What stands at the head of every snapshot, to be read before the rest is believed to be one.
+/// Head of every snapshot, read before the rest is believed to be one.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SnapshotHeader {
     /// [`SNAPSHOT_FORMAT`].
@@ -77,7 +79,6 @@ pub struct Snapshot {
     version: u32,
     config: Config,
     now: Time,
-    #[serde(rename = "state")]
     panel: Panel,
     drive: Drive,
     alarms: Alarms,
@@ -87,20 +88,18 @@ pub struct Snapshot {
     lines: BTreeMap<Port, SerialLine>,
     keys: Channel,
     pendant: String,
-    #[serde(rename = "execution")]
     executor: Executor,
     arm: Arm,
     jogging: Option<Guide>,
     ethernet: EthernetParameters,
     user: UserParameters,
+    strings: Vec<StringRow>,
     network: NetworkConfig,
     traced: bool,
-    #[serde(default)]
-    upkeep: MaintenanceCounters,
+    maintenance: MaintenanceCounters,
     faults: Faults,
-    #[serde(rename = "vary")]
+    fault_effects: FaultEffects,
     variation: Option<Variation>,
-    #[serde(rename = "outbox")]
     send_queue: SendQueue,
 }
 
@@ -118,8 +117,8 @@ impl Controller {
         Snapshot {
             format: SNAPSHOT_FORMAT.to_string(),
             version: SNAPSHOT_VERSION,
-            config: self.robot.config.clone(),
-            now: self.robot.now,
+            config: self.robot.context.config.clone(),
+            now: self.robot.context.now,
             panel: self.robot.panel.clone(),
             drive: self.robot.drive.clone(),
             alarms: self.robot.alarms.clone(),
@@ -134,10 +133,12 @@ impl Controller {
             jogging: self.robot.arm.guide(),
             ethernet: self.robot.parameters.ethernet().clone(),
             user: *self.robot.parameters.user(),
+            strings: self.robot.parameters.strings().to_vec(),
             network: *self.robot.parameters.network(),
-            traced: self.robot.outputs.is_traced(),
-            upkeep: self.robot.maintenance,
+            traced: self.robot.context.outputs.is_traced(),
+            maintenance: self.robot.maintenance,
             faults: self.endpoints.faults.clone(),
+            fault_effects: self.robot.context.fault_effects.clone(),
             variation: self.endpoints.variation.clone(),
             send_queue: self.endpoints.send_queue.clone(),
         }
@@ -156,33 +157,50 @@ impl Controller {
         let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
         executor.relink(&config)?;
-        let mut robot = Box::new(Robot {
+        let context = Context {
             now: snapshot.now,
+            outputs: Outputs::default(),
+            fault_effects: snapshot.fault_effects,
+            config,
+        };
+        let mut robot = Box::new(Robot {
             panel: snapshot.panel,
             drive: snapshot.drive,
             alarms: snapshot.alarms,
             signals: snapshot.signals,
             channels: Channels::restored(snapshot.channels, snapshot.keys, snapshot.pendant),
             executor,
-            arm: snapshot.arm.with_model(config.model.clone(), snapshot.jogging),
-            parameters: Parameters::restored(snapshot.ethernet, snapshot.user, snapshot.network),
-            maintenance: snapshot.upkeep,
+            arm: snapshot
+                .arm
+                .with_model(context.config.model.clone(), snapshot.jogging),
+            parameters: Parameters::restored(
+                snapshot.ethernet,
+                snapshot.user,
+                snapshot.strings,
+                snapshot.network,
+            ),
+            maintenance: snapshot.maintenance,
             persistence: Persistence::default(),
             notices: Vec::new(),
-            outputs: Outputs::default(),
-            config,
+            context,
         });
-        robot.outputs.trace(snapshot.traced);
-        let mut endpoints = Endpoints {
+        robot.context.outputs.trace(snapshot.traced);
+        let endpoints = Endpoints {
             sessions: snapshot.sessions,
             lines: snapshot.lines,
             faults: snapshot.faults,
             variation: snapshot.variation,
             send_queue: snapshot.send_queue,
+            settings: robot.parameters.serial_lines(),
+            fired: Vec::new(),
+        };
+        let mut controller = Controller {
+            robot,
+            endpoints,
             due: None,
         };
-        bounds::check_controller(&robot, &endpoints)?;
-        endpoints.find_due(&robot);
-        Ok(Controller { robot, endpoints })
+        bounds::check_controller(&controller)?;
+        controller.find_due();
+        Ok(controller)
     }
 }

@@ -4,13 +4,16 @@
 //! an input of the controller or a change of a connection, between two inputs. Snapshot requests are in `snapshots`.
 
 use super::Driver;
-use super::request::{LinkAction, PendingWait, Reply, Request, View};
-use crate::cell::{Notice, Side};
+use super::edge::Start;
+use super::request::{Awaiting, LinkAction, PendingWait, Reply, Request, View};
 use crate::clock::{self, TimeMode, Wake};
+use crate::seat::{Notice, Side};
 use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::Channel;
+use crate::world::Robot;
 use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
 use tracing::{error, info};
 use ts3100_controller::action::{Accepted, Action, ActionError, ActionErrorKind};
 use ts3100_controller::faults::FaultAction;
@@ -19,46 +22,44 @@ use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
 impl Driver {
-    /// Carries out one request and replies to the caller.
-    pub(super) async fn serve_request(&mut self, request: Request) {
+    /// Carries out one request for a robot and replies to the caller.
+    pub(super) async fn serve_request(&mut self, robot: usize, request: Request) {
         match request {
             Request::Panel(panel, reply) => {
-                self.edge.clock.note_activity();
-                let result = self.handle(Input::Panel(panel), Side::Host);
-                self.reply(result, Box::new(move |_, view| reply((), view)));
+                self.clock.note_activity();
+                let result = self.handle(robot, Input::Panel(panel), Side::Host);
+                self.reply(robot, result, Box::new(move |_, view| reply((), view)));
             }
             Request::Action(action, reply) => {
-                self.edge.clock.note_activity();
-                let result = self.handle(Input::Action(action), Side::Host);
-                self.reply(result, reply);
+                self.clock.note_activity();
+                let result = self.handle(robot, Input::Action(action), Side::Host);
+                self.reply(robot, result, reply);
             }
             Request::LinkAction(action, reply) => {
-                self.edge.clock.note_activity();
-                let result = self.act_on_link(action).await;
+                self.clock.note_activity();
+                let result = self.act_on_link(robot, action).await;
                 // What is due in the new time mode, before the state is read.
-                self.feed(Input::Tick);
-                self.reply(result, reply);
+                self.feed(robot, Input::Tick);
+                self.reply(robot, result, reply);
             }
             Request::Snapshot(task, reply) => {
-                // Handle what is already due first, so that the saved state is the present one.
-                self.feed(Input::Tick);
-                self.finish_writes().await;
-                let result = self.act_on_snapshots(task).await;
-                self.finish_writes().await;
-                reply(result, &self.view());
+                let mut results = self.act_together(vec![(robot, task)]).await;
+                if let Some(result) = results.pop() {
+                    reply(result, &self.view(robot));
+                }
             }
             Request::Query(look) => {
-                // As above, but what is being stored is not waited for.
-                if self.edge.write.is_none() {
-                    self.feed(Input::Tick);
+                // What is already due happens first; what is being stored is not waited for.
+                if !self.is_storing() {
+                    self.feed(robot, Input::Tick);
                 }
-                look((), &self.view());
+                look((), &self.view(robot));
             }
             Request::Wait(wait, done) => {
-                self.feed(Input::Tick);
-                let since = self.cell.controller.now();
+                self.feed(robot, Input::Tick);
+                let since = self.world[robot].seat.controller.now();
                 let limit = since + wait.timeout;
-                self.edge.waits.push(PendingWait {
+                self.world[robot].edge.waits.push(PendingWait {
                     wait,
                     since,
                     limit,
@@ -66,53 +67,90 @@ impl Driver {
                     done,
                 });
                 // It may have ended already.
-                self.feed(Input::Tick);
+                self.feed(robot, Input::Tick);
             }
-            Request::Exclusive(requests) => self.exclusive = Some(requests),
-            Request::StandStill(moment, reply) => {
-                self.edge.clock.hold(Some(moment));
-                self.edge.begun = Instant::now();
-                let now = self.edge.clock.now();
-                let _ = self.cell.feed(now, Input::Tick, Side::Host, &mut self.edge);
-                self.finish_writes().await;
-                reply((), &self.view());
+            Request::SetOutside(name, on, done) => {
+                if self.world.can_set(&name) {
+                    let now = self.begin();
+                    self.world.set_outside(now, name, on);
+                    self.note_effects();
+                    self.tell_settled(done);
+                } else {
+                    // Fails only when nobody waits for it.
+                    let _ = done.send(false);
+                }
             }
+            // The loop ends its turn with it.
+            Request::Pause(_) => {}
         }
     }
 
     /// Replies to the caller, as soon as the action has its result.
     pub(super) fn reply(
         &mut self,
+        robot: usize,
         result: Result<Accepted, ActionError>,
         reply: Reply<Result<(), ActionError>>,
     ) {
         if result == Ok(Accepted::Pending) {
-            self.awaiting = Some(reply);
+            self.awaiting = Some(Awaiting::Result(robot, reply));
         } else {
-            reply(result.map(drop), &self.view());
+            reply(result.map(drop), &self.view(robot));
         }
     }
 
-    fn view(&self) -> View<'_> {
+    /// Tells the caller, as soon as nothing is being stored, that everything that follows from an outside line has happened.
+    pub(super) fn tell_settled(&mut self, done: oneshot::Sender<bool>) {
+        if self.world.is_storing() {
+            self.awaiting = Some(Awaiting::Settled(done));
+        } else {
+            // Fails only when nobody waits for it.
+            let _ = done.send(true);
+        }
+    }
+
+    pub(super) fn view(&self, robot: usize) -> View<'_> {
+        let Robot { seat, edge, .. } = &self.world[robot];
+        let (lag, skipped) = edge.lost_before;
         View {
-            controller: &self.cell.controller,
-            clock: &self.edge.clock,
-            ports: self.ports(),
-            serial_lines: &self.edge.serial_lines,
-            backing: self.edge.backing.as_ref().map(Backing::status),
-            snapshots: &self.snapshot_store,
+            controller: &seat.controller,
+            time: self.clock.mode(),
+            lag: self.clock.lag().saturating_sub(lag),
+            skipped: self.clock.skipped().saturating_sub(skipped),
+            ports: edge.channels.numbers(),
+            serial_lines: &edge.serial_lines,
+            backing: edge.backing.as_ref().map(Backing::status),
+            snapshots: &edge.snapshots,
+            world: &self.world,
         }
     }
 
-    async fn act_on_link(&mut self, action: LinkAction) -> Result<Accepted, ActionError> {
+    /// Everything that is due until this moment happens, and time stands there until [`Driver::go_on`].
+    pub(super) async fn stand_at(&mut self, moment: Instant) {
+        self.clock.hold(Some(moment));
+        self.tick();
+        self.finish_writes().await;
+    }
+
+    /// Time passes again, and wires carry, wherever the caller of a pause has stopped.
+    pub(super) fn go_on(&mut self) {
+        self.clock.hold(None);
+        self.begin();
+        self.world.mend_wires();
+        self.note_effects();
+    }
+
+    async fn act_on_link(&mut self, robot: usize, action: LinkAction) -> Result<Accepted, ActionError> {
         match action {
             LinkAction::Inject { port, bytes } => {
-                self.require_peer(port, port.protocol().is_some())?;
-                return self.handle(Input::received(port, bytes), Side::Host);
+                self.require_peer(robot, port, port.protocol().is_some())?;
+                return self.handle(robot, Input::received(port, bytes), Side::Host);
             }
             LinkAction::Drop { port } => {
-                self.require_peer(port, true)?;
-                if self.edge.serial_lines.endpoint(port).is_some() {
+                self.require_peer(robot, port, true)?;
+                let now = self.clock.now();
+                let dropped = &mut self.world[robot];
+                if dropped.edge.serial_lines.endpoint(port).is_some() {
                     return Err(ActionError::conflict(
                         port,
                         format!(
@@ -120,17 +158,18 @@ impl Driver {
                         ),
                     ));
                 }
-                self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
-                let channel = self.edge.channels.get_mut(port);
+                let time = dropped.time_at(now);
+                dropped.seat.notify(time, Notice::Dropped(port));
+                let channel = dropped.edge.channels.get_mut(port);
                 let inputs = channel.map_or_else(Vec::new, Channel::drop_peer);
-                self.feed_own(inputs);
+                self.feed_own(robot, inputs);
             }
             LinkAction::TimeMode(mode) => {
-                self.edge.clock.set_mode(mode);
+                self.clock.set_mode(mode);
                 self.judge_pace();
                 info!("time: {mode}");
             }
-            LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
+            LinkAction::Reset => self.reset(robot).await.map_err(|reason| ActionError {
                 kind: ActionErrorKind::NotPersisted,
                 ..ActionError::conflict(
                     "drive",
@@ -142,18 +181,19 @@ impl Driver {
     }
 
     /// Handles inputs that the controller's side has caused.
-    fn feed_own(&mut self, inputs: Vec<Input>) {
+    fn feed_own(&mut self, robot: usize, inputs: Vec<Input>) {
         for input in inputs {
             // Only actions are refused.
-            let _ = self.handle(input, Side::Robot);
+            let _ = self.handle(robot, input, Side::Robot);
         }
     }
 
     /// Fails if the power is off, or if `expected` is set and no peer is connected.
-    fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
-        let reason = if !self.cell.controller.state().powered {
+    fn require_peer(&self, robot: usize, port: Port, expected: bool) -> Result<(), ActionError> {
+        let controller = &self.world[robot].seat.controller;
+        let reason = if !controller.state().powered {
             "the power is off"
-        } else if expected && self.cell.controller.peer(port).is_none() {
+        } else if expected && controller.peer(port).is_none() {
             "nobody is connected"
         } else {
             return Ok(());
@@ -164,22 +204,27 @@ impl Driver {
         ))
     }
 
-    /// Restores the state at the start: connections closed, time at its initial value.
+    /// Restores the state of a robot at the start: connections closed, time at its initial value.
     ///
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
-    async fn reset(&mut self) -> Result<(), StoreError> {
-        let network = self.initial_controller.network();
-        for input in self.edge.channels.close_for(network) {
+    async fn reset(&mut self, number: usize) -> Result<(), StoreError> {
+        let robot = &mut self.world[number];
+        let network = *robot.edge.start.controller.network();
+        for input in robot.edge.channels.close_for(&network) {
             if let Input::Disconnected { port } = input {
-                self.cell.notify(self.edge.clock.now(), Notice::Dropped(port));
+                let now = self.clock.now();
+                let robot = &mut self.world[number];
+                let time = robot.time_at(now);
+                robot.seat.notify(time, Notice::Dropped(port));
             }
-            self.feed_own(vec![input]);
+            self.feed_own(number, vec![input]);
         }
-        self.feed(Input::Tick);
+        self.feed(number, Input::Tick);
         self.finish_writes().await;
-        let mut next = self.initial_controller.clone();
-        let wall_clock = matches!(self.edge.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
+        let robot = &mut self.world[number];
+        let mut next = robot.edge.start.controller.clone();
+        let wall_clock = matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_));
         let calendar = wall_clock.then(clock::system_calendar);
         if let Some(calendar) = calendar {
             next.set_calendar(calendar);
@@ -188,52 +233,66 @@ impl Driver {
             controller: &next,
             calendar,
         };
-        self.cell.notify(self.cell.controller.now(), notice);
-        self.edge.clock.restart();
-        let files_result = self.take_over(next).await;
-        if let Err(reason) = self.edge.channels.open(self.cell.controller.network()) {
+        robot.seat.notify(robot.seat.controller.now(), notice);
+        robot.edge.lost_before = (self.clock.lag(), self.clock.skipped());
+        self.clock.note_activity();
+        let files_result = self.take_over(number, next).await;
+        let Robot { seat, edge, .. } = &mut self.world[number];
+        if let Err(reason) = edge.channels.open(seat.controller.network()) {
             error!("no port is open: {reason}");
         }
-        info!("reset; ports: {:?}", self.ports());
-        for input in self.edge.serial_lines.power_cycled(&self.cell.controller) {
-            self.feed(input);
+        info!("reset; ports: {:?}", edge.channels.numbers());
+        for input in edge.serial_lines.power_cycled(&seat.controller) {
+            self.feed(number, input);
         }
-        self.start();
+        self.start(number);
         files_result
     }
 
     /// Feeds the first inputs after power-on: the initial faults and the servo power.
-    pub(super) fn start(&mut self) {
-        for fault in self.faults.clone() {
+    pub(super) fn start(&mut self, robot: usize) {
+        let Start { faults, servo_on, .. } = &self.world[robot].edge.start;
+        let (faults, servo_on) = (faults.clone(), *servo_on);
+        for fault in faults {
             let request = FaultAction::Arm(Box::new(fault));
-            self.feed(Input::Action(Action::Fault(request)));
+            self.feed(robot, Input::Action(Action::Fault(request)));
         }
-        if self.servo_on {
-            self.feed(Input::Panel(PanelAction::Servo(true)));
+        if servo_on {
+            self.feed(robot, Input::Panel(PanelAction::Servo(true)));
         } else {
-            self.feed(Input::Tick);
+            self.feed(robot, Input::Tick);
         }
     }
 
     /// When the loop must wake if no input arrives.
-    pub(super) fn wake(&self, host_is_silent: bool) -> Wake {
-        if self.edge.write.is_some() || self.exclusive.is_some() {
+    pub(super) fn wake(&self) -> Wake {
+        if self.is_storing() {
             return Wake::Never;
         }
-        let (waits, clock) = (&self.edge.waits, &self.edge.clock);
-        if waits.iter().any(|pending| pending.wait.advance) {
+        let robots = self.world.robots();
+        if self.waits().any(|(_, pending)| pending.wait.advance) {
             return Wake::JumpAfter(Duration::ZERO);
         }
-        let limit = waits.iter().map(|pending| pending.limit).min();
-        let wake = clock.wake(self.cell.deadline(), host_is_silent);
+        let is_silent = robots.iter().all(|robot| robot.seat.controller.host_is_silent());
+        let wake = self.clock.wake(self.world.deadline(), is_silent);
         // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
-        wake.min(clock.wake(limit, false))
+        let limit = self.waits().map(|(limit, _)| limit).min();
+        wake.min(self.clock.wake(limit, false))
     }
 
     /// Where time jumps to after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
     pub(super) fn jump_target(&self) -> Option<Time> {
-        let advancing = self.edge.waits.iter().filter(|pending| pending.wait.advance);
-        let limits = advancing.map(|pending| pending.limit);
-        self.cell.deadline().into_iter().chain(limits).min()
+        let advancing = self.waits().filter(|(_, pending)| pending.wait.advance);
+        let limits = advancing.map(|(limit, _)| limit);
+        self.world.deadline().into_iter().chain(limits).min()
+    }
+
+    /// The pending waits of all robots, each with the moment of its limit.
+    fn waits(&self) -> impl Iterator<Item = (Time, &PendingWait)> {
+        let robots = self.world.robots().iter();
+        robots.flat_map(|robot| {
+            let waits = robot.edge.waits.iter();
+            waits.map(|pending| (robot.moment_of(pending.limit), pending))
+        })
     }
 }

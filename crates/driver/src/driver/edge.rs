@@ -1,16 +1,17 @@
-//! Everything around the controller that a driver owns: carries out the outputs, at sockets, serial lines and the backing
-//! directory. Which inputs come when is decided by `run_loop`.
+//! The edge of a robot: carries out the outputs of its controller, at sockets, serial lines and the backing directory. Which inputs come when is decided by `run_loop`.
 
 use super::request::PendingWait;
-use crate::cell::Effects;
-use crate::clock::{CATCH_UP_SLICE, Clock};
+use crate::clock::CATCH_UP_SLICE;
+use crate::seat::Effects;
 use crate::serial::SerialLines;
+use crate::snapshot::SnapshotStore;
 use crate::store::StoreError;
 use crate::store::backing::Backing;
 use crate::tcp::Channels;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::task::{JoinError, JoinHandle, spawn_blocking};
-use tracing::{error, info, warn};
+use tracing::{error, info};
+use ts3100_controller::faults::Fault;
 use ts3100_controller::{Bytes, Controller, Event, Input, Output, PersistError, Port, Time};
 
 /// What has become of a write, as its task says.
@@ -24,11 +25,17 @@ pub(super) struct Write {
     file: Option<String>,
 }
 
-/// Clock, connections and directory of a driver.
+/// What a robot returns to with a reset.
+pub(super) struct Start {
+    /// The controller before the first input.
+    pub controller: Controller,
+    /// Faults that are armed.
+    pub faults: Vec<Fault>,
+    pub servo_on: bool,
+}
+
+/// Connections and directory of a robot, and what is kept of it beside its controller.
 pub(super) struct Edge {
-    pub clock: Clock,
-    /// Whether somebody depends on wall-clock time is found out for several robots together.
-    pub shares_time: bool,
     pub channels: Channels,
     pub serial_lines: SerialLines,
     pub backing: Option<Backing>,
@@ -37,15 +44,15 @@ pub(super) struct Edge {
     pub begun: Instant,
     /// No input is handled before it has ended.
     pub write: Option<Write>,
+    /// Something was sent to a host.
+    pub has_sent: bool,
+    pub snapshots: SnapshotStore,
+    pub start: Start,
+    /// What the clock had lagged and skipped when the time of this robot began.
+    pub lost_before: (Duration, Duration),
 }
 
 impl Edge {
-    /// The time of an input that is handled now.
-    pub fn begin(&mut self) -> Time {
-        self.begun = self.clock.wall();
-        self.clock.now()
-    }
-
     /// Begins to save the error history to the backing directory.
     pub fn save_history(&mut self, controller: &Controller) {
         if let Some(backing) = &self.backing {
@@ -116,9 +123,6 @@ impl Effects for Edge {
 
     fn settled(&mut self, controller: &Controller) -> Option<bool> {
         self.end_waits(controller);
-        if !self.shares_time {
-            self.clock.set_idle(self.is_idle(controller));
-        }
         let mut waits = self.waits.iter();
         Some(waits.any(|pending| pending.wait.wants_statements()))
     }
@@ -129,7 +133,7 @@ impl Effects for Edge {
         }
         match output {
             Output::Send { port, bytes } => {
-                self.clock.note_activity();
+                self.has_sent = true;
                 if let Some(channel) = self.channels.get_mut(port) {
                     return channel.send(bytes);
                 }
@@ -169,14 +173,7 @@ impl Effects for Edge {
         Vec::new()
     }
 
-    fn is_late(&mut self, reached: Time) -> bool {
-        if self.begun.elapsed() <= CATCH_UP_SLICE {
-            return false;
-        }
-        if self.clock.note_lag(reached) {
-            let mode = self.clock.mode();
-            warn!("this machine cannot keep up with --time {mode}: virtual time lags (`behind` of /clock)");
-        }
-        true
+    fn is_late(&mut self, _reached: Time) -> bool {
+        self.begun.elapsed() > CATCH_UP_SLICE
     }
 }

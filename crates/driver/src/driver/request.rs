@@ -3,14 +3,17 @@
 //! The driver owns the controller alone, so everything else asks through a [`Request`]. Requests are served between two
 //! inputs, at the current virtual time, by `driver::control`.
 
+use super::Driver;
+use super::edge::Edge;
 use super::wait::Wait;
-use crate::clock::{Clock, TimeMode};
+use crate::clock::TimeMode;
 use crate::serial::SerialLines;
 use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
 use crate::store::backing;
+use crate::world::World;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{OwnedMutexGuard, mpsc, oneshot};
 use ts3100_controller::Controller;
 use ts3100_controller::action::{Action, ActionError};
 use ts3100_controller::input::PanelAction;
@@ -34,12 +37,120 @@ pub enum Request {
     Query(Reply<()>),
     /// Waits until a condition is met; drop the receiver to cancel the wait.
     Wait(Wait, oneshot::Sender<WaitResult>),
-    /// Serves these requests alone, until nobody can send more of them: no host, no other caller, no deadline is served.
-    /// So several robots are read or replaced together. A caller that wants several has to ask them in the same order as
-    /// every other caller.
-    Exclusive(mpsc::Receiver<Request>),
-    /// Among those requests: everything that is due until this moment happens, and time stands there as long as they last.
-    StandStill(Instant, Reply<()>),
+    /// Sets an outside line. Answered when everything that follows from it at once has happened; `false` if no wire begins
+    /// there.
+    SetOutside(String, bool, oneshot::Sender<bool>),
+    /// Lets the whole loop pause: the caller has the world, and all robots in it, for itself. So several robots are read or
+    /// replaced at one moment, also in several worlds. A caller that wants several has to ask for them in the same order
+    /// as every other caller.
+    Pause(oneshot::Sender<Paused>),
+}
+
+/// Sends requests to a driver, for one of its robots.
+#[derive(Debug, Clone)]
+pub struct Requests {
+    robot: usize,
+    queue: mpsc::Sender<(usize, Request)>,
+}
+
+/// The driver has ended, or takes nothing at the moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the driver takes no request")]
+pub struct NotTaken;
+
+impl Requests {
+    pub(super) fn new(robot: usize, queue: mpsc::Sender<(usize, Request)>) -> Requests {
+        Requests { robot, queue }
+    }
+
+    /// Those for another robot of the same driver.
+    #[must_use]
+    pub fn of(&self, robot: usize) -> Requests {
+        Requests::new(robot, self.queue.clone())
+    }
+
+    /// The number of the robot.
+    pub fn robot(&self) -> usize {
+        self.robot
+    }
+
+    /// Whether both are for robots of one world.
+    pub fn is_same_world(&self, other: &Requests) -> bool {
+        self.queue.same_channel(&other.queue)
+    }
+
+    /// Sends a request, as soon as there is room in the queue.
+    ///
+    /// # Errors
+    /// The driver has ended.
+    pub async fn send(&self, request: Request) -> Result<(), NotTaken> {
+        let sent = self.queue.send((self.robot, request)).await;
+        sent.map_err(|_| NotTaken)
+    }
+
+    /// As [`Requests::send`], outside of a runtime.
+    ///
+    /// # Errors
+    /// The driver has ended.
+    pub fn blocking_send(&self, request: Request) -> Result<(), NotTaken> {
+        let sent = self.queue.blocking_send((self.robot, request));
+        sent.map_err(|_| NotTaken)
+    }
+
+    /// Sends a request if there is room in the queue.
+    ///
+    /// # Errors
+    /// There is none, or the driver has ended.
+    pub fn try_send(&self, request: Request) -> Result<(), NotTaken> {
+        self.queue.try_send((self.robot, request)).map_err(|_| NotTaken)
+    }
+}
+
+/// A world whose loop pauses: no host, no other caller and no deadline is served until this is dropped.
+pub struct Paused(OwnedMutexGuard<Box<Driver>>);
+
+impl Paused {
+    pub(super) fn new(driver: OwnedMutexGuard<Box<Driver>>) -> Paused {
+        Paused(driver)
+    }
+
+    /// Wall-clock time.
+    pub fn wall(&self) -> Instant {
+        self.0.clock.wall()
+    }
+
+    /// Everything that is due until this moment happens, and time stands there during the pause.
+    pub async fn stand_at(&mut self, moment: Instant) {
+        self.0.stand_at(moment).await;
+    }
+
+    /// What a query of a robot can read.
+    pub fn view(&self, robot: usize) -> View<'_> {
+        self.0.view(robot)
+    }
+
+    /// Does something about snapshots of several robots, each with its number; none sees what another was before. The
+    /// result of each.
+    pub async fn act_on_snapshots(
+        &mut self,
+        tasks: Vec<(usize, SnapshotTask)>,
+    ) -> Vec<Result<(), SnapshotRequestError>> {
+        self.0.act_together(tasks).await
+    }
+}
+
+impl Drop for Paused {
+    fn drop(&mut self) {
+        self.0.go_on();
+    }
+}
+
+/// Who waits until a change of a file is stored.
+pub(super) enum Awaiting {
+    /// The caller of an action, for its result and a look at the robot of this number.
+    Result(usize, Reply<Result<(), ActionError>>),
+    /// The caller that has set an outside line.
+    Settled(oneshot::Sender<bool>),
 }
 
 /// An action around the controller: on a connection, on time, or a reset.
@@ -67,8 +178,12 @@ pub enum LinkAction {
 pub struct View<'a> {
     /// Current state of the controller.
     pub controller: &'a Controller,
-    /// Virtual time and its relation to the wall clock.
-    pub clock: &'a Clock,
+    /// How virtual time passes.
+    pub time: TimeMode,
+    /// How far virtual time lags because the machine could not keep up, since the start or the last reset.
+    pub lag: Duration,
+    /// Wall-clock time that was skipped since then.
+    pub skipped: Duration,
     /// TCP port of each server channel.
     pub ports: &'a BTreeMap<Port, u16>,
     /// The open serial lines.
@@ -77,6 +192,14 @@ pub struct View<'a> {
     pub backing: Option<&'a backing::BackingStatus>,
     /// The named snapshots.
     pub snapshots: &'a SnapshotStore,
+    pub(super) world: &'a World<Edge>,
+}
+
+impl View<'_> {
+    /// The level of each wire of the world.
+    pub fn wire_levels(&self) -> Vec<bool> {
+        self.world.levels()
+    }
 }
 
 /// Result of a wait.

@@ -2,8 +2,8 @@
 //! that it is ready. Faults are disarmed for the check. Afterwards the controller is restored, and no subscriber sees
 //! the exchange.
 
-use super::{Driver, OpenError};
-use crate::cell::Cell;
+use super::{Driver, FIRST, OpenError};
+use crate::seat::Seat;
 use crate::socket;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -30,20 +30,21 @@ pub fn connectable(listen: IpAddr) -> IpAddr {
 }
 
 impl Driver {
-    /// Runs the loop until SU is answered on IP0. Does nothing if IP0 is not a server channel.
+    /// Runs the loop until SU is answered on IP0 of the first robot. Does nothing if IP0 is not a server channel.
     ///
     /// # Errors
     /// SU was not answered, or the ports could not be opened again afterwards.
     pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), OpenError> {
-        let Some(number) = self.ports().get(&Port::Ip0) else {
+        let Some(number) = self.ports(FIRST).get(&Port::Ip0) else {
             return Ok(());
         };
         let address = SocketAddr::new(connectable(listen), *number);
         self.finish_writes().await;
-        let unbroken = self.cell.controller.without_faults();
-        // Nobody listens to the cell of the check.
-        let before = std::mem::replace(&mut self.cell, Cell::new(unbroken));
-        let checksum = self.cell.controller.config().options.text.checksum;
+        let robot = &mut self.world[FIRST];
+        let unbroken = robot.seat.controller.without_faults();
+        // The seat of the check has no subscribers.
+        let before = std::mem::replace(&mut robot.seat, Seat::new(unbroken));
+        let checksum = before.controller.config().options.text.checksum;
         let mut result = Err(io::Error::from(io::ErrorKind::TimedOut));
         self.serve(async {
             if let Ok(answered) = tokio::time::timeout(ANSWER_TIMEOUT, exchange_su(address, checksum)).await {
@@ -52,11 +53,13 @@ impl Driver {
         })
         .await;
         self.finish_writes().await;
-        self.edge.channels.close();
-        self.cell = before;
-        self.edge.clock.set(self.cell.controller.now());
-        self.edge.clock.set_idle(self.edge.is_idle(&self.cell.controller));
-        self.edge.channels.open(self.cell.controller.network())?;
+        let now = self.clock.now();
+        let robot = &mut self.world[FIRST];
+        robot.edge.channels.close();
+        robot.seat = before;
+        robot.set_time(now, robot.seat.controller.now());
+        robot.edge.channels.open(robot.seat.controller.network())?;
+        self.note_effects();
         result.map_err(OpenError::SelfCheck)
     }
 }

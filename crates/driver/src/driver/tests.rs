@@ -2,13 +2,14 @@
 
 use super::request::{View, WaitResult};
 use super::*;
-use crate::cell::{ActionSource, PlannedAction};
 use crate::clock::Wake;
+use crate::seat::{ActionSource, PlannedAction};
 use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::WhenFull;
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
+use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
@@ -18,6 +19,7 @@ use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::{Event, Output, Time};
+use ts3100_proto::parameter::LineEnd;
 
 const HOUR: Duration = Duration::from_secs(3_600);
 
@@ -52,15 +54,35 @@ impl ActionSource for OnAlarm {
     }
 }
 
+/// What a driver of one robot is opened with.
+pub(super) struct Opening {
+    setup: Setup,
+    pub(super) time: TimeMode,
+}
+
+impl Deref for Opening {
+    type Target = Setup;
+
+    fn deref(&self) -> &Setup {
+        &self.setup
+    }
+}
+
+impl DerefMut for Opening {
+    fn deref_mut(&mut self) -> &mut Setup {
+        &mut self.setup
+    }
+}
+
 /// A driver in automatic time.
-fn open() -> (Box<Driver>, mpsc::Sender<Request>) {
+fn open() -> (Box<Driver>, Requests) {
     open_with(|_| {})
 }
 
-pub(super) fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::Sender<Request>) {
+fn opening(change: impl FnOnce(&mut Opening)) -> Opening {
     let mut config = Config::new(Dialect::Field);
     config.options.serial_pacing = false;
-    let mut setup = Setup {
+    let setup = Setup {
         shared: None,
         controller: Controller::new(config, Vec::new()).unwrap(),
         backing: None,
@@ -68,14 +90,27 @@ pub(super) fn open_with(change: impl FnOnce(&mut Setup)) -> (Box<Driver>, mpsc::
         ports: Ports::Auto,
         links: LinkOptions::default(),
         serial: BTreeMap::new(),
-        time: TimeMode::Auto,
-        time_gap: TimeGap::default(),
         faults: Vec::new(),
         servo_on: false,
         subscribers: Vec::new(),
+        span: Span::none(),
     };
-    change(&mut setup);
-    Driver::open(setup).unwrap()
+    let time = TimeMode::Auto;
+    let mut opening = Opening { setup, time };
+    change(&mut opening);
+    opening
+}
+
+pub(super) fn open_with(change: impl FnOnce(&mut Opening)) -> (Box<Driver>, Requests) {
+    let Opening { setup, time } = opening(change);
+    let (mut driver, requests) = Driver::new(time, TimeGap::default());
+    driver.add(setup).unwrap();
+    (driver, requests)
+}
+
+/// As [`open_with`], with another robot in the same world.
+pub(super) fn add(driver: &mut Driver, change: impl FnOnce(&mut Opening)) -> usize {
+    driver.add(opening(change).setup).unwrap()
 }
 
 /// Keeps the inputs that peers have caused.
@@ -104,7 +139,7 @@ impl Inputs {
 
 /// A request that reads, and its answer.
 fn query<T: Send + 'static>(
-    requests: &mpsc::Sender<Request>,
+    requests: &Requests,
     read: impl FnOnce(&View<'_>) -> T + Send + 'static,
 ) -> oneshot::Receiver<T> {
     let (done, is_done) = oneshot::channel();
@@ -121,7 +156,7 @@ async fn serve_while<T: Send + 'static>(
     hosts: impl FnOnce(BTreeMap<Port, u16>) -> T + Send + 'static,
 ) -> T {
     let (done, is_done) = oneshot::channel();
-    let ports = driver.ports().clone();
+    let ports = driver.ports(FIRST).clone();
     let thread = std::thread::spawn(move || {
         let value = hosts(ports);
         done.send(()).unwrap();
@@ -163,7 +198,7 @@ async fn serve_until(driver: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
 
 /// Virtual time has not run ahead of wall-clock time since `started`.
 fn assert_not_ahead(driver: &Driver, started: Instant) {
-    let (passed, wall) = (driver.edge.clock.now().as_micros(), started.elapsed().as_micros());
+    let (passed, wall) = (driver.clock.now().as_micros(), started.elapsed().as_micros());
     assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
 }
 
@@ -183,13 +218,12 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
         // jumps again and again does so here.
         tokio::time::pause();
         driver.serve(tokio::time::sleep(HOUR)).await;
-        driver.feed(Input::Tick);
+        driver.feed(FIRST, Input::Tick);
         assert_not_ahead(&driver, started);
         assert_eq!(
             driver
-                .edge
                 .clock
-                .wake(driver.cell.controller.poll_deadline(), true),
+                .wake(driver.world[FIRST].seat.controller.poll_deadline(), true),
             Wake::Never
         );
     });
@@ -207,14 +241,14 @@ fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
         })
         .await;
         assert!(
-            driver.cell.controller.poll_deadline().is_some(),
+            driver.world[FIRST].seat.controller.poll_deadline().is_some(),
             "10 s between characters"
         );
         tokio::time::pause();
         driver.serve(tokio::time::sleep(Duration::from_secs(9))).await;
         assert_not_ahead(&driver, started);
         assert!(
-            driver.cell.controller.poll_deadline().is_some(),
+            driver.world[FIRST].seat.controller.poll_deadline().is_some(),
             "they have not passed"
         );
     });
@@ -227,7 +261,7 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         driver.serve(turns()).await;
         // To the microsecond, or two runs of the same would differ.
         assert_eq!(
-            (driver.edge.clock.now(), driver.cell.controller.now()),
+            (driver.clock.now(), driver.world[FIRST].seat.controller.now()),
             (Time::ZERO, Time::ZERO)
         );
         let host = serve_while(&mut driver, |ports| {
@@ -237,16 +271,16 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         })
         .await;
         // A host pauses in wall-clock time.
-        let met = driver.edge.clock.now();
-        serve_until(&mut driver, |driver| driver.edge.clock.now() > met).await;
+        let met = driver.clock.now();
+        serve_until(&mut driver, |driver| driver.clock.now() > met).await;
         drop(host);
         serve_until(&mut driver, |driver| {
-            driver.cell.controller.peer(Port::Ip0).is_none()
+            driver.world[FIRST].seat.controller.peer(Port::Ip0).is_none()
         })
         .await;
-        let left = driver.edge.clock.now();
+        let left = driver.clock.now();
         driver.serve(turns()).await;
-        assert_eq!(driver.edge.clock.now(), left);
+        assert_eq!(driver.clock.now(), left);
         // One who waits for a length of time does not wait for ever.
         let (done, is_done) = oneshot::channel();
         let condition = Some(ts3100_controller::Condition::Alarm(None));
@@ -256,7 +290,7 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         let mut waited = None;
         driver.serve(async { waited = is_done.await.ok() }).await;
         assert!(!waited.unwrap().reached);
-        assert!(driver.edge.clock.now() >= left + short);
+        assert!(driver.clock.now() >= left + short);
     });
 }
 
@@ -285,25 +319,31 @@ fn the_refusal_of_a_scenarios_action_does_not_reach_another_caller() {
     single_threaded().block_on(async {
         let (mut driver, requests) = open();
         let raised = Arc::default();
-        driver.cell().subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
-        driver.cell().plan(Box::new(OnAlarm(Arc::clone(&raised))));
+        driver
+            .seat(FIRST)
+            .subscribe(Box::new(OnAlarm(Arc::clone(&raised))));
+        driver.seat(FIRST).plan(Box::new(OnAlarm(Arc::clone(&raised))));
         let (done, result) = oneshot::channel();
         let press = Action::Panel(PanelAction::EmergencyStop(true));
         let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
         requests.send(Request::Action(press, reply)).await.ok().unwrap();
         driver.serve(turns()).await;
-        assert!(driver.cell.controller.state().emergency_stop);
+        assert!(driver.world[FIRST].seat.controller.state().emergency_stop);
         assert!(!raised.load(Ordering::Relaxed), "the action has been taken");
         assert_eq!(result.await.unwrap(), Ok(()), "the button was pressed");
     });
 }
 
-/// A terminal of the driver, opened as a program opens one.
+/// Opens a terminal of the driver as a program does. A test run without a controlling terminal must not get this one: it would
+/// end with SIGHUP when the driver closes it.
 #[cfg(unix)]
 fn open_terminal(path: &std::path::Path) -> std::fs::File {
+    use std::os::unix::fs::OpenOptionsExt as _;
+    let no_controlling_terminal = i32::try_from(rustix::fs::OFlags::NOCTTY.bits()).unwrap();
     std::fs::File::options()
         .read(true)
         .write(true)
+        .custom_flags(no_controlling_terminal)
         .open(path)
         .unwrap()
 }
@@ -354,7 +394,7 @@ fn who_has_connected_or_opened_a_terminal_before_a_command_on_another_port_is_kn
         .await;
         inputs.0.lock().unwrap().clear();
         let _terminal = open_terminal(&directory.at("com1"));
-        let _vision = dial(driver.ports(), Port::Ip1);
+        let _vision = dial(driver.ports(FIRST), Port::Ip1);
         host.write_all(b"\x02RN\r\x03").unwrap();
         serve_until(&mut driver, |_| !inputs.received(Port::Ip0).is_empty()).await;
         let found = inputs.0.lock().unwrap();
@@ -371,7 +411,7 @@ fn who_has_connected_or_opened_a_terminal_before_a_command_on_another_port_is_kn
 fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_in_order() {
     single_threaded().block_on(async {
         let directory = crate::testing::TempDir::new("storing");
-        let (store, _) = Store::open(directory.path()).unwrap();
+        let (store, _) = Store::open(directory.path(), LineEnd::Lf).unwrap();
         let backing = Backing::new(store, WhenFull::Refuse);
         let (store, (locked, is_locked), (release, is_released)) =
             (backing.store(), channel::<()>(), channel::<()>());
@@ -393,7 +433,7 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         });
         is_locked.recv().unwrap();
         host.write_all(b"\x02FL,PROGRAM A\nEND\n\x1A\x03").unwrap();
-        serve_until(&mut driver, |driver| driver.edge.write.is_some()).await;
+        serve_until(&mut driver, |driver| driver.world[FIRST].edge.write.is_some()).await;
         let is_done = query(&requests, |view| {
             view.controller.drive().get("A").map(<[u8]>::to_vec)
         });
@@ -425,7 +465,7 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         let mut erased = None;
         driver.serve(async { erased = result.await.ok() }).await;
         assert_eq!(erased, Some(Ok(())), "the file was there");
-        assert_eq!(driver.cell.controller.drive().get("A"), None);
+        assert_eq!(driver.world[FIRST].seat.controller.drive().get("A"), None);
         assert!(!directory.at("A").exists());
     });
 }
@@ -433,14 +473,15 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
 /// Replaces the running controller by another state.
 async fn restore(driver: &mut Driver, next: Controller) {
     let task = SnapshotTask::Replace(Box::new(next));
-    driver.act_on_snapshots(task).await.unwrap();
+    let results = driver.act_together(vec![(FIRST, task)]).await;
+    results.into_iter().for_each(Result::unwrap);
 }
 
 /// Begins a wait for a condition.
 async fn begin_wait(driver: &mut Driver, condition: &str, within: Duration) -> oneshot::Receiver<WaitResult> {
     let (done, is_done) = oneshot::channel();
     let wait = wait::Wait::new(Some(condition.parse().unwrap()), within, false);
-    driver.serve_request(Request::Wait(wait, done)).await;
+    driver.serve_request(FIRST, Request::Wait(wait, done)).await;
     is_done
 }
 
@@ -452,15 +493,15 @@ fn input_line(line: u16, on: bool) -> Input {
 fn a_wait_ends_unreached_when_a_snapshot_is_restored_in_which_its_condition_holds() {
     single_threaded().block_on(async {
         let directory = crate::testing::TempDir::new("restored-wait");
-        let (store, _) = Store::open(directory.path()).unwrap();
+        let (store, _) = Store::open(directory.path(), LineEnd::Lf).unwrap();
         let (mut driver, _requests) = open_with(|setup| {
             setup.time = TimeMode::Stepped;
             setup.controller.persist_outside(true);
             setup.backing = Some(Backing::new(store, WhenFull::Refuse));
         });
-        driver.feed(input_line(5, true));
-        let next = driver.cell.controller.clone();
-        driver.feed(input_line(5, false));
+        driver.feed(FIRST, input_line(5, true));
+        let next = driver.world[FIRST].seat.controller.clone();
+        driver.feed(FIRST, input_line(5, false));
         let mut ended = begin_wait(&mut driver, "input 5 on", HOUR).await;
         restore(&mut driver, next).await;
         assert_eq!(ended.try_recv().map(|result| result.reached), Ok(false));
@@ -494,69 +535,13 @@ fn a_condition_counts_if_it_is_met_within_the_limit_of_a_wait_however_far_time_j
             (vec![(28_800_000, true)], false),
         ] {
             let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Stepped);
-            driver.cell().plan(Box::new(Switched(switched.clone())));
+            driver.seat(FIRST).plan(Box::new(Switched(switched.clone())));
             let mut ended = begin_wait(&mut driver, "input 5 on", Duration::from_secs(5)).await;
-            driver.edge.clock.jump(Time::ZERO + HOUR * 8);
-            driver.feed(Input::Tick);
+            driver.clock.jump(Time::ZERO + HOUR * 8);
+            driver.feed(FIRST, Input::Tick);
             let found = ended.try_recv().map(|result| result.reached);
             assert_eq!(found, Ok(reached), "{switched:?}");
         }
-    });
-}
-
-/// Address of a serial line over TCP.
-fn serial_address(driver: &Driver, port: Port) -> SocketAddr {
-    let endpoint = driver.serial_endpoints().remove(&port);
-    let Some(SerialEndpoint::Rfc2217(address) | SerialEndpoint::Tcp(address)) = endpoint else {
-        panic!("{endpoint:?}");
-    };
-    address
-}
-
-#[test]
-fn the_host_of_a_serial_line_stays_connected_when_a_snapshot_brings_the_power_back() {
-    single_threaded().block_on(async {
-        let (mut driver, _requests) = open_with(|setup| {
-            let line = SerialEndpoint::Tcp(([127, 0, 0, 1], 0).into());
-            setup.serial.insert(Port::Host, line);
-        });
-        let peer = |driver: &Driver| driver.cell.controller.peer(Port::Host).map(str::to_owned);
-        let _host = TcpStream::connect(serial_address(&driver, Port::Host)).unwrap();
-        serve_until(&mut driver, |driver| peer(driver).is_some()).await;
-        let (connected, next) = (peer(&driver), driver.cell.controller.clone());
-        driver.feed(Input::Action(Action::PowerOff));
-        assert_eq!(peer(&driver), None);
-        restore(&mut driver, next).await;
-        assert_eq!(peer(&driver), connected);
-    });
-}
-
-#[test]
-fn a_serial_line_has_the_settings_of_the_snapshot_that_is_restored() {
-    single_threaded().block_on(async {
-        let (mut driver, _requests) = open_with(|setup| {
-            let line = SerialEndpoint::Rfc2217(([127, 0, 0, 1], 0).into());
-            setup.serial.insert(Port::Host, line);
-        });
-        // What the access server answers to a client that asks for the speed.
-        let told = |speed: u32| [&[255, 250, 44, 101], &speed.to_be_bytes()[..], &[255, 240]].concat();
-        let ask = move |host: &mut TcpStream, speed| {
-            exchange(host, &[255, 250, 44, 1, 0, 0, 0, 0, 255, 240], &told(speed));
-        };
-        let address = serial_address(&driver, Port::Host);
-        let mut host = serve_while(&mut driver, move |_| {
-            let mut host = TcpStream::connect(address).unwrap();
-            ask(&mut host, 9_600);
-            host
-        })
-        .await;
-        let parameters = driver.cell.controller.drive().get("USER.PAR").unwrap();
-        let parameters = String::from_utf8(parameters.to_vec()).unwrap();
-        let parameters = parameters.replace("{HOST} = 9600", "{HOST} = 19200").into_bytes();
-        let files = vec![("USER.PAR".to_owned(), parameters)];
-        let next = Controller::new(Config::new(Dialect::Field), files).unwrap();
-        restore(&mut driver, next).await;
-        serve_while(&mut driver, move |_| ask(&mut host, 19_200)).await;
     });
 }
 
@@ -573,21 +558,5 @@ impl ActionSource for At {
     }
 }
 
-#[test]
-fn wired_robots_with_different_deadlines_wait_in_real_time() {
-    let runtime = single_threaded();
-    let _guard = runtime.enter();
-    for moments in [[100_u64, 100_000], [100_000, 100], [100, 100]] {
-        let robots = moments.map(|moment| {
-            let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Real);
-            driver.cell().plan(Box::new(At(Time::from_millis(moment))));
-            (driver, tracing::Span::none())
-        });
-        let (wired, _handle) = wired::Wired::new(robots.into(), Vec::new());
-        assert!(
-            matches!(wired.wake(), Wake::After(_)),
-            "{moments:?}: {:?}",
-            wired.wake()
-        );
-    }
-}
+mod serial;
+mod together;

@@ -124,7 +124,10 @@ impl Line for Device {
         }
         if let State::Opened(_) | State::Open(..) = self.state {
             let (port, place) = (self.port, self.path.display());
-            info!(port = port.name(), "{port}: {place} is opened anew as [U06] says");
+            info!(
+                port = port.name(),
+                "{port}: {place} is opened again as [U06] says"
+            );
             self.state = State::Reset;
         }
     }

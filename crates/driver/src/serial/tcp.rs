@@ -35,7 +35,7 @@ impl TcpLine {
         let (listener, actual) = tcp::open(address).map_err(io_error(port, "listen on", address))?;
         let line = TcpLine {
             port,
-            channel: Channel::accepting(port, second, listener),
+            channel: Channel::accepting(port, second, listener).for_serial_line(),
             robot,
             server: None,
             unsent: Unsent::new(port),

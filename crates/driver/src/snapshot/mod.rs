@@ -3,10 +3,8 @@
 //! The content of a snapshot is defined and validated by `ts3100-controller`. Replacing the running controller is done by
 //! the driver (`driver::snapshots`); callers reach it by a [`SnapshotTask`].
 
-pub mod cell;
-
 use crate::files::{self, PathError, cannot};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
@@ -27,10 +25,10 @@ pub enum ParseError {
     /// Another version, or a state that cannot occur.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
-    /// The file of a cell lacks a robot.
+    /// The file lacks a robot.
     #[error("the file has no robot `{0}`")]
     NoRobot(String),
-    /// The file of a cell has a robot that the cell does not have.
+    /// The file has a robot that is not in the cell.
     #[error("the cell has no robot `{0}`")]
     OtherRobot(String),
 }
@@ -57,14 +55,38 @@ pub enum FileError {
     },
 }
 
-/// The snapshot of a controller as indented JSON.
-pub fn to_pretty_json(controller: &Controller) -> String {
-    pretty(&controller.snapshot())
+/// What a snapshot file has.
+#[derive(Debug, Clone, Copy)]
+pub enum States<'a> {
+    /// The state of a robot that is alone, as it is.
+    One(&'a Controller),
+    /// The states of robots by name: an object with the snapshot of each.
+    Named(&'a [(String, Controller)]),
 }
 
-fn pretty(snapshot: &impl Serialize) -> String {
+/// The file of robots with names.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct NamedFile<T> {
+    robots: BTreeMap<String, T>,
+}
+
+/// The content of a snapshot file: indented JSON.
+pub fn to_pretty_json(states: States<'_>) -> String {
+    match states {
+        States::One(controller) => pretty(&controller.snapshot()),
+        States::Named(states) => {
+            let robots = states.iter();
+            let robots = robots.map(|(name, controller)| (name.clone(), controller.snapshot()));
+            let robots = robots.collect();
+            pretty(&NamedFile { robots })
+        }
+    }
+}
+
+fn pretty(content: &impl Serialize) -> String {
     // Serialization fails only for maps whose keys are not strings; a snapshot has none.
-    serde_json::to_string_pretty(snapshot).unwrap_or_default() + "\n"
+    serde_json::to_string_pretty(content).unwrap_or_default() + "\n"
 }
 
 /// The snapshot of a controller as JSON on one line.
@@ -84,20 +106,61 @@ pub fn from_json(text: &str) -> Result<Controller, ParseError> {
     Ok(Controller::restore(snapshot)?)
 }
 
-/// Reads a snapshot file.
+/// Restores the controllers of these robots from JSON, in this order.
+///
+/// # Errors
+/// [`ParseError`]; there has to be the state of each robot, and of no other.
+pub fn named_from_json(text: &str, names: &[String]) -> Result<Vec<Controller>, ParseError> {
+    let mut robots = parse_named(text)?;
+    let controllers = names.iter().map(|name| take(&mut robots, name));
+    let controllers = controllers.collect::<Result<_, _>>()?;
+    match robots.into_keys().next() {
+        Some(name) => Err(ParseError::OtherRobot(name)),
+        None => Ok(controllers),
+    }
+}
+
+/// As in [`from_json`], the versions are checked first.
+fn parse_named(text: &str) -> Result<BTreeMap<String, Snapshot>, ParseError> {
+    let headers: NamedFile<SnapshotHeader> = serde_json::from_str(text)?;
+    headers.robots.values().try_for_each(SnapshotHeader::validate)?;
+    Ok(serde_json::from_str::<NamedFile<Snapshot>>(text)?.robots)
+}
+
+fn take(robots: &mut BTreeMap<String, Snapshot>, name: &str) -> Result<Controller, ParseError> {
+    let snapshot = robots.remove(name);
+    let snapshot = snapshot.ok_or_else(|| ParseError::NoRobot(name.to_owned()))?;
+    Ok(Controller::restore(snapshot)?)
+}
+
+/// Reads the state of a robot that is alone from a file, or of the robot of this name.
 ///
 /// # Errors
 /// [`FileError`].
-pub fn read(path: &Path) -> Result<Controller, FileError> {
-    from_json(&read_text(path)?).map_err(unreadable(path))
+pub fn read(path: &Path, name: Option<&str>) -> Result<Controller, FileError> {
+    let text = read_text(path)?;
+    let state = match name {
+        Some(name) => parse_named(&text).and_then(|mut robots| take(&mut robots, name)),
+        None => from_json(&text),
+    };
+    state.map_err(unreadable(path))
+}
+
+/// Reads the states of these robots from a file; see [`named_from_json`].
+///
+/// # Errors
+/// [`FileError`].
+pub fn read_named(path: &Path, names: &[String]) -> Result<Vec<Controller>, FileError> {
+    named_from_json(&read_text(path)?, names).map_err(unreadable(path))
 }
 
 /// Writes a snapshot file atomically.
 ///
 /// # Errors
 /// [`FileError::Io`].
-pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
-    write_text(path, &to_pretty_json(controller))
+pub fn write(path: &Path, states: States<'_>) -> Result<(), FileError> {
+    let written = files::replace(path, to_pretty_json(states).as_bytes());
+    Ok(written.map_err(cannot("write the snapshot", path))?)
 }
 
 /// Checks that [`write()`] could write to `path`.
@@ -112,15 +175,11 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(files::read_text(path, MAX_BYTES).map_err(cannot("read the snapshot", path))?)
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
-    Ok(files::replace(path, text.as_bytes()).map_err(cannot("write the snapshot", path))?)
-}
-
 /// What is wrong with the content of this file.
-fn unreadable<E: Into<ParseError>>(path: &Path) -> impl Fn(E) -> FileError {
+fn unreadable(path: &Path) -> impl Fn(ParseError) -> FileError {
     move |reason| FileError::Parse {
         path: path.to_path_buf(),
-        reason: reason.into(),
+        reason,
     }
 }
 
@@ -292,31 +351,31 @@ mod tests {
     fn a_file_comes_back_and_what_is_wrong_with_one_is_said_with_its_place() {
         let directory = TempDir::new("snapshot");
         let path = directory.path().join("a.json");
-        write(&path, &fresh()).unwrap();
-        assert!(read(&path).unwrap() == fresh());
+        write(&path, States::One(&fresh())).unwrap();
+        assert!(read(&path, None).unwrap() == fresh());
         assert_eq!(
             std::fs::read_dir(directory.path()).unwrap().count(),
             1,
             "no part is left"
         );
-        let text = to_pretty_json(&fresh());
+        let text = to_pretty_json(States::One(&fresh()));
         for (from, to, expected) in [
             ("\"version\": 1", "\"version\": 9", "version: expected 1, found 9"),
             ("\"servo\": false", "\"servo\": 5", "line "),
             (
                 "\"override_percent\": 100",
                 "\"override_percent\": 101",
-                "state.override_percent",
+                "panel.override_percent",
             ),
             ("\"arm\"", "\"leg\"", "unknown field `leg`"),
         ] {
             assert!(text.contains(from), "{from}");
             std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
-            let error = read(&path).unwrap_err().to_string();
+            let error = read(&path, None).unwrap_err().to_string();
             assert!(error.contains("a.json") && error.contains(expected), "{error}");
         }
         assert!(
-            read(&directory.path().join("b.json"))
+            read(&directory.path().join("b.json"), None)
                 .unwrap_err()
                 .to_string()
                 .contains("cannot read")

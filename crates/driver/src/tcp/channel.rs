@@ -50,6 +50,8 @@ pub(crate) struct Channel {
     waiting: VecDeque<Waiting>,
     /// A new connection is taken before the present one is read again.
     accepts_first: bool,
+    /// What a peer that has closed left unread is dropped when the next one has waited for [`CLOSE_GRACE`].
+    drops_unread: bool,
 }
 
 impl Channel {
@@ -61,6 +63,15 @@ impl Channel {
             connection: None,
             waiting: VecDeque::new(),
             accepts_first: false,
+            drops_unread: false,
+        }
+    }
+
+    /// The channel of a serial line, on which bytes take time: those of a peer that has closed keep nobody out.
+    pub(crate) fn for_serial_line(self) -> Channel {
+        Channel {
+            drops_unread: true,
+            ..self
         }
     }
 
@@ -169,8 +180,13 @@ impl Channel {
         }
     }
 
-    /// Refuses a waiting connection if the previous one is still open and not about to close.
+    /// Refuses a waiting connection if the previous one is still open and not about to close. On a serial line one that has
+    /// closed makes room for it.
     fn refuse_overdue(&mut self, index: usize) -> Vec<Input> {
+        let has_closed = self.connection.as_ref().is_some_and(Connection::peer_has_closed);
+        if self.drops_unread && has_closed {
+            return self.end("has gone; what it left unread is dropped", Connection::abort);
+        }
         let old = self.connection.as_ref().filter(|old| !old.peer_has_closed());
         let refused = old.and_then(|old| {
             let incoming = self.waiting.remove(index)?.connection;

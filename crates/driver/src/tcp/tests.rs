@@ -45,9 +45,14 @@ async fn dial(port: u16) -> TcpStream {
 
 /// What comes of the next event.
 async fn event(links: &mut Channels) -> Vec<Input> {
+    event_reading(links, READ_BUFFER).await
+}
+
+/// What comes of the next event, where at most so many bytes are read.
+async fn event_reading(links: &mut Channels, most: usize) -> Vec<Input> {
     let poll = poll_fn(|context| {
         let mut polled = links.channels.values_mut();
-        let ready = polled.find_map(|channel| match channel.poll(READ_BUFFER, Some(context)) {
+        let ready = polled.find_map(|channel| match channel.poll(most, Some(context)) {
             Poll::Ready(inputs) => Some(inputs),
             Poll::Pending => None,
         });
@@ -196,6 +201,53 @@ async fn a_second_connection_may_replace_the_first() {
     assert!(is_ended(&mut first).await);
     second.write_all(b"x").await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"x")]);
+}
+
+/// The first of two connections that have waited for an unread predecessor is served. The other waits for its end, and is
+/// refused when it stays.
+// clause: ETH-07
+#[tokio::test]
+async fn who_has_waited_for_one_connection_waits_for_the_next_one_too() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut first = dial(port).await;
+    next(&mut links).await;
+    first.write_all(b"x").await.unwrap();
+    drop(first);
+    let (second, third) = (dial(port).await, dial(port).await);
+    for what in [
+        "the second waits",
+        "the third waits",
+        "the second stays",
+        "the third stays",
+    ] {
+        assert_eq!(event_reading(&mut links, 0).await, [], "{what}");
+    }
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+    assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
+    assert_eq!(next(&mut links).await, [second_peer(&third, false)]);
+}
+
+#[tokio::test]
+async fn who_replaces_a_connection_replaces_those_that_wait_too() {
+    let (mut links, port) = server(SecondConnection::Replace);
+    let mut first = dial(port).await;
+    next(&mut links).await;
+    first.write_all(b"x").await.unwrap();
+    drop(first);
+    let second = dial(port).await;
+    assert_eq!(event_reading(&mut links, 0).await, [], "the second waits");
+    let mut third = dial(port).await;
+    assert_eq!(event_reading(&mut links, 0).await, [], "the third waits");
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+    assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
+    let fourth = dial(port).await;
+    assert_eq!(
+        next(&mut links).await,
+        [second_peer(&fourth, true), GONE, connected(&fourth)]
+    );
+    drop(fourth);
+    assert_eq!(next(&mut links).await, [GONE]);
+    assert!(is_ended(&mut third).await);
 }
 
 // clause: ETH-07

@@ -5,11 +5,13 @@ use super::exit::SCENARIO_FAILED;
 use super::junit_stub;
 use crate::config::{FileArgs, ReportArgs, Settings};
 use crate::launch::Launched;
+use anyhow::Context as _;
 use std::path::PathBuf;
 use tracing::error;
 use ts3100_controller::Controller;
+use ts3100_driver::driver::Driver;
 use ts3100_driver::snapshot;
-use ts3100_recording::faults;
+use ts3100_recording::reports::faults;
 use ts3100_recording::reports::{ReportOutcome, RunRecord, write_report};
 use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
@@ -20,6 +22,19 @@ pub struct Ending {
     reports: ReportArgs,
     play: Option<Play>,
     record: RunRecord,
+    /// What stands for the run in a report that names a file.
+    run_file: PathBuf,
+}
+
+/// The file for a run without a transcript, a program and a scenario.
+const UNNAMED_RUN: &str = "ts3100-run";
+
+/// The transcript of a run, or else what it ran.
+fn run_file(settings: &Settings) -> PathBuf {
+    let transcript = settings.reports.transcript.first().map(|file| &file.path);
+    let scenario = settings.scenario.as_ref().map(|scenario| &scenario.file);
+    let file = transcript.or(settings.files.load.first()).or(scenario);
+    file.cloned().unwrap_or_else(|| PathBuf::from(UNNAMED_RUN))
 }
 
 impl Ending {
@@ -41,13 +56,14 @@ impl Ending {
     }
 
     /// What these settings ask for. Starts the scenario, if there is one.
-    pub fn begin(launched: &mut Launched, settings: &Settings) -> Ending {
+    pub fn begin(driver: &mut Driver, launched: &Launched, settings: &Settings) -> Ending {
         Ending {
             files: settings.files.clone(),
             junit: settings.junit.clone(),
             reports: settings.reports.clone(),
-            play: launched.start_scenario(),
+            play: launched.start_scenario(driver),
             record: launched.run_record.clone(),
+            run_file: run_file(settings),
         }
     }
 
@@ -58,11 +74,11 @@ impl Ending {
     pub fn finish(&self, controller: &Controller) -> anyhow::Result<u8> {
         faults::log_summary(controller.faults());
         let snapshot = match &self.files.snapshot_on_exit {
-            Some(path) => snapshot::write(path, controller),
+            Some(path) => snapshot::write(path, snapshot::States::One(controller)),
             None => Ok(()),
         };
         let reports = self.reports.reports();
-        let outcome = reports.write_all(&self.record, controller, &self.files.load);
+        let outcome = reports.write_all(&self.record, controller, &self.files.load, &self.run_file);
         let faults = faults::write(
             &self.reports.report,
             controller.faults(),
@@ -94,6 +110,18 @@ impl Ending {
         }
         Ok(outcome.has_failed())
     }
+}
+
+/// Runs a robot that is alone until `stop` completes, then writes all that was asked for; the exit code that follows.
+pub async fn run_to_end(
+    stop: impl Future<Output = ()>,
+    mut driver: Box<Driver>,
+    launched: &Launched,
+    settings: &Settings,
+) -> anyhow::Result<u8> {
+    let ending = Ending::begin(&mut driver, launched, settings);
+    let controllers = driver.run(stop).await;
+    ending.finish(controllers.first().context("the driver has no robot")?)
 }
 
 /// Why the exit code is not 0.

@@ -4,16 +4,16 @@
 //! addresses in its environment, signals are forwarded to it, and its exit code is combined with the result of the
 //! reports. [`super::guard`] ends the command when exec itself is killed.
 
-use super::ending::Ending;
-use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
+use super::ending::{Ending, run_to_end};
+use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED, UNUSABLE};
 use super::guard::Guard;
-use super::serve::{reporting, serve_until};
+use super::serve::reporting;
 use crate::config::args::PortSource;
 use crate::config::fleet::{self, FleetConfig};
 use crate::config::{self, Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, ONLY, Surroundings};
+use crate::launch::{Launched, ONLY};
 use crate::log;
 use anyhow::Context as _;
 use clap::Args;
@@ -35,7 +35,7 @@ use ts3100_driver::driver::self_check::connectable;
 /// warnings only.
 ///
 /// Exit codes: that of the command, or 128 + N when signal N ended it; plus 64 if the scenario failed, a finding was
-/// denied or the coverage is too low; 125 the emulator cannot start; 126 or 127 the command cannot.
+/// denied or the coverage is too low; 2 for several robots, which exec does not run; 125 the emulator cannot start; 126 or 127 the command cannot.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]
@@ -58,10 +58,20 @@ struct CommandError {
     reason: io::Error,
 }
 
+/// Several robots are asked for: wrong usage, because exec does not run them yet.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "exec runs one robot; start several by `ts3100 serve --ready-json` and read their ports from its line"
+)]
+struct SeveralRobots;
+
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let junit = args.serve.scenario.junit.clone();
     let code_of = |error: &anyhow::Error| {
+        if error.is::<SeveralRobots>() {
+            return UNUSABLE;
+        }
         let command = error.downcast_ref::<CommandError>();
         match command.map(|error| error.reason.kind()) {
             None => EMULATOR_FAILED,
@@ -85,31 +95,27 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
         args.network.ports = Some(PortSource::Auto);
     }
     log::start_quiet(args.log.verbose, args.log.log_format.unwrap_or_default());
-    if FleetConfig::from_args(&args)?.is_some() {
-        anyhow::bail!(
-            "exec runs one robot; start several by `ts3100 serve --ready-json` and read their ports from its line"
-        );
-    }
-    let settings = Settings::from_args(&args)?;
+    let config = FleetConfig::from_args(&args)?;
+    let settings = config.only().ok_or(SeveralRobots)?;
     if let Some(Seed::Drawn(seed)) = args.variation.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
         log::print_note(format_args!(
             "legal variation with seed {seed}; repeat it with --vary {seed}"
         ));
     }
-    Ending::check(&settings)?;
+    Ending::check(settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
-        let mut launched = Launched::open(&settings, &Surroundings::NONE)?;
-        launched.driver.self_check(settings.listen).await?;
-        let control = launched.open_control(&settings)?;
-        let robot = launched.info(ONLY.to_owned(), &settings);
+        let (mut driver, launched) = Launched::alone(settings)?;
+        driver.self_check(settings.listen).await?;
+        let control = launched.open_control(&driver, settings)?;
+        let robot = launched.info(&driver, ONLY.to_owned(), settings);
         let instance = Instance::current(std::slice::from_ref(&robot), control);
         let _announced = instance.announce();
         let wait = forward_signals().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = build_command(program, rest, &settings, &robot, &instance)
+        let mut child = build_command(program, rest, settings, &robot, &instance)
             .spawn()
             .map_err(|reason| CommandError {
                 command: program.clone(),
@@ -123,7 +129,7 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
             drop(guard);
         };
         junit.clear();
-        let failed = serve_until(stop, launched, &settings).await? != 0;
+        let failed = run_to_end(stop, driver, &launched, settings).await? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })

@@ -2,27 +2,30 @@
 //!
 //! Up to [`OWN_SOCKETS`] robots start together, each with sockets of its own. More of them, each at an address of its
 //! own, share their listening sockets, and a robot starts at its first connection or call: what nobody uses costs
-//! nothing. The configuration is [`crate::config::fleet`]; robots joined by wires are driven by
-//! [`ts3100_driver::driver::wired`].
+//! nothing. The configuration is [`crate::config::fleet`]; robots joined by wires are one [`ts3100_driver::world::World`],
+//! and each other robot is a world of its own.
 
 use super::ending::Ending;
 use crate::config::fleet::FleetConfig;
 use crate::config::{Ports, Settings};
 use crate::launch::{Launched, Surroundings};
+use crate::ready::Only;
 use anyhow::Context as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tracing::{Instrument as _, Span, error, error_span};
+use tracing::{Span, error, error_span};
 use ts3100_control::DriverHandle;
-use ts3100_control::robots::{CannotStart, RobotInfo, Robots, WireInfo};
+use ts3100_control::robots::{CannotStart, RobotInfo, Robots, Wires};
 use ts3100_controller::{Controller, Port};
+use ts3100_driver::driver::Driver;
+use ts3100_driver::driver::request::Requests;
 use ts3100_driver::driver::self_check::connectable;
-use ts3100_driver::driver::wired::{Wire, WireEnd, WireHandle, Wired};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::SharedPorts;
+use ts3100_driver::world::{Wire, WireEnd};
 
 /// Most robots with listening sockets of their own, if each is at an address of its own.
 pub const OWN_SOCKETS: usize = 256;
@@ -36,6 +39,8 @@ const OTHER_FILES: u64 = 128;
 struct Running {
     handle: Option<DriverHandle>,
     info: RobotInfo,
+    /// The example programs are on its RAM drive.
+    has_examples: bool,
 }
 
 /// What is left of robots when their task ends: number, final state and exit code of each, or what cannot be written.
@@ -50,7 +55,6 @@ pub struct Fleet {
     /// Why one could not start is remembered: it would be the same the next time.
     slots: Vec<OnceLock<Result<Running, CannotStart>>>,
     tasks: Mutex<Vec<JoinHandle<Ended>>>,
-    wires: OnceLock<WireHandle>,
     stop: watch::Sender<bool>,
 }
 
@@ -62,6 +66,7 @@ impl Fleet {
     pub fn open(config: FleetConfig) -> anyhow::Result<Arc<Fleet>> {
         let count = config.count();
         let first = config.settings(0).with_context(|| config.name(0))?;
+        let is_list = config.only().is_none();
         if config.has_own_addresses() {
             check_addresses((0..count).filter_map(|index| config.args(index).network.listen))?;
         }
@@ -80,7 +85,7 @@ impl Fleet {
         raise_file_limit(if starts_all { count } else { 0 }, first.ports)?;
         if let Some(path) = config.restored_for_all() {
             let names: Vec<String> = (0..count).map(|index| config.name(index)).collect();
-            snapshot::cell::read(path, &names)?;
+            snapshot::read_named(path, &names)?;
         }
         let fleet = Arc::new(Fleet {
             surroundings: Surroundings {
@@ -89,7 +94,6 @@ impl Fleet {
             },
             slots: std::iter::repeat_with(OnceLock::new).take(count).collect(),
             tasks: Mutex::default(),
-            wires: OnceLock::new(),
             stop: watch::Sender::new(false),
             only: (count == 1).then(|| config.name(0)),
             config,
@@ -97,8 +101,10 @@ impl Fleet {
         fleet.start_wired()?;
         if starts_all {
             for index in 0..count {
-                if let Some(Err(reason)) = fleet.start_index(index) {
-                    anyhow::bail!("{}: {reason}", fleet.config.name(index));
+                match fleet.start_index(index) {
+                    Some(Err(reason)) if is_list => anyhow::bail!("{}: {reason}", fleet.config.name(index)),
+                    Some(Err(reason)) => anyhow::bail!("{reason}"),
+                    Some(Ok(_)) | None => {}
                 }
             }
         }
@@ -125,90 +131,108 @@ impl Fleet {
     fn start_index(&self, index: usize) -> Option<&Result<Running, CannotStart>> {
         let slot = self.slots.get(index)?;
         Some(slot.get_or_init(|| {
-            self.start_alone(index)
-                .map_err(|error| CannotStart(format!("{error:#}")))
+            let started = self
+                .start_world(&[index])
+                .map_err(|error| CannotStart(format!("{error:#}")))?;
+            started
+                .into_iter()
+                .next()
+                .ok_or_else(|| CannotStart(String::new()))
         }))
     }
 
-    /// Starts a robot without wires.
-    fn start_alone(&self, index: usize) -> anyhow::Result<Running> {
-        let (launched, ending, running) = self.launch(index)?;
-        let stopped = self.stopped();
-        let run = async move {
-            let controller = launched.driver.run(stopped).await;
-            let code = ending.finish(&controller);
-            vec![(index, controller, code)]
-        };
-        self.spawn(run.instrument(self.span(index)));
-        Ok(running)
-    }
-
-    /// Names the robot in the lines of the log.
+    /// Names the robot in the lines of the log, if it is one of a list.
     fn span(&self, index: usize) -> Span {
+        if self.config.only().is_some() {
+            return Span::none();
+        }
         let name = self.config.name(index);
         error_span!("robot", robot = %name)
     }
 
-    /// Starts the robots that wires join.
+    /// Starts the robots that wires join: they are one world.
     fn start_wired(&self) -> anyhow::Result<()> {
         let ends = self.config.wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
-        let numbers: BTreeSet<usize> = ends.filter_map(WireEnd::robot).collect();
-        if numbers.is_empty() {
+        let group: BTreeSet<usize> = ends.filter_map(WireEnd::robot).collect();
+        if group.is_empty() {
             return Ok(());
         }
-        let mut places = BTreeMap::new();
-        let (mut drivers, mut endings) = (Vec::new(), Vec::new());
-        for index in numbers {
-            let launched = self.launch(index).with_context(|| self.config.name(index));
-            let (launched, ending, running) = launched?;
-            places.insert(index, drivers.len());
-            drivers.push((launched.driver, self.span(index)));
-            endings.push((index, ending));
-            if let Some(slot) = self.slots.get(index) {
+        let group: Vec<usize> = group.into_iter().collect();
+        for (index, running) in group.iter().zip(self.start_world(&group)?) {
+            if let Some(slot) = self.slots.get(*index) {
                 // It is empty: nothing has started yet.
                 let _ = slot.set(Ok(running));
             }
         }
-        let place = |end: &WireEnd| match end {
-            WireEnd::Line { robot, line } => WireEnd::Line {
-                robot: places.get(robot).copied().unwrap_or_default(),
-                line: *line,
-            },
-            WireEnd::Outside(name) => WireEnd::Outside(name.clone()),
-        };
-        let wires = self.config.wires.iter().map(|wire| Wire {
-            from: place(&wire.from),
-            to: place(&wire.to),
-        });
-        let (wired, handle) = Wired::new(drivers, wires.collect());
-        // It is empty: this is called once.
-        let _ = self.wires.set(handle);
-        let stopped = self.stopped();
-        self.spawn(async move {
-            let controllers = wired.run(stopped).await;
-            let mut ended = Vec::new();
-            for ((index, ending), controller) in endings.into_iter().zip(controllers) {
-                let code = ending.finish(&controller);
-                ended.push((index, controller, code));
-            }
-            ended
-        });
         Ok(())
     }
 
+    /// Starts the robots of one world, by their places in the configuration.
+    fn start_world(&self, group: &[usize]) -> anyhow::Result<Vec<Running>> {
+        let first = group.first().copied().unwrap_or_default();
+        let (time, gap) = self.config.time_of(first);
+        let (mut driver, requests) = Driver::new(time, gap);
+        let (mut started, mut endings) = (Vec::new(), Vec::new());
+        for &index in group {
+            let launched = self.launch(index, &mut driver, &requests);
+            let (ending, running) = match group.len() {
+                1 => launched?,
+                _ => launched.with_context(|| self.config.name(index))?,
+            };
+            endings.push((index, ending));
+            started.push(running);
+        }
+        // None of the wires ends at a robot that is a world of its own.
+        let place = |end: &WireEnd| {
+            Some(match end {
+                WireEnd::Line { robot, line } => WireEnd::Line {
+                    robot: group.iter().position(|index| index == robot)?,
+                    line: *line,
+                },
+                WireEnd::Outside(name) => WireEnd::Outside(name.clone()),
+            })
+        };
+        let wires = self.config.wires.iter().filter_map(|wire| {
+            Some(Wire {
+                from: place(&wire.from)?,
+                to: place(&wire.to)?,
+                name: wire.name.clone(),
+            })
+        });
+        driver.join(wires.collect());
+        let stopped = self.stopped();
+        let spans: Vec<Span> = group.iter().map(|index| self.span(*index)).collect();
+        self.spawn(async move {
+            let controllers = driver.run(stopped).await;
+            let ended = endings.into_iter().zip(spans).zip(controllers);
+            let ended = ended.map(|(((index, ending), span), controller)| {
+                let code = span.in_scope(|| ending.finish(&controller));
+                (index, controller, code)
+            });
+            ended.collect()
+        });
+        Ok(started)
+    }
+
     /// Opens the ports of a robot.
-    fn launch(&self, index: usize) -> anyhow::Result<(Launched, Ending, Running)> {
+    fn launch(
+        &self,
+        index: usize,
+        driver: &mut Driver,
+        requests: &Requests,
+    ) -> anyhow::Result<(Ending, Running)> {
         let span = self.span(index);
         let _named = span.enter();
         let settings = self.config.settings(index)?;
         Ending::check(&settings)?;
-        let mut launched = Launched::open(&settings, &self.surroundings)?;
-        let ending = Ending::begin(&mut launched, &settings);
+        let launched = Launched::add(driver, requests, &settings, &self.surroundings, span.clone())?;
+        let ending = Ending::begin(driver, &launched, &settings);
         let running = Running {
             handle: launched.handle(),
-            info: launched.info(self.config.name(index), &settings),
+            info: launched.info(driver, self.config.name(index), &settings),
+            has_examples: launched.has_examples,
         };
-        Ok((launched, ending, running))
+        Ok((ending, running))
     }
 
     /// Completes when the robots are to end.
@@ -253,7 +277,7 @@ impl Fleet {
             let states: Vec<_> = states
                 .map(|(index, state)| (self.config.name(index), state))
                 .collect();
-            let written = snapshot::cell::write(path, &states);
+            let written = snapshot::write(path, snapshot::States::Named(&states));
             worst = worst.and_then(|worst| written.map(|()| worst).map_err(Into::into));
         }
         worst
@@ -261,8 +285,17 @@ impl Fleet {
 
     /// The seed of the legal variation, if there is one.
     pub fn vary(&self) -> Option<u64> {
-        let settings = Settings::from_args(&self.config.args(0)).ok()?;
-        settings.controller.vary
+        self.config.settings(0).ok()?.controller.vary
+    }
+
+    /// The robot that is not one of a list.
+    pub fn only_one(&self) -> Option<Only<'_>> {
+        let settings = self.config.only()?;
+        let running = self.slots.first()?.get()?.as_ref().ok()?;
+        Some(Only {
+            settings,
+            has_examples: running.has_examples,
+        })
     }
 
     /// What is known of each robot.
@@ -317,23 +350,19 @@ impl Robots for Fleet {
         slot.get()?.as_ref().ok()?.handle.clone()
     }
 
-    fn wires(&self) -> Option<Vec<WireInfo>> {
-        let levels = self.wires.get()?.levels();
+    fn wires(&self) -> Option<Wires> {
+        let joined = self.config.wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
+        let first = joined.filter_map(WireEnd::robot).next()?;
         let name = |end: &WireEnd, side: &str| match end {
             WireEnd::Line { robot, line } => format!("{}.{side}.{line}", self.config.name(*robot)),
             WireEnd::Outside(name) => format!("outside.{name}"),
         };
-        let wires = self.config.wires.iter().zip(levels);
-        let wires = wires.map(|(wire, on)| WireInfo {
-            from: name(&wire.from, "dout"),
-            to: name(&wire.to, "din"),
-            on,
-        });
-        Some(wires.collect())
-    }
-
-    fn wire_handle(&self) -> Option<&WireHandle> {
-        self.wires.get()
+        let wires = self.config.wires.iter();
+        let ends = wires.map(|wire| (name(&wire.from, "dout"), name(&wire.to, "din")));
+        Some(Wires {
+            ends: ends.collect(),
+            handle: self.running(&self.config.name(first))?,
+        })
     }
 }
 
@@ -372,6 +401,9 @@ fn check_addresses(addresses: impl Iterator<Item = IpAddr>) -> anyhow::Result<()
 #[cfg(unix)]
 fn raise_file_limit(robots: usize, ports: Ports) -> anyhow::Result<()> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    if robots <= 1 {
+        return Ok(());
+    }
     // With free ports another socket reserves each of them.
     let each = if ports == Ports::Auto { 8 } else { 4 };
     let needed = OTHER_FILES + robots as u64 * each;

@@ -6,11 +6,9 @@ use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
 use crate::log::print_error;
-use anyhow::anyhow;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use ts3100_driver::files;
-use ts3100_driver::pc_file::MAX_PC_FILE;
 
 /// Format SCOL files in place.
 ///
@@ -42,8 +40,8 @@ pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
 
 /// Formats a file; the exit code.
 fn format_file(path: &Path, check: bool) -> anyhow::Result<u8> {
-    let source = String::from_utf8(input::read(path, MAX_PC_FILE)?)
-        .map_err(|_| anyhow!("not text in ASCII or UTF-8; the file is left as it is"))?;
+    // A file that cannot be read whole is left as it is.
+    let source = input::read_program(path)?;
     let formatted = scol_mini::format(&source);
     let changed = formatted != source;
     if check && changed {

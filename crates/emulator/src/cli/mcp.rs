@@ -1,6 +1,6 @@
 //! `ts3100 mcp`: a Model Context Protocol server on stdin and stdout, with which an assistant works an emulator that runs.
 //!
-//! The protocol is JSON-RPC 2.0, one message a line, and of it four methods, so no library
+//! The protocol is JSON-RPC 2.0, one message or batch a line, and of it a few methods, so no library
 //! is needed. The tools are in [`tools`], each a few calls of the control interface.
 
 mod tools;
@@ -18,6 +18,8 @@ use tools::{TOOLS, Tool, ToolError};
 const MAX_MESSAGE: u64 = 1024 * 1024;
 /// The revisions of the protocol that are spoken, newest first.
 const REVISIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
+/// The byte order mark, which shells of Windows put in front of what they pass on.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// What an assistant is told first.
 const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
     check_program, store and select it with load_program, start it with run_program. findings lists what a host program did \
@@ -87,10 +89,11 @@ pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
             line.len() as u64 <= MAX_MESSAGE,
             "a message has more than {MAX_MESSAGE} bytes"
         );
+        let line = line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&line);
         if line.iter().all(u8::is_ascii_whitespace) {
             continue;
         }
-        if let Some(answer) = answer(&robot, &line) {
+        if let Some(answer) = answer(&robot, line) {
             let mut out = io::stdout().lock();
             // Who closes the pipe has gone.
             if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
@@ -100,11 +103,23 @@ pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
     }
 }
 
-/// The answer to a message; notifications and answers get none.
+/// The answer to a line: to a message, or in one array those to a batch, which the revision 2025-03-26 has.
 fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
     let Ok(message) = serde_json::from_slice::<Value>(line) else {
         return Some(failed(&Value::Null, PARSE_ERROR, "the message is no JSON"));
     };
+    let Some(batch) = message.as_array().filter(|batch| !batch.is_empty()) else {
+        return answer_message(robot, &message);
+    };
+    let answers: Vec<Value> = batch
+        .iter()
+        .filter_map(|message| answer_message(robot, message))
+        .collect();
+    (!answers.is_empty()).then_some(Value::Array(answers))
+}
+
+/// The answer to a message; notifications and answers get none.
+fn answer_message(robot: &Robot<'_>, message: &Value) -> Option<Value> {
     let id = message.get("id");
     let Some(method) = message.get("method").and_then(Value::as_str) else {
         let is_answer = message.get("result").is_some() || message.get("error").is_some();
@@ -117,6 +132,10 @@ fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
         "initialize" => Ok(initialize(parameters)),
         "ping" => Ok(json!({})),
         "tools/list" => Ok(json!({ "tools": TOOLS.iter().map(Tool::description).collect::<Vec<_>>() })),
+        // Assistants ask for these whatever the capabilities say.
+        "prompts/list" => Ok(json!({ "prompts": [] })),
+        "resources/list" => Ok(json!({ "resources": [] })),
+        "resources/templates/list" => Ok(json!({ "resourceTemplates": [] })),
         "tools/call" => {
             call(robot, parameters).ok_or((INVALID_PARAMS, "no tool has this name; tools/list names them"))
         }

@@ -4,22 +4,19 @@
 //! The order matters: report files are created before the ports open, so that a path that cannot be written is an
 //! error at the start. The loop that serves hosts is [`ts3100_driver::driver`]; the ready line is [`crate::ready`].
 
-use super::ending::Ending;
 use super::exit::UNUSABLE;
 use super::fleet::Fleet;
 use super::{junit_stub, output};
 use crate::config::args::LogFormat;
 use crate::config::fleet::{self, FleetConfig};
-use crate::config::{self, OPTIONS, ServeArgs, Settings};
+use crate::config::{self, OPTIONS, ServeArgs};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
-use crate::launch::{Launched, ONLY, Surroundings, bind_control};
+use crate::launch::bind_control;
 use crate::log;
-use crate::ready::{self, Banner, FleetBanner};
+use crate::ready::{self, Ready};
 use anyhow::Context as _;
-use serde_json::Value;
 use std::collections::BTreeSet;
-use std::fmt::Display;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -62,57 +59,27 @@ fn serve(flags: ServeArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> 
     for warning in unknown {
         warn!("{warning}");
     }
-    if let Some(config) = FleetConfig::from_args(&args)? {
-        return single_threaded()?.block_on(serve_fleet(&args, config, junit));
-    }
-    let settings = Settings::from_args(&args)?;
-    if let Some(seed) = settings.controller.vary {
+    let config = FleetConfig::from_args(&args)?;
+    if let Some(seed) = config.only().and_then(|settings| settings.controller.vary) {
         info!(
             event = "vary",
             seed, "legal variation with seed {seed}; repeat it with --vary {seed}"
         );
     }
-    Ending::check(&settings)?;
-    single_threaded()?.block_on(serve_one(&args, &settings, junit))
+    single_threaded()?.block_on(serve_robots(&args, config, junit))
 }
 
-/// Serves one robot until a signal.
-async fn serve_one(
-    args: &ServeArgs,
-    settings: &Settings,
-    junit: &mut BTreeSet<PathBuf>,
-) -> anyhow::Result<u8> {
-    // Before the ready line: a signal that follows it must not find the default action.
-    let stop = stop_signal().context("cannot listen for signals")?;
-    let launched = Launched::open(settings, &Surroundings::NONE)?;
-    let control = launched.open_control(settings)?;
-    let (ports, serial) = (launched.driver.ports(), launched.driver.serial_endpoints());
-    let _announced = Instance::current(&[launched.info(ONLY.to_owned(), settings)], control).announce();
-    let banner = Banner {
-        settings,
-        ports,
-        serial: &serial,
-        control,
-        has_examples: launched.has_examples,
-    };
-    let line = || ready::line(ports, &serial, control, settings.controller.vary);
-    say_ready(args, line, &banner, || banner.summary())?;
-    junit.clear();
-    let code = serve_until(stop, launched, settings).await?;
-    info!("ended");
-    Ok(code)
-}
-
-/// Serves several robots until a signal.
-async fn serve_fleet(
+/// Serves the robots until a signal.
+async fn serve_robots(
     args: &ServeArgs,
     config: FleetConfig,
     junit: &mut BTreeSet<PathBuf>,
 ) -> anyhow::Result<u8> {
+    // Before the ready line: a signal that follows it must not find the default action.
     let stop = stop_signal().context("cannot listen for signals")?;
-    let control = config.control()?;
+    let settings = config.control()?;
     let fleet = Fleet::open(config)?;
-    let address = match &control {
+    let control = match &settings {
         Some(settings) => {
             let server = bind_control(settings)?;
             let address = server.address();
@@ -122,47 +89,32 @@ async fn serve_fleet(
         None => None,
     };
     let robots: Vec<RobotInfo> = fleet.infos().collect();
-    let _announced = Instance::current(&robots, address).announce();
-    let banner = FleetBanner {
+    let _announced = Instance::current(&robots, control).announce();
+    let ready = Ready {
         robots: &robots,
-        control: address,
-        has_token: control.as_ref().is_some_and(|control| control.token.is_some()),
+        only: fleet.only_one(),
+        control,
+        has_token: settings.is_some_and(|control| control.token.is_some()),
+        vary: fleet.vary(),
     };
-    let line = || ready::fleet_line(&robots, address, fleet.vary());
-    say_ready(args, line, &banner, || banner.summary())?;
-    stop.await;
+    say_ready(args, &ready)?;
     junit.clear();
+    stop.await;
     let code = fleet.end().await?;
     info!("ended");
     Ok(code)
 }
 
 /// Says that the ports are open: by the ready line, the banner, or a line of the log.
-fn say_ready(
-    args: &ServeArgs,
-    line: impl FnOnce() -> Value,
-    banner: &impl Display,
-    summary: impl FnOnce() -> String,
-) -> anyhow::Result<()> {
+fn say_ready(args: &ServeArgs, ready: &Ready<'_>) -> anyhow::Result<()> {
     if args.network.ready_json.unwrap_or(false) {
-        return ready::print_line(&line()).context("cannot write to stdout");
+        return ready::print_line(&ready.line()).context("cannot write to stdout");
     }
     match args.log.log_format.unwrap_or_default() {
-        LogFormat::Text => output::tell(banner),
-        LogFormat::Json => info!(event = "ready", "ready: {}", summary()),
+        LogFormat::Text => output::tell(ready),
+        LogFormat::Json => info!(event = "ready", "ready: {}", ready.summary()),
     }
     Ok(())
-}
-
-/// Serves until `stop` completes, then writes all that was asked for; the exit code that follows from it. `exec` does
-/// the same.
-pub(super) async fn serve_until(
-    stop: impl Future<Output = ()>,
-    mut launched: Launched,
-    settings: &Settings,
-) -> anyhow::Result<u8> {
-    let ending = Ending::begin(&mut launched, settings);
-    ending.finish(&launched.driver.run(stop).await)
 }
 
 /// `--set help`.
@@ -178,13 +130,15 @@ pub(super) fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
+    let mut quit = signal(SignalKind::quit())?;
     // Its terminal is gone: reports and snapshots are written as at any other end.
     let mut hang_up = signal(SignalKind::hangup())?;
-    // The loop looks in each of its turns: a task costs less to look at than three signals.
+    // The loop looks in each of its turns: a task costs less to look at than four signals.
     let signal = tokio::spawn(async move {
         tokio::select! {
             _ = interrupt.recv() => {}
             _ = terminate.recv() => {}
+            _ = quit.recv() => {}
             _ = hang_up.recv() => {}
         }
     });

@@ -27,7 +27,7 @@ use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
 use ts3100_survey::ledger::{self, Evidence};
 use ts3100_survey::passive::{Evidence as Heard, Passive};
 use ts3100_survey::{
-    Answer, Class, Peer, Plan, Report, SerialPeer, TcpPeer, Verdict, catalogue, differences, survey,
+    Answer, Class, Difference, Peer, Plan, Report, SerialPeer, TcpPeer, Verdict, catalogue, survey,
 };
 
 /// A line on stdout; a closed pipe is not an error.
@@ -72,7 +72,8 @@ enum SurveyCommand {
         #[arg(long)]
         html: bool,
     },
-    /// List the questions that two controllers answer in different ways; exit code 1 if there are any
+    /// List the questions that two controllers answer in different ways; exit code 1 if there are any. Questions that only one
+    /// file answers are listed apart
     Diff {
         /// One file
         first: PathBuf,
@@ -317,7 +318,7 @@ fn asked(
 /// Says what is not as it should be at the end. Returns the exit code.
 fn ended(report: &Report) -> u8 {
     for left in &report.left {
-        print_error(format_args!("not put back: {left}"));
+        print_error(format_args!("not restored: {left}"));
     }
     match &report.stopped {
         None => 0,
@@ -379,18 +380,20 @@ fn keep(report: &Report, out: Option<&Path>) -> anyhow::Result<()> {
 }
 
 fn compare(first: &Path, second: &Path) -> anyhow::Result<u8> {
-    let found = differences(&read(first)?, &read(second)?);
-    for difference in &found {
-        let heard = |heard: &Option<String>| heard.clone().unwrap_or_else(|| "not known".to_owned());
-        say!(
-            "{:<22} {} | {}",
-            difference.probe,
-            heard(&difference.first),
-            heard(&difference.second)
-        );
+    let found = ts3100_survey::compare(&read(first)?, &read(second)?);
+    for Difference { probe, first, second } in &found.differences {
+        say!("{probe:<22} {first} | {second}");
     }
-    say!("{} differences", found.len());
-    Ok(if found.is_empty() { 0 } else { NEGATIVE })
+    say!("{} differences", found.differences.len());
+    for (file, probes) in [(first, &found.only_first), (second, &found.only_second)] {
+        if !probes.is_empty() {
+            say!("answered in {} only: {}", file.display(), probes.join(", "));
+        }
+    }
+    Ok(match found.differences.is_empty() {
+        true => 0,
+        false => NEGATIVE,
+    })
 }
 
 fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {

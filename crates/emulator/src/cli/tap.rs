@@ -4,13 +4,12 @@
 
 use super::host::seconds;
 use super::serve::stop_signal;
-use crate::config::args::{FIRST_PORT, LogFormat, PortSource};
+use crate::config::args::{self, FIRST_PORT, LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
 use crate::ready;
 use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
-use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::num::NonZeroU16;
 use std::str::FromStr;
@@ -36,8 +35,8 @@ pub(super) struct TapArgs {
     /// Write the recording: .txt, .jsonl, or .pcapng for Wireshark (repeatable) [default: text on stdout]
     #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
     transcript: Vec<TranscriptFile>,
-    /// Listen on this address
-    #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    /// Listen on this address, or on that of a name of this computer, such as localhost
+    #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), value_parser = args::listen_address)]
     listen: IpAddr,
     /// Add N to 1000-1003 for the ports of the tap
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -168,7 +167,7 @@ pub(super) fn run(args: &TapArgs) -> anyhow::Result<u8> {
             );
         }
         if args.ready_json {
-            let line = ready::line(tap.ports(), &BTreeMap::new(), None, None);
+            let line = ready::ports_line(tap.ports());
             ready::print_line(&line).context("cannot write to stdout")?;
         }
         tap.run(stop).await;

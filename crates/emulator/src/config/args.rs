@@ -13,7 +13,7 @@ use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedV
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::{OsStr, OsString};
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};
 use std::path::PathBuf;
 use std::str::FromStr;
 use ts3100_control::ControlChoice;
@@ -26,7 +26,7 @@ use ts3100_proto::words::{UnexpectedWord, Word};
 ///
 /// Every flag is also an environment variable and a key of the TOML file given by --config: --port-offset 10000,
 /// TS3100_PORT_OFFSET=10000 and `port-offset = 10000` are the same. Flags win over the environment, the environment over
-/// the file. SIGTERM ends it as Ctrl-C does.
+/// the file. SIGTERM and SIGQUIT end it as Ctrl-C does.
 ///
 /// Exit codes: 0 ended by a signal; 2 cannot start or cannot write a report; 3 a denied finding or fault; 4 coverage
 /// below --min-coverage; 5 the scenario failed.
@@ -74,8 +74,8 @@ flag_group! {
     /// Where the robot listens.
     #[command(next_help_heading = "Network")]
     pub struct NetworkArgs {
-        /// Listen on this address [default: 127.0.0.1]
-        #[arg(long, value_name = "ADDR")]
+        /// Listen on this address, or on that of a name of this computer, such as localhost [default: 127.0.0.1]
+        #[arg(long, value_name = "ADDR", value_parser = listen_address)]
         pub listen: Option<IpAddr>,
         /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
         #[arg(long, value_name = "N", value_parser = port_offset)]
@@ -155,8 +155,8 @@ flag_group! {
         /// `{robot}` in a path is the name
         #[arg(long, value_name = "N", value_parser = robot_count)]
         pub robots: Option<u32>,
-        /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or the .toml file of a model of your own [default:
-        /// ts3100-tv800]
+        /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600, or the .toml file of a model
+        /// of your own [default: ts3100-tv800]
         #[arg(long, value_name = "MODEL")]
         pub model: Option<ModelChoice>,
         /// Controller type [default: ts3100]
@@ -329,7 +329,6 @@ impl ServeArgs {
     /// Reads a command line by the definitions of those groups whose flags it has.
     ///
     /// # Errors
-    /// What is wrong with it.
     pub fn from_words(words: &[OsString]) -> Result<ServeArgs, clap::Error> {
         let mut args = ServeArgs::default();
         flag_group::read(
@@ -364,6 +363,29 @@ fn robot_count(word: &str) -> Result<u32, UnexpectedWord> {
 fn port_offset(word: &str) -> Result<u16, UnexpectedWord> {
     let number = word.parse();
     number.map_err(|_| UnexpectedWord::new("a whole number from 0 to 65535", word))
+}
+
+/// Reads the value of `--listen`: an address, or a name that resolves to one of this computer. IPv4 is preferred, because
+/// the default is 127.0.0.1 and hosts of that robot speak IPv4.
+pub(crate) fn listen_address(word: &str) -> Result<IpAddr, UnexpectedWord> {
+    const EXPECTED: &str = "an address of this computer, or a name that resolves to one";
+    if let Ok(address) = word.parse() {
+        return Ok(address);
+    }
+    let unexpected = || UnexpectedWord::new(EXPECTED, word);
+    // A port would be taken for a part of the name.
+    if word.is_empty() || word.contains(':') {
+        return Err(unexpected());
+    }
+    let found = (word, 0).to_socket_addrs().map_err(|_| unexpected())?;
+    let mut found: Vec<SocketAddr> = found.collect();
+    found.sort_by_key(SocketAddr::is_ipv6);
+    let own = |address: &SocketAddr| TcpListener::bind(address).is_ok();
+    found
+        .iter()
+        .find(|address| own(address))
+        .map(SocketAddr::ip)
+        .ok_or_else(unexpected)
 }
 
 /// `ADDRESS:PORT`, or a port alone on the address of `--listen`.

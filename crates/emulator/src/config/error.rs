@@ -54,6 +54,9 @@ pub enum ConfigError {
     /// A fault on the command line is not valid.
     #[error("--fault: {0}")]
     Fault(FaultError),
+    /// The controller cannot do what a fault does to it.
+    #[error(transparent)]
+    ImpossibleFault(FaultError),
     /// Two faults have the same number.
     #[error("cannot arm the faults: two have the number id={0}; give each its own")]
     FaultTwice(u32),

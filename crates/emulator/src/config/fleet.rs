@@ -6,6 +6,7 @@
 use super::args::{PortSource, RobotTable, WireTable};
 use super::model::ModelChoice;
 use super::{ConfigError, ServeArgs, Settings};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::action::IoKind;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::clock::{TimeGap, TimeMode};
-use ts3100_driver::driver::wired::{Wire, WireEnd};
+use ts3100_driver::world::{Wire, WireEnd};
 use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
 /// What stands for the name of the robot in a path.
@@ -53,13 +54,15 @@ pub(super) const OF_PROCESS: [&str; 12] = [
 /// The robots of a process.
 #[derive(Debug, Clone)]
 pub struct FleetConfig {
-    /// What all have in common.
+    /// What all of a list have in common.
     common: ServeArgs,
     /// Name and arguments of each; empty if they are only numbered.
     tables: Vec<RobotTable>,
     count: usize,
     /// The wires between them.
     pub wires: Vec<Wire>,
+    /// The settings of a robot that is not one of a list: its name and what makes robots of a list differ are not written.
+    only: Option<Box<Settings>>,
 }
 
 fn refused(reason: impl Into<String>) -> ConfigError {
@@ -67,16 +70,25 @@ fn refused(reason: impl Into<String>) -> ConfigError {
 }
 
 impl FleetConfig {
-    /// The robots that the arguments ask for; `None` if they configure a single one without a name.
+    /// The robots that the arguments ask for; without a list of them a single one.
     ///
     /// # Errors
     /// Names, addresses, files or wires that do not go together, or what is wrong with a robot of a table.
-    pub fn from_args(args: &ServeArgs) -> Result<Option<FleetConfig>, ConfigError> {
+    pub fn from_args(args: &ServeArgs) -> Result<FleetConfig, ConfigError> {
+        if args.robot.robots.is_none() && args.robot_tables.is_empty() && args.wires.is_empty() {
+            return Ok(FleetConfig {
+                // It has nothing in common with others, and a copy would cost each start.
+                common: ServeArgs::default(),
+                tables: Vec::new(),
+                count: 1,
+                wires: Vec::new(),
+                only: Some(Box::new(Settings::from_args(args)?)),
+            });
+        }
         let mut common = args.clone();
         let tables = std::mem::take(&mut common.robot_tables);
         let wires = std::mem::take(&mut common.wires);
         let count = match (args.robot.robots, tables.len()) {
-            (None, 0) if wires.is_empty() => return Ok(None),
             (None, 0) => return Err(refused("[[wire]] joins robots, and there is no [[robot]]")),
             (None, count) => count,
             (Some(_), 1..) => {
@@ -93,6 +105,7 @@ impl FleetConfig {
             tables,
             count,
             wires: Vec::new(),
+            only: None,
         };
         fleet.check_network()?;
         fleet.check_files()?;
@@ -121,7 +134,12 @@ impl FleetConfig {
             fleet.wires.push(wire);
         }
         fleet.check_times()?;
-        Ok(Some(fleet))
+        Ok(fleet)
+    }
+
+    /// The settings of a robot that is not one of a list.
+    pub fn only(&self) -> Option<&Settings> {
+        self.only.as_deref()
     }
 
     /// How many there are.
@@ -145,7 +163,7 @@ impl FleetConfig {
         (self.name(index) == name).then_some(index)
     }
 
-    /// The arguments of one robot.
+    /// The arguments of one robot of a list.
     pub fn args(&self, index: usize) -> ServeArgs {
         let table = self.tables.get(index);
         let table = table.map(|table| table.args.clone()).unwrap_or_default();
@@ -187,7 +205,10 @@ impl FleetConfig {
     ///
     /// # Errors
     /// See [`Settings::from_args`].
-    pub fn settings(&self, index: usize) -> Result<Settings, ConfigError> {
+    pub fn settings(&self, index: usize) -> Result<Cow<'_, Settings>, ConfigError> {
+        if let Some(only) = &self.only {
+            return Ok(Cow::Borrowed(only));
+        }
         let args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
         let restored = self.restored_for_all();
@@ -198,19 +219,19 @@ impl FleetConfig {
         if self.snapshot_of_all().is_some() {
             settings.files.snapshot_on_exit = None;
         }
-        Ok(settings)
+        Ok(Cow::Owned(settings))
     }
 
     /// The file for the last state of all robots, if one is asked for.
     pub fn snapshot_of_all(&self) -> Option<&Path> {
         let path = self.common.files.snapshot_on_exit.as_deref();
-        path.filter(|path| is_of_all(path))
+        path.filter(|path| self.only.is_none() && is_of_all(path))
     }
 
     /// The file with the initial state of all robots, if there is one.
     pub fn restored_for_all(&self) -> Option<&Path> {
         let path = self.common.files.restore.as_deref();
-        path.filter(|path| is_of_all(path))
+        path.filter(|path| self.only.is_none() && is_of_all(path))
     }
 
     /// The control interface of the process, if there is one.
@@ -218,6 +239,9 @@ impl FleetConfig {
     /// # Errors
     /// See [`super::control_settings`].
     pub fn control(&self) -> Result<Option<ControlSettings>, ConfigError> {
+        if let Some(only) = &self.only {
+            return Ok(only.control.clone());
+        }
         super::control_settings(&self.common, self.common.tcp_ports())
     }
 
@@ -295,7 +319,10 @@ impl FleetConfig {
     }
 
     /// How the time of a robot passes.
-    fn time_of(&self, index: usize) -> (TimeMode, TimeGap) {
+    pub fn time_of(&self, index: usize) -> (TimeMode, TimeGap) {
+        if let Some(only) = &self.only {
+            return (only.time, only.time_gap);
+        }
         let clock = self.args(index).clock;
         (clock.time.unwrap_or_default(), clock.time_gap.unwrap_or_default())
     }
@@ -340,7 +367,8 @@ impl FleetConfig {
                 "both ends are outside: join at least one robot",
             ));
         }
-        Ok(Wire { from, to })
+        let name = format!("{} to {}", table.from, table.to);
+        Ok(Wire { from, to, name })
     }
 
     /// Reads `ROBOT.dout.LINE`, `ROBOT.din.LINE` or `outside.NAME`.

@@ -32,7 +32,7 @@ use std::path::PathBuf;
 use tracing::info;
 use ts3100_control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use ts3100_controller::faults::Fault;
-use ts3100_controller::{Config, Dialect, KeySwitch, Port};
+use ts3100_controller::{Config, ControllerType, Dialect, KeySwitch, Permissions, Port};
 use ts3100_driver::clock::{self, TimeGap, TimeMode};
 use ts3100_driver::serial::SerialEndpoint;
 use ts3100_proto::permission::PermissionTable;
@@ -139,8 +139,9 @@ impl Settings {
         }
         if let Some(path) = &args.robot.permissions {
             let text = error::read_text(path)?;
-            controller.permissions =
-                PermissionTable::parse(&text).map_err(|error| ConfigError::invalid(path.display(), error))?;
+            let table = PermissionTable::parse(&text);
+            let table = table.map_err(|error| ConfigError::invalid(path.display(), error))?;
+            controller.permissions = Permissions::Given(Box::new(table));
         }
         controller.fault_seed = args.variation.fault_seed.unwrap_or(0);
         controller.vary = args.variation.vary.and_then(Seed::number);
@@ -159,6 +160,7 @@ impl Settings {
         if args.scenario.junit.is_some() && scenario.is_none() {
             return Err(ConfigError::JunitAlone);
         }
+        let faults = initial_faults(&args, controller.controller)?;
         let defaults = Settings::new(controller);
         let listen = args.network.listen.unwrap_or(defaults.listen);
         Ok(Settings {
@@ -169,7 +171,7 @@ impl Settings {
             time,
             time_gap: args.clock.time_gap.unwrap_or_default(),
             servo_on: args.robot.servo_on.unwrap_or(false),
-            faults: initial_faults(&args)?,
+            faults,
             scenario,
             control: control_settings(&args, ports)?,
             flags: controller_flags(&args),
@@ -183,7 +185,7 @@ impl Settings {
 }
 
 /// The faults of the file, followed by those of the command line.
-fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
+fn initial_faults(args: &ServeArgs, controller: ControllerType) -> Result<Vec<Fault>, ConfigError> {
     let mut faults = match &args.variation.faults {
         Some(path) => ts3100_recording::faults::read(path)?,
         None => Vec::new(),
@@ -196,6 +198,11 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
         let before = faults.get(..index).unwrap_or_default();
         if fault.id != 0 && before.iter().any(|other| other.id == fault.id) {
             return Err(ConfigError::FaultTwice(fault.id));
+        }
+        // The controller of a snapshot is not known yet.
+        if args.files.restore.is_none() {
+            let possible = fault.check_possible_on(controller);
+            possible.map_err(ConfigError::ImpossibleFault)?;
         }
     }
     Ok(faults)

@@ -13,7 +13,7 @@ use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeome
 use ts3100_proto::words::UnexpectedWord;
 
 /// The models shipped: name and file.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 5] = [
     (
         "ts3100-tv800",
         include_str!("../../../../fixtures/models/ts3100-tv800.toml"),
@@ -25,6 +25,14 @@ const SHIPPED: [(&str, &str); 3] = [
     (
         "tsl3000-thl400-4",
         include_str!("../../../../fixtures/models/tsl3000-thl400-4.toml"),
+    ),
+    (
+        "tsl3000-thl300",
+        include_str!("../../../../fixtures/models/tsl3000-thl300.toml"),
+    ),
+    (
+        "scara-600",
+        include_str!("../../../../fixtures/models/scara-600.toml"),
     ),
 ];
 /// Fewest characters of a `source`.
@@ -337,7 +345,7 @@ mod tests {
         );
         assert_eq!(
             "tv1000".parse::<ModelChoice>().unwrap_err().to_string(),
-            "expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4 or the path of a .toml file, found `tv1000`"
+            "expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600 or the path of a .toml file, found `tv1000`"
         );
         let missing = ModelChoice::File("/nowhere/own.toml".into())
             .read()

@@ -261,7 +261,7 @@ fn a_model_of_ones_own_is_seen_from_the_file_that_names_it() {
     let unknown = error_of(&[], &[("TS3100_MODEL", "tv1000")]);
     assert!(
         unknown
-            .contains("expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4 or the path of a .toml file"),
+            .contains("expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600 or the path of a .toml file"),
         "{unknown}"
     );
 }

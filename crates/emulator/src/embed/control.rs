@@ -106,7 +106,7 @@ impl Emulator {
         })
     }
 
-    /// What PRINT has shown on the teach pendant.
+    /// Text that PRINT has shown on the teach pendant.
     ///
     /// # Errors
     /// [`Error::Ended`].
@@ -332,7 +332,7 @@ impl Emulator {
     /// # Errors
     /// [`Error::Ended`].
     pub fn time_mode(&self) -> Result<TimeMode, Error> {
-        self.view(|view| view.clock.mode())
+        self.view(|view| view.time)
     }
 
     /// Sets how time passes.

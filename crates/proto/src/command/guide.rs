@@ -1,5 +1,5 @@
 //! Where the arm is and how it is guided (hosts 2): PR, the position of a kind; ZS, the work or the tool coordinate system,
-//! `ZS,<1|2> <name> <values>`; JG, one axis, `JG,<axis> <+|-|!>`.
+//! `ZS,<1|2> <name> <values>`; JG, one axis, `JG,<axis> <+|-|!>`; MP, to a position, `MP,<0|1> <position>`.
 //!
 //! The controller knows whether a variable exists and which form of values its arm takes. How far, how fast and in which
 //! coordinates JG guides is set by MD, RT and SC before, which carry one number each as SM, IO and VL do.
@@ -12,8 +12,8 @@ use crate::command::{Command, CommandError, Number};
 use crate::prelude::*;
 use core::ops::RangeInclusive;
 use nom::Parser;
-use nom::character::complete::anychar;
-use nom::combinator::map_opt;
+use nom::character::complete::{anychar, one_of, space1};
+use nom::combinator::{map_opt, rest, verify};
 use nom::error::context;
 
 codes! {
@@ -50,6 +50,42 @@ pub(super) fn pr(operands: Operands<'_>) -> Result<Command, CommandError> {
 const SCARA_VALUES: usize = 4;
 /// Values for a six-axis arm: X Y Z A B C.
 const SIX_AXIS_VALUES: usize = 6;
+
+/// `height position`, one blank or more between them. A position is a name, perhaps of an element, or `POINT(...)`; what MOVE
+/// would take besides is not (T27).
+pub(super) fn mp(operands: Operands<'_>) -> Result<Command, CommandError> {
+    const HEIGHT: &str = "0 (as it is) or 1 (the present height)";
+    const POSITION: &str = "the name of a position, or POINT(...)";
+    let height = context(HEIGHT, one_of("01"));
+    let position = context(POSITION, verify(rest, is_position));
+    let (height, _, position) = operands.parse(HEIGHT, (height, context("a blank", space1), position))?;
+    Ok(Command::Mp {
+        keeps_height: height == '1',
+        position: position.trim_end().to_ascii_uppercase(),
+    })
+}
+
+/// Whether a text is a name, with or without parentheses after it that close at its end.
+fn is_position(text: &str) -> bool {
+    let text = text.trim_end();
+    let name_end = text
+        .find(|c: char| !c.is_ascii_alphanumeric())
+        .unwrap_or(text.len());
+    let (name, arguments) = text.split_at(name_end);
+    if !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        return false;
+    }
+    let mut depth = 0_i32;
+    let ends = arguments.char_indices().filter_map(|(at, c)| {
+        depth += match c {
+            '(' => 1,
+            ')' => -1,
+            _ => 0,
+        };
+        (depth <= 0).then_some(at + 1)
+    });
+    arguments.is_empty() || ends.take(1).eq([arguments.len()])
+}
 
 codes! {
     /// Which coordinate system ZS sets.

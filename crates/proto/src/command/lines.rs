@@ -3,7 +3,7 @@
 //!
 //! The controller knows which numbers are lines (CMD-IW-04).
 
-use crate::command::operand::{GrammarError, Operands, ParseResult, list, separator, whole};
+use crate::command::operand::{Operands, ParseResult, list, separator, whole};
 use crate::command::{Command, CommandError};
 use crate::prelude::*;
 use nom::Parser;
@@ -50,20 +50,17 @@ fn pair(input: &str) -> ParseResult<'_, LineWrite> {
         .parse(input)
 }
 
-/// Lines that one HI may read (ste80722 S14).
-pub const MAX_LINES_READ: u8 = 32;
-/// Lines that one HO may write. Hosts were seen with 8; this limit, one word, is ours (hosts 8.7).
-pub const MAX_LINES_WRITTEN: u8 = 16;
+/// Lines that one HI may read and one HO may write (ste80722 S14, ste85409 L54).
+pub const MAX_WORD_LINES: u8 = 32;
 
 const FIRST: &str = "a line number, the last at most 65535";
-const COUNT_READ: &str = "a count of lines from 1 to 32";
-const COUNT_WRITTEN: &str = "a count of lines from 1 to 16";
+const COUNT: &str = "a count of lines from 1 to 32";
 const VALUE: &str = "a value that the lines can show";
 
 /// `first count`.
 pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
     operands
-        .parse(FIRST, successive(MAX_LINES_READ, COUNT_READ))
+        .parse(FIRST, successive)
         .map(|(first, count)| Command::Hi { first, count })
 }
 
@@ -72,21 +69,18 @@ pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
     let value = |(first, count): (u16, u8)| {
         whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count))).map(move |value| (first, count, value))
     };
-    let grammar = terminated(successive(MAX_LINES_WRITTEN, COUNT_WRITTEN), separator).flat_map(value);
+    let grammar = terminated(successive, separator).flat_map(value);
     operands
         .parse(FIRST, grammar)
         .map(|(first, count, value)| Command::Ho { first, count, value })
 }
 
 /// A first line and a count, which stay within the numbers of lines.
-fn successive<'a>(
-    most: u8,
-    expected: &'static str,
-) -> impl Parser<&'a str, Output = (u16, u8), Error = GrammarError<'a>> {
-    let count = whole(expected, 1..=most);
+fn successive(input: &str) -> ParseResult<'_, (u16, u8)> {
+    let count = whole(COUNT, 1..=MAX_WORD_LINES);
     let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
     let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();
-    context(FIRST, verify(numbers, last))
+    context(FIRST, verify(numbers, last)).parse(input)
 }
 
 #[cfg(test)]
@@ -178,8 +172,8 @@ mod tests {
 
     #[test]
     fn a_value_fits_its_lines() {
-        for count in 1..=MAX_LINES_WRITTEN {
-            let most = (1u32 << count) - 1;
+        for count in 1..=MAX_WORD_LINES {
+            let most = u32::MAX >> (32 - count);
             let read = |value: u32| Command::parse(format!("HO,101 {count} {value}").as_bytes());
             let fitting = Command::Ho {
                 first: 101,
@@ -187,7 +181,7 @@ mod tests {
                 value: most,
             };
             assert_eq!(read(most), Ok(fitting));
-            assert!(read(most + 1).is_err(), "{count}");
+            assert!(count == 32 || read(most + 1).is_err(), "{count}");
         }
     }
 
@@ -212,7 +206,9 @@ mod tests {
             ("HI,1", 4),
             ("HI,1 0", 5),
             ("HI,1 33", 5),
-            ("HO,1 17 0", 5),
+            ("HO,1 33 0", 5),
+            ("HO,1 0 0", 5),
+            ("HO,1 32 4294967296", 8),
             ("HI,1 256", 5),
             ("HI,65536 1", 3),
             ("HI,-1 1", 3),

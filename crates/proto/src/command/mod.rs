@@ -16,7 +16,7 @@ mod table;
 mod variable;
 
 pub use guide::{JogDirection, PositionQuery, ZsFrame};
-pub use lines::{LineWrite, MAX_LINES, MAX_LINES_READ, MAX_LINES_WRITTEN};
+pub use lines::{LineWrite, MAX_LINES, MAX_WORD_LINES};
 pub use number::Number;
 pub use operate::{InternalCommand, MAX_WATCHDOG_MS, Reset, RunMode};
 pub use row::{Answer, CommandPermission, CommandRow, Sender, Source};
@@ -25,20 +25,21 @@ pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
 
 pub(crate) use row::{count_permissions, permission_names};
 
-use crate::error_text;
 use crate::prelude::*;
 use crate::text::CR;
 use operand::Operands;
 
 /// Why a message is no command.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
+    #[error("unknown command \"{letters}\"")]
     Unknown {
         /// The first two bytes of the message, printable.
         letters: String,
     },
     /// The command is known and what follows it is wrong (FRM-07, FRM-18).
+    #[error("{letters}: expected {expected}, found {found} at byte {at}")]
     Malformed {
         /// The letters of the command.
         letters: &'static str,
@@ -49,13 +50,6 @@ pub enum CommandError {
         /// The position in bytes from the start of the message.
         at: usize,
     },
-}
-
-error_text! {
-    CommandError;
-    Self::Unknown { letters } => "unknown command \"{letters}\"";
-    Self::Malformed { letters, expected, found, at } =>
-        "{letters}: expected {expected}, found {found} at byte {at}";
 }
 
 impl Command {

@@ -13,8 +13,8 @@ use nom::error::context;
 const DECIMALS: usize = 3;
 
 /// A number of a command or of variable data; in JSON too one is whole without a decimal point, real with one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(untagged))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
 pub enum Number {
     /// Written without a decimal point or exponent, and within 32 bits.
     Integer(i32),

@@ -18,10 +18,10 @@ use nom::{IResult, Parser};
 
 /// Letters of a command, before its comma.
 const LETTERS: usize = 2;
-/// What must follow the last operand.
+/// Expected after the last operand.
 const END: &str = "the end of the message";
 
-/// What a grammar expected, and the input from there on.
+/// The expectation of a grammar, and the input from there on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct GrammarError<'a> {
     pub(super) rest: &'a str,

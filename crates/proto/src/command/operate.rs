@@ -16,7 +16,7 @@ use nom::error::context;
 use nom::sequence::preceded;
 
 codes! {
-    /// What RS resets, in the order of Table 5.1.
+    /// Operands of RS, in the order of Table 5.1.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Reset {
         /// `PRG`: back to step 1, program data initialised (CMD-RS-03).
@@ -73,8 +73,7 @@ pub enum InternalCommand {
 
 codes! {
     /// Operation mode (CMD-RN-06), in the order of the `RM` codes of SM.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
     pub enum RunMode {
         /// Starts again after the last statement.
         Continuous = "continuous",

@@ -5,7 +5,7 @@
 
 use super::operand::Operands;
 use super::{Command, CommandError};
-use crate::permission::{CELLS, Permission};
+use crate::permission::cell::{CELLS, Edition, Permission};
 
 /// Ends the names of operands that come again and again.
 const REPEATED: &str = " ...";
@@ -26,8 +26,6 @@ pub enum Source {
     Manual,
     /// The SCARA edition of the manual alone (ste80722); an extension on other arms.
     ScaraManual,
-    /// Host programs that were observed (hosts 2, decision D0); an extension.
-    Hosts,
 }
 
 /// How the controller answers a command that it serves.
@@ -50,6 +48,30 @@ pub struct CommandPermission {
     pub host: [Permission; CELLS],
     /// On IP0, in the same order.
     pub ip0: [Permission; CELLS],
+    /// Where the SCARA edition prints other cells.
+    pub scara: Option<ScaraPermission>,
+}
+
+/// Cells of the SCARA edition that differ from those of the six-axis manual.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScaraPermission {
+    /// On HOST, in the order of the tables.
+    pub host: [Permission; CELLS],
+    /// On IP0.
+    pub ip0: [Permission; CELLS],
+    /// The six-axis manual has a misprint here, which these cells correct (T2).
+    pub corrects: bool,
+}
+
+impl CommandPermission {
+    /// The cells that an edition has, on HOST and on IP0.
+    pub(crate) const fn cells(&self, edition: Edition) -> ([Permission; CELLS], [Permission; CELLS]) {
+        match (self.scara, edition) {
+            (Some(scara), Edition::Scara) => (scara.host, scara.ip0),
+            (Some(scara), Edition::SixAxis) if scara.corrects => (scara.host, scara.ip0),
+            _ => (self.host, self.ip0),
+        }
+    }
 }
 
 /// One command: a row of Table 5.1, or an extension.
@@ -65,7 +87,7 @@ pub struct CommandRow {
     pub example: &'static str,
     /// Names of its operands in order; those that end in ` ...` come again and again. Empty without operands.
     pub operands: &'static [&'static str],
-    /// What it does, in one sentence, as `ts3100 host` shows it.
+    /// Its effect in one sentence, as `ts3100 host` shows it.
     pub help: &'static str,
     /// Where it is described.
     pub source: Source,
@@ -117,6 +139,26 @@ pub(super) const fn valid(number: usize, host: &str, ip0: &str) -> Option<Comman
         number,
         host: cells(host),
         ip0: cells(ip0),
+        scara: None,
+    })
+}
+
+/// The same, with the cells of the SCARA edition where they differ; `corrects` if those of the six-axis manual are a misprint.
+pub(super) const fn valid_unless_scara(
+    number: usize,
+    [host, ip0]: [&str; 2],
+    [scara_host, scara_ip0]: [&str; 2],
+    corrects: bool,
+) -> Option<CommandPermission> {
+    Some(CommandPermission {
+        number,
+        host: cells(host),
+        ip0: cells(ip0),
+        scara: Some(ScaraPermission {
+            host: cells(scara_host),
+            ip0: cells(scara_ip0),
+            corrects,
+        }),
     })
 }
 

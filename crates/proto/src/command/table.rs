@@ -1,5 +1,5 @@
-//! The table of commands: one row each, in the order of Table 5.1, then the extensions that real hosts send (hosts 2,
-//! decision D0).
+//! The table of commands: one row each, in the order of Table 5.1, then those of the SCARA edition, which are
+//! extensions on six axes (decisions D0, T5).
 //!
 //! The row is the only place that states the facts of a command; `macros.rs` explains its form and derives the rest. The
 //! grammars and encoders of operands are in the files next to it, one for each group.
@@ -7,7 +7,7 @@
 use super::macros::commands;
 use super::number::with_numbers;
 use super::operate::RESET_OF_ALARMS;
-use super::row::valid;
+use super::row::{valid, valid_unless_scara};
 use super::{
     Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, Number, PositionQuery, Reset,
     Sender, Source, VariableRead, VariableWrite, ZsFrame, decimal, files, guide, lines, operate, text,
@@ -21,7 +21,7 @@ commands! {
     /// Start automatic operation (CMD-RN-01).
     Rn => {
         letters: "RN", help: "Run the selected file",
-        source: Manual, sender: Host, answer: Acknowledge, permission: valid(0, "XXXSO", "XXXXS"),
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid_unless_scara(0, ["XXXSO", "XXXXS"], ["XXXSX", "XXXXS"], true),
     }
 
     /// Stop automatic operation (CMD-SP-01).
@@ -56,7 +56,7 @@ commands! {
         letters: "SL", form: "SL,<file name>", example: "SL,TEST",
         operands: ["file"],
         help: "Select a file",
-        source: Manual, sender: Host, answer: Acknowledge, permission: valid(5, "XXXOX", "XXXXO"),
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid_unless_scara(5, ["XXXOX", "XXXXO"], ["SSSSS", "SSSSS"], false),
         parse: |operands| files::name(operands).map(Command::Sl), encode: text(name.as_str()),
     }
 
@@ -208,7 +208,7 @@ commands! {
         letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
         operands: ["milliseconds", "level of the alarm"],
         help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
-        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "OOOOO", "OOOOO"),
         parse: operate::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
     }
 
@@ -237,13 +237,13 @@ commands! {
     Hi {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`super::MAX_LINES_READ`].
+        /// How many, 1 to [`super::MAX_WORD_LINES`].
         count: u8,
     } => {
         letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
         operands: ["first line", "count"],
         help: "successive input lines as one number",
-        source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "XXXOX", "XXXXO"),
         parse: lines::hi, encode: text(format!("{first} {count}")),
     }
 
@@ -251,7 +251,7 @@ commands! {
     Ho {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`super::MAX_LINES_WRITTEN`].
+        /// How many, 1 to [`super::MAX_WORD_LINES`].
         count: u8,
         /// Below two to the power of `count`.
         value: u32,
@@ -259,7 +259,7 @@ commands! {
         letters: "HO", form: "HO,<first line> <count> <value>", example: "HO,1 8 165",
         operands: ["first line", "count", "value"],
         help: "set successive output lines from one number",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
         parse: lines::ho, encode: text(format!("{first} {count} {value}")),
     }
 
@@ -293,7 +293,7 @@ commands! {
         letters: "ZS", form: "ZS,<1|2> <name> <value> ...", example: "ZS,1 WK1 1.000 2.000 3.000 4.000",
         operands: ["coordinate system", "variable", "value ..."],
         help: "set the work or the tool coordinate system",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
         parse: guide::zs, encode: text(with_numbers(format!("{} {name}", frame.code()), values.iter().copied().map(Number::Real))),
     }
 
@@ -302,7 +302,7 @@ commands! {
         letters: "MD", form: "MD,<0-2>", example: "MD,2",
         operands: ["guide mode"],
         help: "guide mode: jog, inching, free (0 to 2)",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide mode from 0 to 2", 0..=2).map(Command::Md), encode: decimal(*number),
     }
 
@@ -311,7 +311,7 @@ commands! {
         letters: "RT", form: "RT,<0-2>", example: "RT,2",
         operands: ["guide rate"],
         help: "guide rate: slow, mid, fast (0 to 2)",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide rate from 0 to 2", 0..=2).map(Command::Rt), encode: decimal(*number),
     }
 
@@ -320,7 +320,7 @@ commands! {
         letters: "SC", form: "SC,<0-3>", example: "SC,3",
         operands: ["guide coordinate system"],
         help: "guide coordinate system: joint, tool, work, world (0 to 3)",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
         parse: |operands| operands.number("a guide coordinate system from 0 to 3", 0..=3).map(Command::Sc), encode: decimal(*number),
     }
 
@@ -334,14 +334,61 @@ commands! {
         letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",
         operands: ["axis", "direction"],
         help: "guide an axis up (+), down (-), or stop it (!)",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
         parse: guide::jg, encode: text(format!("{axis} {}", motion.sign())),
     }
 
-    /// Extension: maintenance information (S29).
-    Mn => {
-        letters: "MN", help: "maintenance information, by the numbers of its items",
+    /// Extension: move to a position (S71).
+    Mp {
+        /// The tool point keeps its present height.
+        keeps_height: bool,
+        /// Name of a position, or `POINT(...)`.
+        position: String,
+    } => {
+        letters: "MP", form: "MP,<0|1> <position>", example: "MP,0 A1",
+        operands: ["height", "position"],
+        help: "move to a position: 0 as it is, 1 at the present height",
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(16, "XXXOX", "XXXXO"),
+        parse: guide::mp, encode: text(format!("{} {position}", u8::from(*keeps_height))),
+    }
+
+    /// Extension: the current position file (S28, S72).
+    Ps => {
+        letters: "PS", help: "current position file: status, line, joints, torques",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(17, "OOOOO", "OOOOO"),
+    }
+
+    /// Extension: an item of the maintenance information (S74).
+    Mn(item: u8) => {
+        letters: "MN", form: "MN,<1-17>", example: "MN,13",
+        operands: ["item"],
+        help: "an item of the maintenance information, 1 to 17",
         source: ScaraManual, sender: Host, answer: File, permission: valid(15, "OOOOO", "OOOOO"),
+        parse: |operands| operands.number("an item from 1 to 17", 1..=17).map(Command::Mn), encode: decimal(*item),
+    }
+
+    /// Extension: reset of a maintenance item (S75).
+    Rm(item: u8) => {
+        letters: "RM", form: "RM,<1-16>", example: "RM,13",
+        operands: ["item"],
+        help: "reset an item of the maintenance information, 1 to 16",
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(18, "OOOOO", "OOOOO"),
+        parse: |operands| operands.number("an item from 1 to 16", 1..=16).map(Command::Rm), encode: decimal(*item),
+    }
+
+    /// Extension: origin change of the third axis, of a SCARA alone (S83).
+    Zc => {
+        letters: "ZC", help: "origin change of the third axis (SCARA): function and value",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(19, "OOOOO", "OOOOO"),
+    }
+
+    /// Extension: who has the control right in EXT, 0 SIG, 1 RS-232C, 2 ETHER (S84).
+    Em(right: u8) => {
+        letters: "EM", form: "EM,<0-2>", example: "EM,2",
+        operands: ["control right"],
+        help: "give the control right to signals, RS-232C or ETHER (0 to 2)",
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(20, "XXXOX", "XXXXO"),
+        parse: |operands| operands.number("a control right from 0 to 2", 0..=2).map(Command::Em), encode: decimal(*right),
     }
 
     /// Extension: reset of alarms (hosts 2, decision D6).
@@ -349,7 +396,7 @@ commands! {
         letters: "RS", name: "RS,ERR", form: "RS,ERR", example: "RS,ERR",
         operands: ["what"],
         help: "reset of alarms",
-        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(14, "XXXOX", "XXXXO"),
         parse: operate::rs, encode: text(RESET_OF_ALARMS),
     }
 }

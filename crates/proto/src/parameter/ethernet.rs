@@ -13,8 +13,7 @@ use crate::words::number;
 
 codes! {
     /// How a channel is opened (\[E00\]).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
     pub enum OpenMode {
         /// 0: the channel is closed.
         NotUsed = 0,
@@ -30,8 +29,8 @@ codes! {
 }
 
 /// The values of ETHERNET.PAR. Arrays are in the order IP0, IP1, IP2, IP3.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct EthernetParameters {
     /// \[E00\] open mode; IP0 is never a client (PAR-E00-02).
     pub open_mode: [OpenMode; 4],

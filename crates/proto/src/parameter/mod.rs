@@ -1,16 +1,18 @@
 //! Parameter files (`.PAR`): their common syntax, and reports about values that do not take effect.
 //!
-//! [`EthernetParameters`] and [`UserParameters`] are the two files the controller reads. Opening sockets and serial
-//! ports is left to the emulator, and when new values take effect to the controller. Start with [`ParameterFile`], the
-//! tolerant reader below both.
+//! [`EthernetParameters`], [`UserParameters`] and [`parse_strings`] are the three files the controller reads. Opening
+//! sockets and serial ports is left to the emulator, and when new values take effect to the controller. Start with
+//! [`ParameterFile`], the tolerant reader below the first two.
 
 mod ethernet;
 mod reader;
+mod strings;
 mod user;
 
 pub use ethernet::{EthernetParameters, OpenMode};
 pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Section};
-pub use user::{Edition, Parity, SerialSettings, UserParameters};
+pub use strings::{MAX_STRING, MAX_STRINGS, StringRow, parse_strings};
+pub use user::{Edition, Parity, SerialSettings, StringRule, UserParameters};
 
 use crate::prelude::*;
 use crate::text::{CR, LF};
@@ -22,9 +24,8 @@ pub const MAX_PROBLEMS: usize = 32;
 /// Longest piece of a file that a problem quotes, in characters.
 const MAX_QUOTE: usize = 40;
 
-/// What ends a line of a parameter file that the controller writes (option `parameter.line_end`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+/// Line end of the parameter files that the controller writes (option `parameter.line_end`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum LineEnd {
     /// LF, as real hosts write it (hosts 1.7).
     Lf,

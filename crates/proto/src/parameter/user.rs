@@ -1,17 +1,19 @@
-//! USER.PAR, section \[U06\], the serial ports (manual 2.3): values, reader and writer.
+//! USER.PAR, sections \[U06\], the serial ports (manual 2.3), and \[U25\], what a string does in INPUT (STE 80722 p. 30):
+//! values, reader and writer.
 //!
 //! The real file has further sections that other manuals describe; they are ignored and kept. Configuring real ports is
 //! left to the emulator. The syntax of the file is in `reader.rs`.
 
-use super::{FileValues, LineEnd, ParameterFile, ParameterProblem, split_words, with_line_end};
+use super::{
+    FileValues, LineEnd, ParameterFile, ParameterProblem, SectionValues, split_words, with_line_end,
+};
 use crate::codes::codes;
 use crate::prelude::*;
 use crate::words::{Word, number, one_of};
 
 codes! {
     /// Parity of a serial line.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
     pub enum Parity {
         /// 0: no parity bit.
         None = 0,
@@ -25,6 +27,26 @@ codes! {
     /// The parity of this number.
     fn from_number;
 }
+
+codes! {
+    /// Effect of a string that INPUT finds instead of a number: function 1 of \[U25\] (S90).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+    pub enum StringRule {
+        /// 0: nothing; an alarm comes.
+        #[default]
+        Alarm = 0,
+        /// 1: it becomes 0.
+        Zero = 1,
+        /// 2: it becomes its number in STRING.PAR.
+        LookUp = 2,
+    }
+    /// The number in the file.
+    fn number -> u8;
+    /// The rule of this number.
+    fn from_number;
+}
+
+impl StringRule {}
 
 /// Which edition of the communication manual describes the controller: HOST has other speeds in the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -46,23 +68,19 @@ impl Edition {
 }
 
 /// The settings of one serial port.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
-    #[cfg_attr(
-        feature = "serde",
-        serde(deserialize_with = "within::<1, { u32::MAX }, _, _>")
-    )]
+    #[serde(deserialize_with = "within::<1, { u32::MAX }, _, _>")]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<5, 8, _, _>"))]
+    #[serde(deserialize_with = "within::<5, 8, _, _>")]
     pub length: u8,
     /// Parity bit, if any.
     pub parity: Parity,
     /// Number of stop bits, 1 or 2.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "within::<1, 2, _, _>"))]
+    #[serde(deserialize_with = "within::<1, 2, _, _>")]
     pub stop: u8,
 }
 
@@ -76,7 +94,6 @@ impl SerialSettings {
 }
 
 /// A deserialized setting within its bounds. It may be the far end's, so they are those of any serial port, not of USER.PAR.
-#[cfg(feature = "serde")]
 fn within<'de, const LOW: u32, const HIGH: u32, T, D>(from: D) -> Result<T, D::Error>
 where
     T: Deserialize<'de> + Copy + Into<u32> + core::fmt::Display,
@@ -91,13 +108,15 @@ where
 }
 
 /// The values that the controller reads from USER.PAR.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct UserParameters {
     /// `{COM1}`, the port for programs.
     pub com1: SerialSettings,
     /// `{HOST}`, the port for the simple protocol.
     pub host: SerialSettings,
+    /// The first number of \[U25\].
+    pub input_string: StringRule,
 }
 
 impl UserParameters {
@@ -112,6 +131,7 @@ impl UserParameters {
         UserParameters {
             com1: line,
             host: line,
+            input_string: StringRule::Alarm,
         }
     }
 
@@ -126,6 +146,18 @@ impl UserParameters {
             let parity = line.parity.number();
             format!("{} {} {parity} {}", line.speed, line.length, line.stop)
         };
+        let functions = match (edition, self.input_string) {
+            (Edition::SixAxis, StringRule::Alarm) => String::new(),
+            (Edition::SixAxis | Edition::Scara, rule) => format!(
+                "[U25] Function select switch\n\
+                 {{1, a string in INPUT: 0 alarm, 1 the value 0, 2 its number in STRING.PAR}}\n\
+                 = {} 0 0 0 0 0\n\
+                 = 0 0 0 0 0 0\n\
+                 = 0 0 0 0 0 0\n\
+                 = 0 0 0 0 0 0\n",
+                rule.number()
+            ),
+        };
         let text = format!(
             "[U06] Serial ports\n\
              {{Speed: {}; HOST also {}}}\n\
@@ -134,7 +166,7 @@ impl UserParameters {
              {{Stop bits: 1, 2}}\n\
              {{{COM1}}} = {}\n\
              {{{HOST}}} = {}\n\
-             [END]\n",
+             {functions}[END]\n",
             words(&SPEEDS).join(", "),
             words(edition.host_speeds()).join(", "),
             values(self.com1),
@@ -165,7 +197,42 @@ impl UserParameters {
             section.read(Some(key), line, &expected, |value| serial_line(value, speeds));
         }
         section.refuse_other_keys(&[COM1, HOST]);
+        values.section("U25").read_functions(&mut next.input_string);
         (next, values.problems.0)
+    }
+}
+
+/// Rows of \[U25\], and numbers of a row (S90).
+const FUNCTION_ROWS: usize = 4;
+const FUNCTIONS: usize = 6;
+
+impl SectionValues<'_> {
+    /// Reads the rows of \[U25\]. A file without it, and a row that is missing, mean 0; numbers but the first have no
+    /// effect (T13).
+    fn read_functions(&mut self, rule: &mut StringRule) {
+        const FIRST: &str = "0, 1 or 2 as the first of six numbers";
+        let mut read = Some(StringRule::Alarm);
+        for (row, assignment) in self.assignments().iter().enumerate() {
+            let value = assignment.value.as_str();
+            let numbers = split_words::<FUNCTIONS>(value)
+                .and_then(|words| words.into_iter().map(number).collect::<Option<Vec<u32>>>());
+            let expected = match (row, numbers) {
+                (FUNCTION_ROWS.., _) => "four rows",
+                (0, numbers) => {
+                    let first = numbers.and_then(|numbers| u8::try_from(*numbers.first()?).ok());
+                    read = first.and_then(StringRule::from_number);
+                    if read.is_some() {
+                        continue;
+                    }
+                    FIRST
+                }
+                (_, Some(_)) => continue,
+                (_, None) => "six numbers",
+            };
+            self.problems.add(self.name, "", expected, value, assignment.line);
+        }
+        // A bad one keeps what was.
+        *rule = read.unwrap_or(*rule);
     }
 }
 
@@ -230,6 +297,7 @@ mod tests {
             let previous = UserParameters {
                 com1: other,
                 host: other,
+                input_string: StringRule::Zero,
             };
             assert_eq!(
                 UserParameters::parse(&bytes, &previous, Edition::SixAxis),
@@ -304,6 +372,64 @@ mod tests {
         let bad = b"[U06] {COM1} = 9600 8 0 1 {HOST} = 1 8 0 1";
         let problem = UserParameters::parse(bad, &factory, Edition::Scara).1[0].to_string();
         assert!(problem.contains("speed 300, 600, 1200, 2400"), "{problem}");
+    }
+
+    // clause: S90 T13 T27
+    #[test]
+    fn the_first_number_of_u25_says_what_a_string_does() {
+        let lines = "[U06] {COM1} = 9600 8 0 1 {HOST} = 9600 8 0 1 ";
+        for previous in StringRule::ALL {
+            let previous = UserParameters {
+                input_string: previous,
+                ..UserParameters::factory()
+            };
+            let read = |rows: &str| {
+                let text = format!("{lines}{rows}[END]");
+                let (found, problems) = UserParameters::parse(text.as_bytes(), &previous, Edition::SixAxis);
+                (found.input_string, problems.len())
+            };
+            for (rows, rule) in [
+                ("", StringRule::Alarm),
+                ("[U25]", StringRule::Alarm),
+                ("[U25] = 0 0 0 0 0 0", StringRule::Alarm),
+                ("[U25] {1 2} = 1 0 0 0 0 0", StringRule::Zero),
+                (
+                    "[U25] = 2 9 9 9 9 99 = 1 1 1 1 1 1 = 5 5 5 5 5 5 = 7 7 7 7 7 7",
+                    StringRule::LookUp,
+                ),
+            ] {
+                assert_eq!(read(rows), (rule, 0), "{rows}");
+            }
+            for rows in [
+                "= 3 0 0 0 0 0",
+                "= X 0 0 0 0 0",
+                "= 1 0 0 0 0 X",
+                "= 1",
+                "= 1 0 0 0 0 0 0",
+                "= -1 0 0 0 0 0",
+                "= 256 0 0 0 0 0",
+            ] {
+                assert_eq!(
+                    read(&format!("[U25] {rows}")),
+                    (previous.input_string, 1),
+                    "{rows}"
+                );
+            }
+            assert_eq!(read("[U25] = 1 0 0 0 0 0 = A 0 0 0 0 0"), (StringRule::Zero, 1));
+            let rows = "= 1 0 0 0 0 0 ".repeat(5);
+            assert_eq!(read(&format!("[U25] {rows}")), (StringRule::Zero, 1));
+        }
+    }
+
+    // clause: S90 T13
+    #[test]
+    fn the_factory_file_of_a_scara_alone_has_u25() {
+        for (edition, rows) in [(Edition::SixAxis, 0), (Edition::Scara, 4)] {
+            let file = UserParameters::factory_file(LineEnd::Lf, edition);
+            let text = String::from_utf8(file).unwrap();
+            assert_eq!(text.matches("= 0 0 0 0 0 0\n").count(), rows);
+            assert_eq!(text.contains("[U25]"), edition == Edition::Scara);
+        }
     }
 
     // clause: PAR-U06-06

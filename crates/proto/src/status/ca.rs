@@ -44,7 +44,7 @@ pub fn decode_directory(content: &[u8]) -> Result<Vec<DirectoryEntry>, BodyError
 fn decode_entry(record: Field<'_>) -> Result<DirectoryEntry, BodyError> {
     let fields: Vec<Field<'_>> = record.split(b' ').collect();
     if let Some(end) = fields.last().filter(|last| last.bytes().is_empty()) {
-        return Err(end.error("the end of the record, or a field behind the blank"));
+        return Err(end.error("the end of the record, or a field after the blank"));
     }
     let (name, further) = fields.split_first().unwrap_or((&record, &[]));
     let mut further = further.iter().filter(|field| !field.bytes().is_empty());

@@ -28,7 +28,7 @@ pub fn encode_history(entries: &[ErrorEntry]) -> Vec<u8> {
     let mut out = format!("{count}\r");
     for entry in entries.iter().take(count) {
         let (main, sub) = (entry.level.number(), entry.code.min(MAX_CODE));
-        out += &format!("{main:03}-{sub:03} {}\r", stamp(entry.at));
+        out += &format!("{main:03}-{sub:03} {}\r", stamp(entry.at, YearDigits::Two));
     }
     out.into_bytes()
 }
@@ -61,30 +61,45 @@ fn decode_entry(record: Field<'_>) -> Result<ErrorEntry, BodyError> {
     let mut part = record.parts("LLL-CCC ", expected);
     let (level, code, at) = (part()?, part()?, part()?);
     let code = code.number(expected)?;
-    let at = decode_stamp(at)?;
+    let at = decode_stamp(at, YearDigits::Two)?;
     let number = level.number(expected)?;
     let level = AlarmLevel::from_number(number).ok_or_else(|| level.error("level 008, 004, 002 or 001"))?;
     Ok(ErrorEntry { level, code, at })
 }
 
-/// A time as `YY-MM-DD HH:MM:SS`; of the year the last two digits.
-pub(super) fn stamp(at: CalendarTime) -> String {
-    let year = at.year % 100;
-    let (month, day, hour, minute, second) = (at.month, at.day, at.hour, at.minute, at.second);
-    format!("{year:02}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+/// How the year of a date is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum YearDigits {
+    /// Its last two digits: `26-03-01 13:05:59`.
+    Two,
+    /// All four: `2026-03-01 13:05:59`.
+    Four,
 }
 
-/// Reads a time as [`stamp`] writes it, of the years 2000 to 2099.
-pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> {
-    let expected = "a time YY-MM-DD HH:MM:SS";
-    let mut part = field.parts("YY-MM-DD hh:mm:ss", expected);
+/// A time as `YY-MM-DD HH:MM:SS` or `YYYY-MM-DD HH:MM:SS`.
+pub(super) fn stamp(at: CalendarTime, digits: YearDigits) -> String {
+    let year = match digits {
+        YearDigits::Two => format!("{:02}", at.year % 100),
+        YearDigits::Four => format!("{:04}", at.year % 10_000),
+    };
+    let (month, day, hour, minute, second) = (at.month, at.day, at.hour, at.minute, at.second);
+    format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+/// Reads a time as [`stamp`] writes it; two digits are a year from 2000 to 2099.
+pub(super) fn decode_stamp(field: Field<'_>, digits: YearDigits) -> Result<CalendarTime, BodyError> {
+    let (expected, pattern, century) = match digits {
+        YearDigits::Two => ("a time YY-MM-DD HH:MM:SS", "YY-MM-DD hh:mm:ss", CENTURY),
+        YearDigits::Four => ("a time YYYY-MM-DD HH:MM:SS", "YYYY-MM-DD hh:mm:ss", 0),
+    };
+    let mut part = field.parts(pattern, expected);
     let [year, month, day, hour, minute, second, rest] =
         [part()?, part()?, part()?, part()?, part()?, part()?, part()?];
     if !rest.bytes().is_empty() {
         return Err(rest.error("the end of the time"));
     }
     let at = CalendarTime {
-        year: CENTURY + year.number::<u16>(expected)?,
+        year: century + year.number::<u16>(expected)?,
         month: month.number(expected)?,
         day: day.number(expected)?,
         hour: hour.number(expected)?,

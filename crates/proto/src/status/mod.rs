@@ -19,14 +19,12 @@ pub mod su;
 pub mod vr;
 
 use crate::codes::codes;
-use crate::error_text;
 use crate::prelude::*;
 use crate::words::Word;
 
 codes! {
     /// The five columns of tables 5.3 and 5.4, in their order: key switch, and in EXT who has the control right.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
     pub enum MasterMode {
         /// TEACHING.
         Teaching = "TEACHING",
@@ -56,9 +54,8 @@ impl MasterMode {
 }
 
 codes! {
-    /// What the program does: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    /// Execution status: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
     pub enum ExecutionStatus {
         /// Stop (reset): the next start begins at the first step.
         #[default]
@@ -105,8 +102,7 @@ impl core::fmt::Display for ExecutionStatus {
 
 codes! {
     /// Level of an alarm (decision D6), the worst first: 8 is the worst, 1 a warning.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-    #[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
     pub enum AlarmLevel {
         /// Motion stops at once, servo power goes off.
         L8 = 8,
@@ -124,19 +120,14 @@ codes! {
 }
 
 /// Why a status file could not be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file} file, byte {at}: expected {expected}, found {found}")]
 pub struct BodyError {
     /// The command that asks for such a file, for example `SU`.
     pub file: &'static str,
-    /// What the decoder expected.
     pub expected: &'static str,
-    /// What it found; long content is cut.
+    /// The bytes as found; long content is cut.
     pub found: String,
     /// Where, in bytes from the start of the content.
     pub at: usize,
-}
-
-error_text! {
-    BodyError;
-    Self { file, expected, found, at } => "{file} file, byte {at}: expected {expected}, found {found}";
 }

@@ -1,7 +1,6 @@
 //! The current position file of the SCARA edition (S28).
 //!
-//! The manual lists its 20 items but not the letters that ask for it, so no command answers with it. The controller
-//! supplies the values.
+//! PS asks for it (S72). The controller supplies the values.
 
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus};

@@ -194,7 +194,7 @@ impl SystemStatus {
 /// Offset 42, reserved (SF-18).
 const DUMMY: u16 = 0;
 
-/// What is not ASCII 20-7E goes as `?`, so that the fixed width counts characters.
+/// Characters beyond ASCII 20-7E go as `?`, so that the fixed width counts characters.
 fn put_name(out: &mut Vec<u8>, name: &str) {
     let bytes = name.chars().map(|char| match char {
         ' '..='~' => char as u8,

@@ -11,8 +11,8 @@ use crate::text::CR;
 use core::fmt;
 
 /// The content of SU.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct StatusBody {
     /// Controller mode.
     pub master_mode: MasterMode,
@@ -31,8 +31,7 @@ pub struct StatusBody {
 }
 
 /// How the six items are written (option `su.layout`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum SuLayout {
     /// One record, items separated by one blank, no blank within, no CR at the end (hosts 7.1).
     OneRecord,

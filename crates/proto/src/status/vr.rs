@@ -22,8 +22,7 @@ pub struct VersionRecord {
 }
 
 /// How a record is written (option `vr.layout`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum VrLayout {
     /// One record: name filled to 11 columns, `YYYY-MM-DD HH:MM`, a blank, the checksum, CR.
     Blanks,

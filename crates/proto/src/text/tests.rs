@@ -3,16 +3,21 @@
 use super::*;
 use alloc::vec;
 
+mod ends;
+
 const STX_ONLY: TextOptions = TextOptions {
     stx: StxRule::Required,
+    end: EndRule::Etx,
     checksum: Checksum::None,
 };
 const DETECT: TextOptions = TextOptions {
     stx: StxRule::Detect,
+    end: EndRule::Etx,
     checksum: Checksum::None,
 };
 const SUMMED: TextOptions = TextOptions {
     stx: StxRule::Detect,
+    end: EndRule::Etx,
     checksum: Checksum::Sum,
 };
 
@@ -20,6 +25,7 @@ fn text(framing: Framing, data: &[u8]) -> Decoded {
     Decoded::Text(Text {
         framing,
         data: Bytes::copy_from_slice(data),
+        terminator: Terminator::Etx,
         error: None,
     })
 }
@@ -28,6 +34,7 @@ fn faulty(framing: Framing, data: &[u8], fault: TextError) -> Decoded {
     Decoded::Text(Text {
         framing,
         data: Bytes::copy_from_slice(data),
+        terminator: Terminator::Etx,
         error: Some(fault),
     })
 }
@@ -198,8 +205,10 @@ fn asking_whether_a_text_is_under_way_reads_nothing_away() {
     assert_eq!(decoder.next(), Some(text(Framing::Stx, b"SU\r")));
     assert!(decoder.is_partial());
     assert_eq!(decoder.buffered(), 2);
-    assert_eq!(decoder.reset(), 2);
+    assert_eq!(decoder.give_up(), 2);
     assert!(!decoder.is_partial());
+    decoder.push(b"\x03");
+    assert_eq!(decoder.next(), Some(skipped(1)), "the rest of the text");
     assert_eq!(decoder, TextDecoder::new(DETECT));
 }
 
@@ -220,7 +229,7 @@ fn the_checksum_follows_etx() {
     decoder.push(&wire[..5]);
     assert_eq!(decoder.next(), None);
     assert!(decoder.is_partial());
-    assert_eq!(decoder.reset(), 5);
+    assert_eq!(decoder.give_up(), 5);
 }
 
 // clause: FRM-15 FRM-03
@@ -372,7 +381,7 @@ fn random_streams_lose_no_byte_and_do_not_depend_on_cuts() {
                 }
             })
             .sum();
-        assert_eq!(wire + decoder.reset(), stream.len(), "{stream:02X?}");
+        assert_eq!(wire + decoder.give_up(), stream.len(), "{stream:02X?}");
         let mut cut = Vec::new();
         let mut rest = stream.as_slice();
         while !rest.is_empty() {

@@ -8,7 +8,7 @@ use ts3100_controller::Time;
 use ts3100_proto::dissect::text_length;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::text::{CR, Checksum, Decoded, TextDecoder, TextOptions};
+use ts3100_proto::text::{CR, Checksum, Decoded, Reading, TextDecoder, TextOptions};
 
 /// Bytes that wait for the end of their text or record; then they are taken as they are.
 const MAX_BUFFER: usize = 65_536;
@@ -72,23 +72,32 @@ impl AnswerSplitter {
             return;
         }
         self.host.push(bytes);
-        while let Some(decoded) = self.host.next() {
-            let Decoded::Text(text) = decoded else {
-                continue;
-            };
-            let message = text.data.strip_suffix(&[CR]).unwrap_or(&text.data);
-            self.question = Escaped::for_reading(message).to_string();
-            if let Some(letters @ [b'A'..=b'Z' | b'a'..=b'z', b'A'..=b'Z' | b'a'..=b'z']) = message.get(..2) {
-                let letters = String::from_utf8_lossy(letters).to_ascii_uppercase();
-                if !["OK", "NG", "FL"].contains(&letters.as_str()) {
-                    self.letters = letters;
-                }
+        while let Some(decoded) = self.host.next_as(Reading::Command) {
+            self.note_question(decoded);
+        }
+    }
+
+    /// A text of the host tells which command comes next.
+    fn note_question(&mut self, decoded: Decoded) {
+        let Decoded::Text(text) = decoded else {
+            return;
+        };
+        let message = text.data.strip_suffix(&[CR]).unwrap_or(&text.data);
+        self.question = Escaped::for_reading(message).to_string();
+        if let Some(letters @ [b'A'..=b'Z' | b'a'..=b'z', b'A'..=b'Z' | b'a'..=b'z']) = message.get(..2) {
+            let letters = String::from_utf8_lossy(letters).to_ascii_uppercase();
+            if !["OK", "NG", "FL"].contains(&letters.as_str()) {
+                self.letters = letters;
             }
         }
     }
 
     /// Bytes of the controller: the answers they complete.
     pub(super) fn push_robot(&mut self, at: Time, file_line: usize, bytes: &[u8]) -> Vec<Answer> {
+        // The controller answers a text whose CR came last: its host sends no ETX.
+        if let Some(decoded) = self.host.end_at_cr() {
+            self.note_question(decoded);
+        }
         if self.buffer.is_empty() {
             self.first_line = file_line;
         }

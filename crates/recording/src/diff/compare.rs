@@ -19,9 +19,9 @@ pub struct PartDifference {
     pub first: usize,
     /// The byte after its last.
     pub end: usize,
-    /// What the recording says; none if the part is not there.
+    /// Value in the recording; none if the part is not there.
     pub recorded: Option<String>,
-    /// What the emulator says; none if the part is not there.
+    /// Value of the emulator; none if the part is not there.
     pub emulated: Option<String>,
 }
 

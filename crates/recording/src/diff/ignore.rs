@@ -26,7 +26,7 @@ const SP: &str = "sp";
 /// Words a key may begin with that are no command.
 const OTHERS: [&str; 3] = ["text", "reply", "file"];
 
-/// What is not compared.
+/// Parts that are not compared.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Ignore {
     patterns: Vec<String>,

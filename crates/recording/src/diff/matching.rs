@@ -37,7 +37,7 @@ pub(super) struct Matching<'a> {
     pending: Option<PendingQuestion>,
 }
 
-/// What a host has asked, and the emulator it has not asked yet.
+/// Requests of a host that the emulator has not been asked yet.
 #[derive(Clone)]
 struct PendingQuestion {
     before: Player,

@@ -26,7 +26,6 @@ use ts3100_proto::escape::Escaped;
 /// Most differences in a report; further ones are only counted.
 pub const MAX_DIFFERENCES: usize = 10_000;
 
-/// What counts as a difference.
 #[derive(Debug, Clone)]
 pub struct Tolerance {
     /// Largest time difference that is not reported.

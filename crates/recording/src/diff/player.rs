@@ -10,7 +10,7 @@ use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
     Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time,
 };
-use ts3100_driver::cell::{Cell, Effects, Side};
+use ts3100_driver::seat::{Effects, Seat, Side};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};
 use ts3100_proto::parameter::OpenMode;
@@ -40,7 +40,7 @@ struct WaitingPeer {
 /// A controller and its lines.
 #[derive(Clone)]
 pub(super) struct Player {
-    cell: Cell,
+    seat: Seat,
     /// As it was before the first input.
     initial_controller: Controller,
     text: TextOptions,
@@ -75,7 +75,7 @@ impl Player {
         let text = controller.config().options.text;
         let mut player = Player {
             initial_controller: controller.clone(),
-            cell: Cell::new(controller),
+            seat: Seat::new(controller),
             text,
             second: candidate.second,
             waiting_peers: Vec::new(),
@@ -103,7 +103,7 @@ impl Player {
     pub(super) fn deadline(&self) -> Option<Time> {
         let waiting = self.waiting_peers.iter();
         let refusals = waiting.map(|waiting| waiting.since + CLOSE_GRACE);
-        refusals.chain(self.cell.deadline()).min()
+        refusals.chain(self.seat.deadline()).min()
     }
 
     /// Lets time pass, each deadline at its own time.
@@ -184,7 +184,7 @@ impl Player {
                 }
                 self.lines.current_peers.clear();
                 self.waiting_peers.clear();
-                self.cell.controller = next;
+                self.seat.controller = next;
                 self.lines.now = Time::ZERO;
             }
             LinkRecord::Settings { .. }
@@ -198,10 +198,10 @@ impl Player {
 
     /// As the driver does it.
     fn replace_controller(&mut self, mut next: Controller) {
-        next.adopt_peers(&self.cell.controller);
+        next.adopt_peers(&self.seat.controller);
         next.persist_outside(true);
         self.lines.now = next.now();
-        self.cell.controller = next;
+        self.seat.controller = next;
         self.feed(Input::Tick);
     }
 
@@ -212,7 +212,7 @@ impl Player {
             .insert(line, AnswerSplitter::new(line, self.text));
         let channel = port
             .ethernet_index()
-            .and_then(|index| self.cell.controller.network().channels.get(index));
+            .and_then(|index| self.seat.controller.network().channels.get(index));
         if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
             return self.lines.end(line, EndReason::Refused);
         }
@@ -297,7 +297,7 @@ impl Player {
 
     fn feed(&mut self, input: Input) {
         let now = self.lines.now;
-        let _refusal_is_an_event = self.cell.feed(now, input, Side::Host, &mut self.lines);
+        let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.lines);
     }
 
     /// What has no end on a line is an answer as it is.
@@ -349,7 +349,7 @@ impl Lines {
 }
 
 impl Effects for Lines {
-    /// What was kept in the recording is kept.
+    /// A change that was stored in the recording is stored.
     fn persist(&mut self, at: Time, name: &str, _content: Option<Bytes>) -> Option<Result<(), PersistError>> {
         let first = self.not_persisted.front();
         let is_refused = first.is_some_and(|(moment, file, _)| *moment == at && file == name);

@@ -352,6 +352,31 @@ fn what_must_differ_can_be_left_out() {
 }
 
 #[test]
+fn coordinates_of_each_system_may_differ_by_the_tolerance() {
+    let settings = with(PICK);
+    let clean = day(&settings, Duration::ZERO);
+    let sf = answers_to(&clean, b"SF")[0];
+    for key in ["sf.joint.3", "sf.world.3", "sf.work.3"] {
+        let mut recording = clean.clone();
+        let parts = ts3100_proto::dissect::dissect("SF", bytes_mut(&mut recording, sf));
+        let part = parts.into_iter().find(|part| part.key == key).unwrap();
+        change_bytes(&mut recording, sf, |bytes| {
+            let place = &mut bytes[part.range];
+            let value = f32::from_be_bytes(place.try_into().unwrap());
+            place.copy_from_slice(&(value + 0.5).to_be_bytes());
+        });
+        for (value, expected) in [(0.45, 1), (0.55, 0)] {
+            let tolerance = Tolerance {
+                value,
+                ..Tolerance::default()
+            };
+            let report = compared(&recording, &settings, &tolerance);
+            assert_eq!(report.differences.len(), expected, "{key}: {report:?}");
+        }
+    }
+}
+
+#[test]
 fn a_slower_robot_shifts_what_follows_and_is_told_once() {
     let slow = with(&PICK.replace("DELAY 2", "DELAY 5"));
     let mut real = Real::new(&slow);

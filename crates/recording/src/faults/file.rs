@@ -22,7 +22,7 @@ pub enum FaultFileError {
     Toml {
         /// Which file.
         path: PathBuf,
-        /// What the TOML parser said.
+        /// Message of the TOML parser.
         reason: toml::de::Error,
     },
     /// Something other than tables `[[fault]]`, or a table that is no fault.
@@ -32,7 +32,6 @@ pub enum FaultFileError {
         path: PathBuf,
         /// Line of the key that is wrong, or of its table, from 1.
         line: usize,
-        /// What was expected and found.
         reason: String,
     },
 }

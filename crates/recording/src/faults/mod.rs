@@ -1,11 +1,9 @@
-//! Faults outside of the controller: reading them from the command line and from files, listing the kinds, and reporting
-//! the outcome at the end. What a fault does is decided by `ts3100-controller`.
+//! Faults outside of the controller: reading them from the command line and from files, and listing the kinds. What a fault
+//! does is decided by `ts3100-controller`; its outcome at the end is in `reports::faults`.
 
 mod file;
-mod report;
 
 pub use file::{FaultFileError, read};
-pub use report::{AppliedFault, FaultLog, log_summary, prepare, write};
 
 use serde_json::{Value, json};
 use ts3100_controller::faults::{Fault, FaultKind, KINDS, ParameterType};
@@ -61,7 +59,7 @@ pub fn kinds_text() -> String {
     text
 }
 
-/// What a fault of this kind waits for.
+/// Trigger of faults of this kind.
 pub fn points(kind: &FaultKind) -> Vec<&'static str> {
     kind.points.iter().map(|point| point.description()).collect()
 }

@@ -16,7 +16,7 @@ const VERSION: u32 = 1;
 /// Largest document that is read, in bytes.
 const MAX_DOCUMENT: u64 = 16 * 1024 * 1024;
 
-/// What the hosts of one run or of several have reached.
+/// Commands and modes that the hosts of one run or of several have reached.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CoverageReport {

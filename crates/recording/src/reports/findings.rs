@@ -13,6 +13,9 @@ const VERSION: u32 = 1;
 /// The command that starts a program.
 const START: &str = "RN";
 
+/// The value of `caused-by` for a rule.
+const BY_FAULT: &str = "fault";
+
 /// All findings of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FindingsView {
@@ -22,7 +25,7 @@ pub struct FindingsView {
     pub rules: usize,
     /// How many of them were broken, by severity.
     pub broken: BrokenRules,
-    /// The broken rules in the order of docs/reference/findings.md.
+    /// The broken rules in the order of docs/reference/findings.md, then those whose findings faults have caused.
     pub findings: Vec<RuleView>,
     /// What the run rested on and nobody knows of a real controller; only in the report of a run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -34,7 +37,7 @@ pub struct FindingsView {
 pub struct AssumptionView {
     /// Its id.
     pub id: &'static str,
-    /// What the emulator does.
+    /// Behaviour of the emulator.
     pub behaviour: &'static str,
     /// The question of `ts3100 survey` that asks a real controller for it, or why none does.
     pub survey: &'static str,
@@ -42,7 +45,6 @@ pub struct AssumptionView {
 
 /// Broken rules by severity.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[expect(missing_docs, reason = "the severities")]
 pub struct BrokenRules {
     pub note: usize,
     pub warning: usize,
@@ -54,11 +56,13 @@ pub struct BrokenRules {
 pub struct RuleView {
     /// Its name.
     pub rule: &'static str,
-    /// `note`, `warning` or `error`.
+    /// `note`, `warning` or `error`; `note` if faults have caused the findings.
     pub severity: &'static str,
+    /// `fault`, if faults have caused the findings and not the host.
+    #[serde(rename = "caused-by", skip_serializing_if = "Option::is_none")]
+    pub caused_by: Option<&'static str>,
     /// Section of the manual, and clauses.
     pub source: &'static str,
-    /// What is wrong.
     pub title: &'static str,
     /// What to do.
     pub remedy: &'static str,
@@ -77,12 +81,14 @@ pub struct FindingView {
     pub port: Option<&'static str>,
     /// Virtual time in seconds.
     pub t: f64,
-    /// What happened.
     pub message: String,
     /// The bytes concerned in hex.
     pub bytes: String,
     /// The same for people, control codes by name.
     pub text: String,
+    /// The fault that has caused it, with its kind; absent if the host has.
+    #[serde(rename = "caused-by", skip_serializing_if = "Option::is_none")]
+    pub caused_by: Option<String>,
 }
 
 impl FindingsView {
@@ -94,7 +100,8 @@ impl FindingsView {
         executed: &StatementCoverage,
     ) -> FindingsView {
         let served = || coverage.reached().map(|(cell, _)| cell.row());
-        let broken = findings.broken().map(|(rule, _)| rule.id);
+        let broken = findings.broken().chain(findings.caused());
+        let broken = broken.map(|(rule, _)| rule.id);
         let programs = executed.versions().iter().map(|file| file.content.as_slice());
         let has_started = served().any(|row| row == START);
         let rows = ledger::rests_on(served().chain(broken), programs.filter(|_| has_started));
@@ -119,12 +126,13 @@ impl FindingsView {
             version: VERSION,
             rules: RULES.len(),
             broken: BrokenRules {
-                note: count(Severity::Note),
+                note: count(Severity::Note) + findings.caused().count(),
                 warning: count(Severity::Warning),
                 error: count(Severity::Error),
             },
             findings: findings
                 .broken()
+                .chain(findings.caused())
                 .map(|(rule, tally)| RuleView::new(rule, tally))
                 .collect(),
             assumptions: Vec::new(),
@@ -134,9 +142,13 @@ impl FindingsView {
 
 impl RuleView {
     fn new(rule: &'static Rule, tally: &Tally) -> RuleView {
+        let first = tally.first.first();
+        let severity = first.map_or(rule.severity, Finding::severity);
+        let is_caused = first.is_some_and(|finding| finding.caused_by.is_some());
         RuleView {
             rule: rule.id,
-            severity: rule.severity.as_str(),
+            severity: severity.as_str(),
+            caused_by: is_caused.then_some(BY_FAULT),
             source: rule.source,
             title: rule.title,
             remedy: rule.remedy,
@@ -155,6 +167,7 @@ impl FindingView {
             message: finding.message.to_string(),
             bytes: escape::hex(&finding.bytes),
             text: Escaped::for_reading(&finding.bytes).to_string(),
+            caused_by: finding.caused_by.map(|cause| cause.to_string()),
         }
     }
 }
@@ -167,5 +180,7 @@ pub(super) fn line(finding: &Finding) -> String {
         "" => String::new(),
         text => format!(" [{text}]"),
     };
-    format!("{port}at {} s: {}{text}", finding.at, view.message)
+    let cause = view.caused_by.map(|cause| format!(" (caused-by: {cause})"));
+    let cause = cause.unwrap_or_default();
+    format!("{port}at {:.3} s: {}{text}{cause}", view.t, view.message)
 }

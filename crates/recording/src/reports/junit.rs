@@ -56,22 +56,27 @@ fn unsuccessful(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStat
     status
 }
 
-/// A broken rule is a failure if it is denied; without any denial, if it is a warning or an error.
+/// A broken rule is a failure if it is denied; without any denial, if it is a warning or an error. What a fault has caused is
+/// no failure.
 pub(super) fn document(findings: &Findings, fails: impl Fn(&Rule) -> bool) -> String {
     let cases = RULES.iter().map(|rule| {
-        let tally = findings.broken().find(|(broken, _)| broken == rule);
-        rule_case(rule, tally.map(|(_, tally)| tally), fails(rule))
+        let broken = findings.broken().find(|(broken, _)| broken == rule);
+        let caused = findings.caused().find(|(caused, _)| caused == rule);
+        let tallies = [broken, caused].map(|found| found.map(|(_, tally)| tally));
+        rule_case(rule, tallies, fails(rule))
     });
     report("ts3100 findings", Duration::ZERO, cases)
 }
 
-fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
+/// The case of a rule with what hosts did, and what faults have caused.
+fn rule_case(rule: &Rule, tallies: [Option<&Tally>; 2], fails: bool) -> TestCase {
     let severity = rule.severity.as_str();
     let class = format!("ts3100.findings.{severity}");
     let with = |status| case(&class, rule.id, Duration::ZERO, status);
-    let Some(tally) = tally else {
+    let [broken, _] = tallies;
+    if tallies == [None, None] {
         return with(success());
-    };
+    }
     let mut text = format!(
         "{}\nManual: {}\nDo: {}\nSee: {}\n",
         rule.title,
@@ -79,14 +84,16 @@ fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
         rule.remedy,
         book::finding(rule)
     );
-    for finding in &tally.first {
-        let _ = writeln!(text, "{}", line(finding));
+    for tally in tallies.into_iter().flatten() {
+        for finding in &tally.first {
+            let _ = writeln!(text, "{}", line(finding));
+        }
+        let more = tally.count.saturating_sub(tally.first.len() as u64);
+        if more > 0 {
+            let _ = writeln!(text, "and {more} more");
+        }
     }
-    let more = tally.count.saturating_sub(tally.first.len() as u64);
-    if more > 0 {
-        let _ = writeln!(text, "and {more} more");
-    }
-    if fails {
+    if fails && let Some(tally) = broken {
         let mut status = failure(&format!("{} ({} times)", rule.title, tally.count), &text);
         status.set_type(severity);
         return with(status);

@@ -16,7 +16,9 @@ pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> St
         let first = broken.first.first();
         let example = first.map_or_else(String::new, |first| {
             let port = first.port.unwrap_or("controller");
-            format!("<br>{port} at {:.3} s: {}", first.t, cell(&first.message))
+            let cause = first.caused_by.as_ref();
+            let cause = cause.map_or_else(String::new, |cause| format!(" (caused-by: {cause})"));
+            format!("<br>{port} at {:.3} s: {}{cause}", first.t, cell(&first.message))
         });
         let (rule, severity, docs) = (broken.rule, broken.severity, &broken.docs);
         // Writing to a String does not fail.

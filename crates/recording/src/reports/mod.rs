@@ -3,6 +3,7 @@
 //! give the same. Each format has its own file; `settings` says which reports are written.
 
 pub mod coverage;
+pub mod faults;
 pub mod findings;
 pub mod html;
 pub mod junit;
@@ -10,19 +11,21 @@ pub mod lcov;
 mod markdown;
 mod sarif;
 mod settings;
+#[cfg(test)]
+mod tests;
 
 pub use coverage::CoverageReport;
 pub use findings::FindingsView;
 pub use settings::{BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportOutcome, Reports, coverage_text};
 
-use crate::faults::FaultLog;
+use faults::FaultLog;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::{
     CommandCoverage, Config, Controller, Event, Findings, Output, StatementCoverage, Time,
 };
-use ts3100_driver::cell::{Notice, Subscriber};
 use ts3100_driver::files::{self, PathError, cannot};
+use ts3100_driver::seat::{Notice, Subscriber};
 
 /// Virtual time in seconds.
 #[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]

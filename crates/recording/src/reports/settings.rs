@@ -4,6 +4,7 @@
 use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, markdown, sarif, write_report};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{Config, Controller, Findings, Rule, Severity};
 use ts3100_driver::files::{self, PathError};
 use ts3100_proto::words::UnexpectedWord;
@@ -13,7 +14,7 @@ pub const DENIED: u8 = 3;
 /// Exit code when the coverage is below the least that was asked for.
 pub const BELOW_COVERAGE: u8 = 4;
 
-/// What makes a finding an error of the run.
+/// When a finding is an error of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deny {
     /// Every rule of this severity or worse.
@@ -62,7 +63,9 @@ impl FromStr for Deny {
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
             let expected =
                 format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/reference/findings.md");
-            UnexpectedWord::new(expected, word)
+            let hint = AlarmCode::replacement(word)
+                .map(|new| format!("; alarms are not findings, and {new} replaces alarm {word}"));
+            UnexpectedWord::new(expected, word).hinting(hint.unwrap_or_default())
         })
     }
 }
@@ -142,7 +145,8 @@ impl Reports {
         paths.into_iter().try_for_each(|path| write_report(path, ""))
     }
 
-    /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive.
+    /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive; `run` is the file
+    /// that stands for the run where a viewer needs one.
     ///
     /// # Errors
     /// The first that cannot be written; the others are written.
@@ -151,12 +155,13 @@ impl Reports {
         run_record: &RunRecord,
         controller: &Controller,
         loaded: &[PathBuf],
+        run: &Path,
     ) -> Result<ReportOutcome, PathError> {
         let config = controller.config();
         let findings = run_record.findings();
         let mut written = Ok(());
         for (path, format) in &self.findings {
-            let text = self.findings_text(&findings, *format, run_record, config);
+            let text = self.findings_text(&findings, *format, run_record, config, run);
             written = written.and(write_report(path, &text));
         }
         // Going through all cells takes longer than a short run.
@@ -190,11 +195,12 @@ impl Reports {
         format: FindingsFormat,
         run: &RunRecord,
         config: &Config,
+        run_file: &Path,
     ) -> String {
         let view = || FindingsView::of_run(findings, &run.command_coverage(), &run.executed());
         match format {
             FindingsFormat::Junit => junit::document(findings, |rule| fails(&self.deny, rule)),
-            FindingsFormat::Sarif => pretty(&sarif::document(findings)),
+            FindingsFormat::Sarif => pretty(&sarif::document(findings, run_file)),
             FindingsFormat::Markdown => markdown::document(&view(), &run.coverage(config)),
             FindingsFormat::Json => pretty(&view()),
         }

@@ -4,7 +4,7 @@
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Input, PanelAction, Port};
-use ts3100_driver::cell::PlannedAction;
+use ts3100_driver::seat::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
 
@@ -31,7 +31,7 @@ pub enum ScenarioActionError {
     Unknown {
         /// The words.
         words: String,
-        /// What may be meant, as the end of the message.
+        /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
     /// An action that goes on in a way that it cannot.
@@ -39,7 +39,6 @@ pub enum ScenarioActionError {
     Action {
         /// The words.
         words: String,
-        /// What is wrong with them.
         reason: ActionParseError,
     },
 }
@@ -57,7 +56,6 @@ impl ScenarioAction {
     /// Reads one.
     ///
     /// # Errors
-    /// What was expected and found.
     pub fn parse(words: &str) -> Result<ScenarioAction, ScenarioActionError> {
         let action = match words.split_once(' ') {
             Some(("channel", rest)) => channel_action(rest)?,
@@ -136,7 +134,7 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
     if let Action::RaiseAlarm { number, .. } = &found
         && AlarmCode::from_number(number).is_none()
     {
-        return Err(UnexpectedWord::new("the number of an alarm, for example 2-046", number).into());
+        return Err(UnexpectedWord::new(AlarmCode::expected_number(number), number).into());
     }
     Ok(found)
 }

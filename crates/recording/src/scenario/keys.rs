@@ -35,7 +35,6 @@ pub struct Key {
     pub name: &'static str,
     /// What it accepts.
     pub value: KeyValue,
-    /// What it means.
     pub meaning: &'static str,
 }
 

@@ -26,7 +26,7 @@ pub const MAX_BYTES: u64 = 1024 * 1024;
 /// Most entries of all kinds together.
 pub const MAX_ENTRIES: usize = 1_000;
 
-/// What a file says.
+/// Content of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
     /// The file it was read from.
@@ -35,7 +35,6 @@ pub struct Scenario {
     pub name: String,
     /// The state it begins with.
     pub start: Start,
-    /// What happens.
     pub steps: Vec<Step>,
     /// What the hosts are to do, or not.
     pub expectations: Vec<Expectation>,
@@ -87,11 +86,10 @@ pub struct Expectation {
     pub condition: Condition,
     /// From when on: from the beginning, or from something that happens.
     pub after: Option<Condition>,
-    /// What is wanted.
     pub kind: ExpectationKind,
 }
 
-/// What is wanted of a condition.
+/// The expectation of a condition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ExpectationKind {
     /// It comes at least so often, in time if one is given.

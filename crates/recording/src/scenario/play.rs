@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tracing::info;
 use ts3100_controller::{Condition, ConditionWatch, Controller, Input, Output, Time};
-use ts3100_driver::cell::{ActionSource, Cell, Notice, PlannedAction, Side, Subscriber};
+use ts3100_driver::seat::{ActionSource, Notice, PlannedAction, Seat, Side, Subscriber};
 
 /// Most scheduled actions: a bound for a frequent condition with a long `after`.
 const MAX_SCHEDULED: usize = 10_000;
@@ -51,7 +51,7 @@ struct PlayState {
     /// Name of the file, without directories.
     file: String,
     started: Option<Time>,
-    /// What is done at the start.
+    /// Actions at the start.
     first: Vec<ScenarioAction>,
     /// How many actions of the start are not done yet. Until they are, nothing happens: they make the state to begin with.
     unprepared: usize,
@@ -119,11 +119,11 @@ impl Play {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Starts the scenario: it sees everything that happens in the cell from now on, and plans inputs.
-    pub fn start(&self, cell: &mut Cell) {
-        self.begin(&cell.controller);
-        cell.subscribe(Box::new(self.clone()));
-        cell.plan(Box::new(self.clone()));
+    /// Starts the scenario: it sees everything that happens to the controller from now on, and plans inputs.
+    pub fn start(&self, seat: &mut Seat) {
+        self.begin(&seat.controller);
+        seat.subscribe(Box::new(self.clone()));
+        seat.plan(Box::new(self.clone()));
     }
 
     fn begin(&self, controller: &Controller) {
@@ -288,7 +288,7 @@ impl PlayState {
         steps.chain(expected)
     }
 
-    /// What is true already does not occur.
+    /// A condition that is true already does not occur.
     fn note_states(&mut self, controller: &Controller) {
         self.conditions().for_each(|condition| {
             condition.settled(controller);
@@ -408,7 +408,7 @@ impl ExpectationState {
         (end < now).then_some(end)
     }
 
-    /// What it has of what it waits for; `None` while that is nothing.
+    /// Progress of its wait; `None` while there is none.
     fn waits_for(&self) -> Option<String> {
         match (&self.expectation.kind, &self.expectation.after) {
             (_, Some(after)) if self.since.is_none() => Some(format!("begins after `{after}`")),
@@ -445,7 +445,7 @@ impl ExpectationState {
                 }
             }
             ExpectationKind::Never { .. } if comes => {
-                let words = format!("expected never, happened at {at} s");
+                let words = format!("expected never, happened at {}", seconds(at.since(Time::ZERO)));
                 self.verdict = Some((at, Verdict::Failed(words)));
             }
             ExpectationKind::Never { .. } if ends => self.verdict = Some((at, Verdict::Held)),
@@ -462,7 +462,7 @@ impl ExpectationState {
         Verdict::Failed(format!("{}; {ended}", self.unmet()))
     }
 
-    /// What was expected and has not come.
+    /// Expectations that have not come true.
     fn unmet(&self) -> String {
         let ExpectationKind::Occurs { times, within } = &self.expectation.kind else {
             return String::new();
@@ -491,6 +491,8 @@ fn count(number: u64) -> String {
     }
 }
 
+/// Seconds to the millisecond, as people read them: `1.507 s`.
 fn seconds(duration: Duration) -> String {
-    format!("{} s", duration.as_secs_f64())
+    let rounded = (duration.as_secs_f64() * 1e3).round() / 1e3;
+    format!("{rounded} s")
 }

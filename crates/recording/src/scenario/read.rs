@@ -27,14 +27,12 @@ pub enum ScenarioError {
     /// The file.
     #[error(transparent)]
     Io(#[from] PathError),
-    /// What stands in it.
     #[error("{}, line {line}: {reason}", path.display())]
     Content {
         /// Which file.
         path: PathBuf,
         /// Its line, from 1.
         line: usize,
-        /// What was expected and found.
         reason: String,
     },
 }

@@ -4,7 +4,7 @@
 use crate::reports::junit;
 use std::time::Duration;
 
-/// What came of one entry.
+/// Result of one entry.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// As expected.
@@ -24,11 +24,10 @@ pub struct EntryResult {
     pub line: usize,
     /// Virtual time from the beginning to its verdict.
     pub time: Duration,
-    /// What came of it.
     pub verdict: Verdict,
 }
 
-/// What came of a scenario.
+/// Result of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioOutcome {
     /// Its name.
@@ -45,7 +44,7 @@ impl ScenarioOutcome {
         self.failures().next().is_some()
     }
 
-    /// What was not as expected, a line each.
+    /// Unmet expectations, a line each.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.entries.iter().filter_map(|entry| match &entry.verdict {
             Verdict::Failed(reason) => Some(format!("line {}, {}: {reason}", entry.line, entry.name)),

@@ -20,7 +20,6 @@ pub enum LinkRecord {
     Settings {
         /// The port.
         port: Port,
-        /// What is known.
         host: HostEnd,
     },
     /// The host has purged bytes that are not yet on the line.

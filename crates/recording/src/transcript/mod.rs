@@ -16,8 +16,8 @@ pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
 pub use recorder::{MAX_BYTES, Recorder};
 pub use sink::{Observer, TranscriptSink, calendar_if_set};
-pub use ts3100_driver::cell::Side;
 use ts3100_driver::files::{self, PathError, cannot};
+pub use ts3100_driver::seat::Side;
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
@@ -84,7 +84,6 @@ pub enum EndReason {
     Refused,
 }
 
-/// What a record describes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RecordKind {
     /// A peer connected.
@@ -169,9 +168,8 @@ pub struct Recording {
     pub lines: Vec<usize>,
 }
 
-/// What is wrong with a line of a transcript.
+/// A fault in a line of a transcript.
 #[derive(Debug, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say it")]
 pub enum LineError {
     #[error("expected {expected}, found {found:?}")]
     Expected { expected: &'static str, found: String },
@@ -233,7 +231,6 @@ pub enum ReadError {
         path: PathBuf,
         /// Line number, from 1.
         line: usize,
-        /// What was expected and found.
         reason: LineError,
     },
     /// A pcapng capture, which cannot be replayed.
@@ -277,7 +274,7 @@ impl Format {
 
 /// Writes the lines or packets of one format.
 trait Writer: Send {
-    /// What comes before the first record.
+    /// Everything before the first record.
     fn header(&mut self, header: &Header, out: &mut Vec<u8>);
     /// A record.
     fn record(&mut self, record: &Record, out: &mut Vec<u8>);

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{Action, Config, Controller, Dialect, Event, Input, Output, Port, Time};
-use ts3100_driver::cell::{Notice, Subscriber};
 use ts3100_driver::files::PathError;
+use ts3100_driver::seat::{Notice, Subscriber};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Turns inputs and outputs into records.
@@ -28,8 +28,8 @@ impl Observer {
     /// The record of an input; `by` is the side that caused it.
     pub fn input(&mut self, input: &Input, by: Side) -> Option<RecordKind> {
         Some(match input.clone() {
-            // The driver records a failed save itself.
-            Input::Tick | Input::Persisted(_) => return None,
+            // The driver records a failed save itself, and a recording of one robot has no wires.
+            Input::Tick | Input::Persisted(_) | Input::WireLoop { .. } => return None,
             Input::SerialOpened { port, host } => RecordKind::Link(LinkRecord::Settings { port, host }),
             Input::SerialErrors { port, bytes } => RecordKind::Link(LinkRecord::SerialErrors { port, bytes }),
             Input::SerialPurged { port } => RecordKind::Link(LinkRecord::Purged { port }),

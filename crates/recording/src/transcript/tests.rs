@@ -2,7 +2,7 @@
 
 use super::*;
 use ts3100_controller::{Config, Controller, Dialect, Input, Output, PanelAction};
-use ts3100_driver::cell::{Notice, Subscriber as _};
+use ts3100_driver::seat::{Notice, Subscriber as _};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {

@@ -7,12 +7,14 @@ use crate::prelude::*;
 use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
+use super::lower;
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::machine::{constant_value, convert};
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
-use crate::program::{Owner, Slot, Symbols, flat_length};
+use crate::program::{Owner, Program, Slot, Symbols, flat_length};
+use crate::request::Fault;
 use crate::tree::{Expression, Name};
 use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
@@ -42,15 +44,15 @@ fn global(
         let slot = dim_slot(declaration, Owner::Global, symbols)?;
         return add(symbols, name, slot);
     }
-    let constant = |expression: &Expression| match expression.is_constant() {
-        true => constant_value(expression, options)
+    let initial = |expression: &Expression| match expression.is_constant() {
+        true => constant(expression, options)
             .map_err(|error| Diagnostic::new("E0207", expression.span, error.message)),
         false => {
             let message = "an initial value is made of constants only";
             Diagnostic::fail("E0210", expression.span, message)
         }
     };
-    let value = declaration.value.as_ref().map(constant).transpose()?;
+    let value = declaration.value.as_ref().map(initial).transpose()?;
     if declaration.subscripts.is_empty() {
         let plain = || Slot::plain(&name.text, Owner::Global);
         let slot = value.map_or_else(plain, |value| Slot::with_value(&name.text, Owner::Global, value));
@@ -58,6 +60,17 @@ fn global(
     }
     let Some(value) = value else { return Ok(()) };
     element(declaration, value, symbols)
+}
+
+/// The value of an expression without variables.
+fn constant(expression: &Expression, options: &LanguageOptions) -> Result<Value, Box<Fault>> {
+    let mut expression = expression.clone();
+    let code = lower::constant(&mut expression);
+    let program = Program {
+        code,
+        ..Program::without_steps(0, options)
+    };
+    constant_value(&Arc::new(program), &expression)
 }
 
 /// `name(i) = value` in GLOBAL: the initial value of one element.

@@ -34,14 +34,14 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     head,
                     operation,
                 };
-                let steps = Vec::from([
+                let mut steps = Vec::from([
                     step(Operation::Simple(simple), true),
                     step(Operation::Return, false),
                 ]);
                 let fingerprint = fingerprint(base.fingerprint, statement, &base.options);
                 return Ok(Arc::new(Program {
                     symbols: Arc::clone(&base.symbols),
-                    code: lower::plain(&steps),
+                    code: lower::code(&mut steps, &[], &base.symbols),
                     steps,
                     created,
                     ..Program::without_steps(fingerprint, &base.options)

@@ -12,7 +12,7 @@ use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::parser::Block;
 use crate::program::{Operation, Step};
 use crate::tree::{Ask, Expression, Name, Node, Reference, Simple, Statement, Variable};
-use crate::value::Value;
+use crate::value::Number;
 
 /// Appends the steps of a block and its END; returns the step of its label `RCYCLE`.
 pub(super) fn block(
@@ -125,7 +125,7 @@ impl Emitter<'_> {
             Statement::Return => self.push(Operation::Return),
             Statement::Goto(name) => self.goto(&name),
             Statement::Select(selector, labels) => match (&selector.node, labels.as_slice()) {
-                (Node::Literal(Value::Integer(1)), [only]) => self.goto(only),
+                (Node::Literal(Number::Integer(1)), [only]) => self.goto(only),
                 _ => {
                     let targets = labels.iter().map(|name| self.label(name)).collect();
                     self.jumps.push(self.steps.len());

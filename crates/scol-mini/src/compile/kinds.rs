@@ -1,7 +1,7 @@
 //! Reports kinds of values that cannot fit, as far as they are known before the program runs.
 //!
 //! A variable without a declaration gets its kind from its first assignment, so most kinds are checked by the machine
-//! (`machine::evaluate`, `machine::place`). Start with [`check_statement`].
+//! (`machine::vm`, `machine::place`). Start with [`check_statement`].
 
 use crate::prelude::*;
 
@@ -11,7 +11,7 @@ use crate::program::Symbols;
 use crate::tree::{
     Ask, Assignment, Binary, Expression, Node, Reference, Simple, Statement, Takes, Unary, Variable,
 };
-use crate::value::ValueKind;
+use crate::value::{Number, ValueKind};
 
 /// Checks one statement.
 pub(super) fn check_statement(statement: &mut Statement, symbols: &Symbols, sink: &mut Sink) {
@@ -97,7 +97,8 @@ impl Checker<'_> {
     /// The kind of an expression where it is certain; reports operands that cannot go together.
     fn known(&mut self, expression: &Expression) -> Option<ValueKind> {
         match &expression.node {
-            Node::Literal(value) => Some(value.kind()),
+            Node::Literal(Number::Integer(_)) => Some(ValueKind::Integer),
+            Node::Literal(Number::Real(_)) => Some(ValueKind::Real),
             Node::Variable(variable) => {
                 for subscript in &variable.subscripts {
                     self.expect(subscript, Takes::Number);

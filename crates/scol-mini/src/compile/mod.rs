@@ -84,7 +84,7 @@ fn build(
             rcycle = label;
         }
     }
-    let code = lower::code(&steps, &blocks, &symbols, options);
+    let code = lower::code(&mut steps, &blocks, &symbols);
     let fingerprint = fingerprint(points_fingerprint(points), source, options);
     Some(Program {
         symbols: Arc::new(symbols),

@@ -184,7 +184,7 @@ impl<'a> Scope<'a> {
         if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
             let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
             let problem = Diagnostic::new("E0201", name.span, message);
-            let help = "RESTORE writes into the file what stands in GLOBAL and DATA";
+            let help = "RESTORE writes into the file what is in GLOBAL and DATA";
             self.sink.push(problem.help(help));
         }
     }

@@ -6,6 +6,7 @@
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 
+use crate::conditions::{FULL, MAX_ACCEL};
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::{IntDivision, LanguageOptions};
@@ -75,21 +76,23 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
     }
 }
 
-/// W0614: percentages are 1 to 100 (scol.md 3.2).
+/// W0614: SPEED is 1 to 100 percent, ACCEL and DECEL are 1 to 100000 (ste85409 L72).
 fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
     for window in tokens.windows(3) {
         let [name, equals, value] = window else { continue };
         let condition = name.word();
-        if !matches!(condition, "SPEED" | "ACCEL" | "DECEL") || !equals.is(Sign::Assign) {
-            continue;
-        }
-        let outside = match value.token {
-            Token::Integer(percent) => !(1..=100).contains(&percent),
-            Token::Real(percent) => !(1.0..=100.0).contains(&percent),
-            Token::Word(_) | Token::Text(_) | Token::Sign(_) => false,
+        let most = match condition {
+            "SPEED" => FULL,
+            "ACCEL" | "DECEL" => MAX_ACCEL,
+            _ => continue,
         };
-        if outside {
-            let message = format!("{condition} takes 1 to 100 percent");
+        let percent = match value.token {
+            Token::Integer(percent) => percent as f64,
+            Token::Real(percent) => f64::from(percent),
+            Token::Word(_) | Token::Text(_) | Token::Sign(_) => continue,
+        };
+        if equals.is(Sign::Assign) && !(1.0..=most).contains(&percent) {
+            let message = format!("{condition} takes 1 to {most} percent");
             let problem = Diagnostic::new("W0614", value.span, message);
             sink.push(problem.help("the machine maximum is 100"));
         }

@@ -11,6 +11,7 @@ use crate::request::{Fault, FaultKind};
 use crate::tree::{Binary, Relation, Unary};
 use crate::value::{Number, Value, ValueKind};
 
+#[inline(always)]
 pub(super) fn double(number: Number) -> f64 {
     match number {
         Number::Integer(value) => f64::from(value),
@@ -18,6 +19,7 @@ pub(super) fn double(number: Number) -> f64 {
     }
 }
 
+#[inline(always)]
 pub(super) fn single(number: Number) -> f32 {
     match number {
         Number::Integer(value) => value as f32,
@@ -25,6 +27,7 @@ pub(super) fn single(number: Number) -> f32 {
     }
 }
 
+#[inline(always)]
 pub(super) fn truth(number: Number) -> bool {
     match number {
         Number::Integer(value) => value != 0,
@@ -58,21 +61,26 @@ pub(super) fn unexpected(expected: &str, found: &Value) -> Box<Fault> {
 }
 
 /// A finite real.
-#[inline]
+#[inline(always)]
 pub(super) fn real(value: f32) -> Result<Number> {
     if value.is_finite() {
         return Ok(Number::Real(value));
     }
-    FaultKind::Overflow.fail("the result does not fit a real")
+    Err(real_overflow())
 }
 
-#[inline]
+#[cold]
+fn real_overflow() -> Box<Fault> {
+    FaultKind::Overflow.error("the result does not fit a real")
+}
+
+#[inline(always)]
 pub(super) fn integer(value: Option<i32>) -> Result<Number> {
     value.map(Number::Integer).ok_or_else(integer_overflow)
 }
 
 #[cold]
-fn integer_overflow() -> Box<Fault> {
+pub(super) fn integer_overflow() -> Box<Fault> {
     FaultKind::Overflow.error("the result does not fit an integer of 32 bits")
 }
 
@@ -86,6 +94,7 @@ pub(super) fn unary(operator: Unary, of: Number) -> Result<Number> {
 }
 
 /// Two numbers; one real makes the operation real.
+#[inline(always)]
 pub(super) fn binary(
     operator: Binary,
     left: Number,
@@ -98,7 +107,8 @@ pub(super) fn binary(
     }
 }
 
-fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) -> Result<Number> {
+#[inline(always)]
+pub(super) fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) -> Result<Number> {
     match operator {
         Binary::Or => Ok(truth_value(left != 0 || right != 0)),
         Binary::And => Ok(truth_value(left != 0 && right != 0)),
@@ -117,7 +127,8 @@ fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) 
     }
 }
 
-fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number> {
+#[inline(always)]
+pub(super) fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number> {
     match operator {
         Binary::Or => Ok(truth_value(left != 0.0 || right != 0.0)),
         Binary::And => Ok(truth_value(left != 0.0 && right != 0.0)),
@@ -142,6 +153,7 @@ fn truth_value(holds: bool) -> Number {
     Number::Integer(i32::from(holds))
 }
 
+#[cold]
 fn division_by_zero() -> Box<Fault> {
     FaultKind::DivisionByZero.error("division by zero")
 }

@@ -1,11 +1,11 @@
-//! Evaluates expressions: numbers, comparisons, sums and products of positions, system variables.
+//! Computes the operands of statements; what system variables are; sums and products of positions.
 //!
-//! Almost everything a program computes is a number, so numbers are looked for first. Functions are in `functions`,
-//! variables in `place`, arithmetic in `arithmetic`.
+//! An operand is a formula: instructions that `vm` runs, and the register with the result. Functions are in `functions`,
+//! arithmetic of numbers in `arithmetic`.
 
 use crate::prelude::*;
 
-use super::arithmetic::{binary, double, real, truncated, truth, unary, unexpected};
+use super::arithmetic::{binary, double, real, truth};
 use super::{Machine, Result, compose};
 use crate::MAX_TASKS;
 use crate::builtin::{Condition, System};
@@ -14,7 +14,7 @@ use crate::memory::Memory;
 use crate::options::Arm;
 use crate::program::Program;
 use crate::request::{Fault, FaultKind, Inputs};
-use crate::tree::{Binary, Expression, Node, Unary};
+use crate::tree::{Binary, Expression};
 use crate::value::{Number, Value};
 
 /// How much less than 100 `MOTION` is at least while the arm moves, in percent: a real of 100 has steps of 0.000008.
@@ -26,36 +26,18 @@ pub(super) struct Execution<'a> {
     pub program: &'a Program,
     pub memory: &'a mut Memory,
     pub inputs: &'a dyn Inputs,
+    /// What the temporaries hold that is no number.
+    pub vectors: Vec<Value>,
 }
 
 impl Execution<'_> {
-    /// The value of an expression; operands are evaluated from left to right, so the leftmost fault is reported.
-    pub fn evaluate(&self, expression: &Expression) -> Result<Value> {
-        match &expression.node {
-            Node::Literal(value) => Ok(value.clone()),
-            Node::Variable(variable) => self.fetch(variable),
-            Node::Component(of, letter) => {
-                let mut value = self.evaluate(of)?;
-                match component(self.program.options.arm, &mut value, *letter) {
-                    Some(coordinate) => Ok(real(*coordinate as f32)?.into()),
-                    None => Err(no_component(&value, *letter)),
-                }
-            }
-            Node::Unary(Unary::Value, of) => self.evaluate(of),
-            Node::Unary(operator, of) => Ok(unary(*operator, self.number(of)?)?.into()),
-            Node::Binary(operator @ (Binary::Add | Binary::Subtract | Binary::Multiply), left, right) => {
-                self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)
-            }
-            Node::Binary(operator, left, right) => {
-                let (left, right) = (self.number(left)?, self.number(right)?);
-                Ok(binary(*operator, left, right, &self.program.options)?.into())
-            }
-            Node::Function(builtin, arguments) => self.function(*builtin, arguments),
-            Node::System(system) => Ok(self.system(*system)),
-        }
+    /// The value of an operand.
+    pub fn evaluate(&mut self, expression: &Expression) -> Result<Value> {
+        let register = self.result(expression.formula)?;
+        self.value_in(register)
     }
 
-    fn system(&self, system: System) -> Value {
+    pub fn system(&self, system: System) -> Value {
         match system {
             System::Motion => Value::Real(self.motion_percent() as f32),
             System::Here => self.inputs.here().into(),
@@ -106,7 +88,7 @@ impl Execution<'_> {
 
     /// A sum, a difference or a product of numbers, positions and coordinates. Positions and coordinates are added
     /// component by component, the left one giving posture and work; a factor on the right is relative to the left one.
-    fn combined(&self, operator: Binary, left: Value, right: Value) -> Result<Value> {
+    pub fn combined(&self, operator: Binary, left: Value, right: Value) -> Result<Value> {
         if let (Some(left), Some(right)) = (left.number(), right.number()) {
             return Ok(binary(operator, left, right, &self.program.options)?.into());
         }
@@ -137,27 +119,25 @@ impl Execution<'_> {
         })
     }
 
-    /// The expression as a number.
-    pub fn number(&self, expression: &Expression) -> Result<Number> {
-        let value = self.evaluate(expression)?;
-        value.number().ok_or_else(|| unexpected("a number", &value))
+    /// The operand as a number.
+    pub fn number(&mut self, expression: &Expression) -> Result<Number> {
+        let register = self.result(expression.formula)?;
+        self.number_in(register)
     }
 
-    /// The expression as a double.
-    pub fn double(&self, expression: &Expression) -> Result<f64> {
+    /// The operand as a double.
+    pub fn double(&mut self, expression: &Expression) -> Result<f64> {
         self.number(expression).map(double)
     }
 
-    /// The expression as an integer; a real is cut toward zero.
-    pub fn integer(&self, expression: &Expression) -> Result<i32> {
-        match self.number(expression)? {
-            Number::Integer(value) => Ok(value),
-            Number::Real(value) => truncated(value),
-        }
+    /// The operand as an integer; a real is cut toward zero.
+    pub fn integer(&mut self, expression: &Expression) -> Result<i32> {
+        let register = self.result(expression.formula)?;
+        self.integer_in(register)
     }
 
-    /// The expression as a truth value: everything but 0 is true.
-    pub fn truth(&self, expression: &Expression) -> Result<bool> {
+    /// The operand as a truth value: everything but 0 is true.
+    pub fn truth(&mut self, expression: &Expression) -> Result<bool> {
         self.number(expression).map(truth)
     }
 }

@@ -1,8 +1,8 @@
 //! SIN and COS of a real faster than the functions of libm, with the same bits.
 //!
 //! The value is computed in double precision with a known error. Where that error could change the real to which the value
-//! is rounded, the result is `None` and `functions` computes it. A loop of reals misses its target beside CPython without
-//! this (`benches/README.md`).
+//! is rounded, the result is `None` and `functions` computes it. Without this a loop of reals runs at 1.8 times the speed
+//! of CPython; the target is 2 (`benches/README.md`).
 
 /// Largest angle that is computed here, in degrees.
 const MAX_DEGREES: f64 = 3_600.0;

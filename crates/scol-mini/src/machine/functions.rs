@@ -11,6 +11,7 @@ use super::arithmetic::{binary, double, integer, real, single, truncated};
 use super::evaluate::Execution;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Numeric};
+use crate::conditions::Conditions;
 use crate::options::{Arm, LanguageOptions};
 use crate::request::FaultKind;
 use crate::tree::{Binary, Expression};
@@ -19,28 +20,28 @@ use crate::value::{Configuration, Number, Payload, Position, Trans, Value, Value
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
 impl Execution<'_> {
-    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
+    pub fn function(&mut self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
         match builtin {
-            Builtin::Din => self.signals(arguments, |line| self.input(line)),
-            Builtin::Dout => self.signals(arguments, |line| Ok(self.inputs.dout(line))),
+            Builtin::Din => self.signals(arguments, Self::input),
+            Builtin::Dout => self.signals(arguments, |execution, line| Ok(execution.inputs.dout(line))),
             Builtin::Bcdin => self.bcd_in(arguments),
-            Builtin::Gain => self.of_axis(arguments, &self.memory.conditions().gain),
-            Builtin::Torque => self.of_axis(arguments, &self.memory.conditions().torque),
+            Builtin::Gain => self.of_axis(arguments, |conditions| &conditions.gain),
+            Builtin::Torque => self.of_axis(arguments, |conditions| &conditions.torque),
             Builtin::Trans => Ok(Trans::from_leading(self.arm(), &self.doubles(arguments)?).into()),
             Builtin::Payload => Ok(Payload::from_leading(&self.doubles(arguments)?).into()),
-            Builtin::Point => self.point(&self.doubles(arguments)?),
+            Builtin::Point => {
+                let numbers = self.doubles(arguments)?;
+                self.point(&numbers)
+            }
             Builtin::Max => Ok(self.extreme(arguments, |a, b| a > b)?.into()),
             Builtin::Min => Ok(self.extreme(arguments, |a, b| a < b)?.into()),
-            Builtin::Numeric(function) => {
-                let mut numbers = arguments.iter().map(|argument| self.number(argument));
-                let mut next = || numbers.next().unwrap_or(Ok(Number::Integer(0)));
-                Ok(numeric(function, next()?, next()?, &self.program.options)?.into())
-            }
+            // The compiler makes them an instruction of their own.
+            Builtin::Numeric(_) => FaultKind::Type.fail("a function of numbers takes numbers"),
         }
     }
 
     /// The largest or smallest; real when any is real.
-    fn extreme(&self, arguments: &[Expression], better: impl Fn(f64, f64) -> bool) -> Result<Number> {
+    fn extreme(&mut self, arguments: &[Expression], better: impl Fn(f64, f64) -> bool) -> Result<Number> {
         let (mut best, mut any_real) = (None, false);
         for argument in arguments {
             let number = self.number(argument)?;
@@ -56,11 +57,15 @@ impl Execution<'_> {
     }
 
     /// `DIN(a, -b)`: 1 when all are on, those with a minus sign off.
-    fn signals(&self, arguments: &[Expression], state: impl Fn(u16) -> Result<bool>) -> Result<Value> {
+    fn signals(
+        &mut self,
+        arguments: &[Expression],
+        state: impl Fn(&Self, u16) -> Result<bool>,
+    ) -> Result<Value> {
         let mut all = true;
         for argument in arguments {
             let (line, on) = self.signal(argument)?;
-            all &= state(line)? == on;
+            all &= state(self, line)? == on;
         }
         Ok(Value::Integer(i32::from(all)))
     }
@@ -73,14 +78,14 @@ impl Execution<'_> {
     }
 
     /// The value of one axis, counted from 1.
-    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value> {
+    fn of_axis(&mut self, arguments: &[Expression], values: impl Fn(&Conditions) -> &[f64]) -> Result<Value> {
         let axis = arguments.first().map_or(Ok(1), |axis| self.axis(axis))?;
-        let value = values.get(usize::from(axis).saturating_sub(1));
+        let value = values(self.memory.conditions()).get(usize::from(axis).saturating_sub(1));
         Ok(Value::Real(value.copied().unwrap_or_default() as f32))
     }
 
     /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
-    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value> {
+    fn bcd_in(&mut self, arguments: &[Expression]) -> Result<Value> {
         let [first, digits] = arguments else {
             return FaultKind::Type.fail("BCDIN takes 2 arguments");
         };
@@ -102,7 +107,7 @@ impl Execution<'_> {
     }
 
     /// The outputs of `BCDOUT(first, digits, value)`.
-    pub fn bcd_lines(&self, [first, digits, value]: &[Expression; 3]) -> Result<Vec<(u16, bool)>> {
+    pub fn bcd_lines(&mut self, [first, digits, value]: &[Expression; 3]) -> Result<Vec<(u16, bool)>> {
         let (first, digits) = self.bcd_field(first, digits)?;
         let value = self.integer(value)?;
         let mut rest = value;
@@ -119,7 +124,7 @@ impl Execution<'_> {
     }
 
     /// First signal and count of digits; the last signal has a number too.
-    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16)> {
+    fn bcd_field(&mut self, first: &Expression, digits: &Expression) -> Result<(u16, u16)> {
         let (first, digits) = (self.signal(first)?, self.integer(digits)?);
         let most = MAX_BCD_DIGITS as u16;
         match (first, u16::try_from(digits)) {
@@ -134,7 +139,7 @@ impl Execution<'_> {
     }
 
     /// A signal and the state its sign names.
-    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool)> {
+    pub fn signal(&mut self, argument: &Expression) -> Result<(u16, bool)> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
@@ -142,7 +147,7 @@ impl Execution<'_> {
         }
     }
 
-    fn doubles(&self, arguments: &[Expression]) -> Result<Vec<f64>> {
+    fn doubles(&mut self, arguments: &[Expression]) -> Result<Vec<f64>> {
         arguments.iter().map(|argument| self.double(argument)).collect()
     }
 

@@ -1,9 +1,9 @@
 //! The machine that runs a compiled program until something outside has to happen.
 //!
 //! The machine holds its place in the program, the open calls and loops and the pending request; the values of variables are
-//! in [`Memory`], which several machines may share. `vm` runs instructions, `execute` does a step with values of any kind,
-//! `evaluate` computes expressions, `request_values` makes requests, `monitor` watches conditions. Serving requests, clocks and
-//! motion are left to the caller. Start with [`Machine::run`].
+//! in [`Memory`], which several machines may share. `vm` runs the instructions, on `registers`; `execute` does the statements
+//! that are more than values, whose operands `evaluate` computes; `request_values` makes requests, `monitor` watches conditions.
+//! Serving requests, clocks and motion are left to the caller. Start with [`Machine::run`].
 
 mod arithmetic;
 mod compose;
@@ -14,8 +14,8 @@ mod functions;
 mod loops;
 mod monitor;
 mod place;
+mod registers;
 mod request_values;
-#[cfg(feature = "serde")]
 mod snapshot;
 #[cfg(test)]
 mod tests;
@@ -25,7 +25,6 @@ use crate::prelude::*;
 use alloc::sync::Arc;
 
 use crate::memory::{MAIN_TASK, Memory};
-use crate::options::LanguageOptions;
 use crate::program::{Operation, Program, STATE_VERSION};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Pause, Request};
 use crate::tree::{Ask, Change, Expression, Simple};
@@ -35,7 +34,6 @@ pub(crate) use arithmetic::convert;
 use evaluate::Execution;
 pub use monitor::{Jump, MonitorAction};
 use place::{Argument, ValuePlace};
-use vm::Stop;
 
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
@@ -70,15 +68,15 @@ impl FaultKind {
 ///  END of the main program: Ended, until restart or go_to_rcycle
 /// ```
 ///
-/// With the feature `serde` a machine is written without its program and says only which it is. What is read back stands
+/// A machine is written without its program and says only which it is. What is read back stands
 /// still until `relink` gives it the program.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Machine {
     /// [`STATE_VERSION`].
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::snapshot::version"))]
+    #[serde(deserialize_with = "crate::snapshot::version")]
     version: u32,
-    #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
+    #[serde(with = "crate::snapshot::source")]
     program: Arc<Program>,
     /// The step under way or next.
     at: usize,
@@ -92,28 +90,20 @@ pub struct Machine {
     task: u16,
     monitors: Vec<monitor::Monitor>,
     /// The last word was `ENABLE`, not `DISABLE`: the conditions of the monitors are evaluated.
-    #[cfg_attr(feature = "serde", serde(rename = "awake"))]
     monitors_enabled: bool,
     /// `IGNORE` has been executed. What a monitor runs does not hold the monitors that it drops.
-    #[cfg_attr(
-        feature = "serde",
-        serde(default, skip_serializing_if = "core::ops::Not::not")
-    )]
     ignored: bool,
     /// The motion statement answered last, when that under way or next is the motion after it.
-    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     motion_before: Option<usize>,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum RunPhase {
     /// Before a step.
     Ready,
     /// A WAIT has begun; each run evaluates its condition again, without fuel.
     Waiting,
     /// A request waits for its answer.
-    #[cfg_attr(feature = "serde", serde(rename = "Asked"))]
     Requested(PendingRequest),
     /// The statement could not be executed; it is tried again unless it is skipped.
     Faulted,
@@ -122,16 +112,14 @@ enum RunPhase {
 }
 
 /// A request and where its numbers go.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct PendingRequest {
     request: Request,
     targets: Vec<ValuePlace>,
 }
 
 /// A program that was called, the main program first.
-#[derive(Debug, Clone, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 struct Frame {
     return_to: usize,
     /// Where its part of the arguments begins.
@@ -141,8 +129,7 @@ struct Frame {
 }
 
 /// A FOR under way: its step, the one after its NEXT, and the numbers it counts with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Loop {
     opener: usize,
     exit: usize,
@@ -218,35 +205,28 @@ impl Machine {
             RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
-        let mut execution = self.enter(&program, memory, inputs);
-        loop {
-            // A WAIT that goes on waiting has paid when it began.
-            let stop = match execution.machine.state {
-                RunPhase::Waiting => Stop::Step,
-                RunPhase::Ready | RunPhase::Requested(_) | RunPhase::Faulted | RunPhase::Ended => {
-                    let registers = execution.memory.registers();
-                    execution.machine.compute(&program, registers, fuel)
-                }
-            };
-            execution.machine.state = RunPhase::Ready;
-            let step = match (stop, program.steps.get(execution.machine.at)) {
-                (Stop::Fuel, _) => return Pause::Fuel,
-                (Stop::Step, Some(step)) => step,
-                (Stop::End, _) | (Stop::Step, None) => {
-                    execution.machine.state = RunPhase::Ended;
-                    return Pause::Ended;
-                }
-            };
-            if let Err(error) = execution.execute(&step.operation) {
-                return Pause::Fault(execution.machine.faulted(*error));
-            }
-            match &execution.machine.state {
-                RunPhase::Waiting => return Pause::Waiting,
-                RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),
-                RunPhase::Ended => return Pause::Ended,
-                RunPhase::Ready | RunPhase::Faulted if needs_host(&step.operation) => return Pause::Fuel,
-                RunPhase::Ready | RunPhase::Faulted => {}
-            }
+        let entry = program
+            .code
+            .entries
+            .get(self.at)
+            .map_or(usize::MAX, |at| *at as usize);
+        let mut left = u64::from(*fuel);
+        if self.state == RunPhase::Waiting {
+            // A WAIT that goes on waiting has paid when it began. One after THEN costs nothing: its IF has paid.
+            let cost = program.code.instructions.get(entry).map_or(0, |first| first.cost);
+            left += u64::from(cost);
+        }
+        self.state = RunPhase::Ready;
+        let done = self.enter(&program, memory, inputs).compute(entry, &mut left);
+        *fuel = u32::try_from(left).unwrap_or(u32::MAX);
+        if let Err(error) = done {
+            return Pause::Fault(self.faulted(*error));
+        }
+        match &self.state {
+            RunPhase::Waiting => Pause::Waiting,
+            RunPhase::Requested(pending) => Pause::Request(pending.request.clone()),
+            RunPhase::Ended => Pause::Ended,
+            RunPhase::Ready | RunPhase::Faulted => Pause::Fuel,
         }
     }
 
@@ -392,15 +372,17 @@ impl Machine {
         inputs: &'a dyn Inputs,
     ) -> Execution<'a> {
         memory.switch_task(program, self.task);
+        memory.begin_code(program);
         Execution {
             machine: self,
             program,
             memory,
             inputs,
+            vectors: Vec::new(),
         }
     }
 
-    /// Gives up the calls beyond this many, with what belongs to them.
+    /// Ends the calls beyond this many, with their arguments and loops.
     fn unwind(&mut self, depth: usize) {
         if let Some(frame) = self.frames.get(depth) {
             self.arguments.truncate(frame.arguments);
@@ -443,12 +425,10 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
     FaultKind::Type.fail(message)
 }
 
-/// The value of an expression that is constant.
-pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value> {
-    let program = Program::empty(options);
-    let (mut machine, mut memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
-    let execution = machine.enter(&program, &mut memory, &NoInputs);
-    execution.evaluate(expression)
+/// The value of an operand of this program that depends neither on variables nor on the world.
+pub(crate) fn constant_value(program: &Arc<Program>, operand: &Expression) -> Result<Value> {
+    let (mut machine, mut memory) = (Machine::main(Arc::clone(program)), Memory::new(program));
+    machine.enter(program, &mut memory, &NoInputs).evaluate(operand)
 }
 
 /// The world of a constant: none.

@@ -13,15 +13,13 @@ use crate::program::{Operation, Program};
 use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Monitor {
     /// The step of its `ON`.
     pub(super) on: usize,
     /// How many programs were called when it was executed; a jump goes back to there.
     pub(super) depth: usize,
     /// The value of its condition when it was last evaluated.
-    #[cfg_attr(feature = "serde", serde(rename = "was"))]
     last_value: bool,
 }
 
@@ -105,7 +103,8 @@ impl Machine {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
-        let execution = self.enter(&program, memory, inputs);
+        let here = self.at;
+        let mut execution = self.enter(&program, memory, inputs);
         for index in 0..execution.machine.monitors.len() {
             let Some(monitor) = execution.machine.monitors.get(index).copied() else {
                 break;
@@ -115,7 +114,10 @@ impl Machine {
             let Some((line, Operation::On { condition, jump, .. })) = operation else {
                 continue;
             };
-            match execution.truth(condition) {
+            let value = execution.truth(condition);
+            // A fault in the condition is not one of the statement under way.
+            execution.machine.at = here;
+            match value {
                 Ok(true) if !monitor.last_value => {
                     execution.machine.monitors.remove(index);
                     return Ok(Some(execution.machine.triggered(monitor, *jump)));

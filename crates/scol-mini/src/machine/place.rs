@@ -8,13 +8,12 @@ use super::arithmetic::convert;
 use super::evaluate::Execution;
 use super::{Machine, Result};
 use crate::MAX_SUBSCRIPTS;
-use crate::request::FaultKind;
+use crate::request::{Fault, FaultKind};
 use crate::tree::{Expression, Node, Reference, Variable};
 use crate::value::{Number, Value, ValueKind};
 
 /// A place that holds one value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum ValuePlace {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
@@ -23,8 +22,7 @@ pub(super) enum ValuePlace {
 }
 
 /// What a parameter stands for.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Argument {
     /// The caller's variable.
     Place(ValuePlace),
@@ -38,13 +36,21 @@ pub(super) enum Argument {
 
 impl Execution<'_> {
     /// The place of a variable; its subscripts are evaluated.
-    pub fn place(&self, variable: &Variable) -> Result<ValuePlace> {
+    pub fn place(&mut self, variable: &Variable) -> Result<ValuePlace> {
         let name = &variable.name.text;
         match variable.reference {
             Reference::Slot { slot, cell } if variable.subscripts.is_empty() => {
                 Ok(ValuePlace::Cell { slot, cell })
             }
-            Reference::Slot { slot, cell } => self.element(slot, cell, variable),
+            Reference::Slot { slot, cell } => {
+                let mut subscripts = [0; MAX_SUBSCRIPTS];
+                for (to, subscript) in subscripts.iter_mut().zip(&variable.subscripts) {
+                    *to = self.integer(subscript)?;
+                }
+                let count = variable.subscripts.len();
+                let cell = self.element(slot, cell, subscripts.get(..count).unwrap_or_default())?;
+                Ok(ValuePlace::Cell { slot, cell })
+            }
             Reference::Parameter(index) => {
                 let place = self.machine.parameter_place(index);
                 place.ok_or_else(|| FaultKind::Undefined.error(format!("{name} was not handed over")))
@@ -53,26 +59,14 @@ impl Execution<'_> {
         }
     }
 
-    /// The place of an element of an array.
-    fn element(&self, slot: usize, base: usize, variable: &Variable) -> Result<ValuePlace> {
-        let mut subscripts = [0; MAX_SUBSCRIPTS];
-        for (to, subscript) in subscripts.iter_mut().zip(&variable.subscripts) {
-            *to = self.integer(subscript)?;
-        }
-        let subscripts = subscripts.get(..variable.subscripts.len()).unwrap_or_default();
+    /// The cell of an element of an array, which begins with the cell `base`.
+    pub fn element(&self, slot: usize, base: usize, subscripts: &[i32]) -> Result<usize> {
         let info = self.program.symbols.slots.get(slot);
         let index = info.and_then(|info| info.index(subscripts));
-        let cell = index.map(|index| ValuePlace::Cell {
-            slot,
-            cell: base + index,
-        });
-        cell.ok_or_else(|| {
+        index.map(|index| base + index).ok_or_else(|| {
+            let name = info.map_or("", |info| &info.name);
             let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-            FaultKind::Subscript.error(format!(
-                "{}({}) is outside the array",
-                variable.name.text,
-                list.join(",")
-            ))
+            FaultKind::Subscript.error(format!("{name}({}) is outside the array", list.join(",")))
         })
     }
 
@@ -89,15 +83,13 @@ impl Execution<'_> {
     }
 
     /// The value of a variable.
-    pub fn fetch(&self, variable: &Variable) -> Result<Value> {
+    pub fn fetch(&mut self, variable: &Variable) -> Result<Value> {
         let place = self.place(variable)?;
-        self.read(place).ok_or_else(|| {
-            FaultKind::Undefined.error(format!("{} is read before it has a value", variable.name.text))
-        })
+        self.read(place).ok_or_else(|| undefined(&variable.name.text))
     }
 
     /// The argument that an expression passes: a variable by reference, everything else by value.
-    pub fn argument(&self, expression: &Expression) -> Result<Argument> {
+    pub fn argument(&mut self, expression: &Expression) -> Result<Argument> {
         if let Node::Variable(variable) = &expression.node {
             return self.place(variable).map(Argument::Place);
         }
@@ -147,4 +139,9 @@ impl Argument {
     fn from_value(value: Value) -> Self {
         value.number().map_or(Argument::Vector(value), Argument::Number)
     }
+}
+
+/// The fault of a variable without a value.
+pub(super) fn undefined(name: &str) -> Box<Fault> {
+    FaultKind::Undefined.error(format!("{name} is read before it has a value"))
 }

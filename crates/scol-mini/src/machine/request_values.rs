@@ -11,7 +11,7 @@ use super::functions::configuration;
 use super::place::ValuePlace;
 use super::{PendingRequest, Result};
 use crate::builtin::Condition;
-use crate::conditions::{Accuracy, Conditions};
+use crate::conditions::{Accuracy, Conditions, FULL, MAX_ACCEL};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Node, PerAxis, Variable};
 use crate::value::{Frame, Number, Position, Value};
@@ -25,7 +25,7 @@ const FIELD: usize = 12;
 
 impl Execution<'_> {
     /// The motion conditions as a statement changes them.
-    pub fn changed(&self, change: &Change) -> Result<Conditions> {
+    pub fn changed(&mut self, change: &Change) -> Result<Conditions> {
         let mut conditions = self.memory.conditions().clone();
         match change {
             Change::Set(condition, value) => self.set(&mut conditions, *condition, value)?,
@@ -33,7 +33,7 @@ impl Execution<'_> {
             Change::Pass(on) => conditions.passing = *on,
             Change::Nowait(on) => conditions.nowait = *on,
             Change::PerAxis(condition, values) => {
-                let percent = |value| self.percent("an axis", value, 0.0);
+                let percent = |value| self.percent("an axis", value, 0.0, FULL);
                 let values = values.iter().map(percent).collect::<Result<Vec<f64>>>()?;
                 let axes = match condition {
                     PerAxis::Gain => &mut conditions.gain,
@@ -42,7 +42,7 @@ impl Execution<'_> {
                 axes.iter_mut().zip(values).for_each(|(to, value)| *to = value);
             }
             Change::SetGain([axis, value]) => {
-                let (axis, value) = (self.axis(axis)?, self.percent("an axis", value, 0.0)?);
+                let (axis, value) = (self.axis(axis)?, self.percent("an axis", value, 0.0, FULL)?);
                 if let Some(to) = conditions.gain.get_mut(usize::from(axis) - 1) {
                     *to = value;
                 }
@@ -52,11 +52,11 @@ impl Execution<'_> {
     }
 
     /// Sets one condition to the value of an expression.
-    fn set(&self, into: &mut Conditions, condition: Condition, value: &Expression) -> Result<()> {
+    fn set(&mut self, into: &mut Conditions, condition: Condition, value: &Expression) -> Result<()> {
         match condition {
-            Condition::Speed => into.speed = self.percent("SPEED", value, 1.0)?,
-            Condition::Accel => into.accel = self.percent("ACCEL", value, 1.0)?,
-            Condition::Decel => into.decel = self.percent("DECEL", value, 1.0)?,
+            Condition::Speed => into.speed = self.percent("SPEED", value, 1.0, FULL)?,
+            Condition::Accel => into.accel = self.percent("ACCEL", value, 1.0, MAX_ACCEL)?,
+            Condition::Decel => into.decel = self.percent("DECEL", value, 1.0, MAX_ACCEL)?,
             Condition::Config => {
                 into.config = configuration(self.program.options.arm, self.double(value)?)?;
             }
@@ -71,7 +71,7 @@ impl Execution<'_> {
             Condition::Tool => into.tool = self.frame(value)?,
             Condition::Base => into.base = self.frame(value)?,
             Condition::Pass => {
-                into.pass = self.percent("PASS", value, 0.0)?;
+                into.pass = self.percent("PASS", value, 0.0, FULL)?;
                 into.passing = into.pass > 0.0;
             }
             Condition::Accur => {
@@ -87,16 +87,16 @@ impl Execution<'_> {
         Ok(())
     }
 
-    fn percent(&self, name: &str, value: &Expression, least: f64) -> Result<f64> {
+    fn percent(&mut self, name: &str, value: &Expression, least: f64, most: f64) -> Result<f64> {
         let percent = self.double(value)?;
-        if (least..=100.0).contains(&percent) {
+        if (least..=most).contains(&percent) {
             return Ok(percent);
         }
-        FaultKind::Range.fail(format!("{name} takes {least} to 100, found {percent}"))
+        FaultKind::Range.fail(format!("{name} takes {least} to {most}, found {percent}"))
     }
 
     /// What a statement asks for.
-    pub fn request(&self, ask: &Ask) -> Result<PendingRequest> {
+    pub fn request(&mut self, ask: &Ask) -> Result<PendingRequest> {
         let mut targets = Vec::new();
         let request = match ask {
             Ask::Move { motion, with } => self.motion(motion, with)?,
@@ -136,23 +136,29 @@ impl Execution<'_> {
     }
 
     /// The places of variables, in their order.
-    fn places(&self, variables: &[Variable]) -> Result<Vec<ValuePlace>> {
+    fn places(&mut self, variables: &[Variable]) -> Result<Vec<ValuePlace>> {
         variables.iter().map(|variable| self.place(variable)).collect()
     }
 
-    fn motion(&self, motion: &MotionKind, with: &[(Condition, Expression)]) -> Result<Request> {
+    fn motion(&mut self, motion: &MotionKind, with: &[(Condition, Expression)]) -> Result<Request> {
         let mut conditions = self.memory.conditions().clone();
+        let mut over_full: Option<f64> = None;
         for (condition, value) in with {
             self.set(&mut conditions, *condition, value)?;
+            let percent = conditions.over_full(*condition);
+            over_full = percent
+                .map(|percent| over_full.map_or(percent, |other| other.max(percent)))
+                .or(over_full);
         }
         Ok(Request::Move(Box::new(Motion {
             path: self.path(motion)?,
             conditions,
+            over_full,
             own_frames: with.iter().any(|(condition, _)| condition.is_frame()),
         })))
     }
 
-    fn pulse(&self, line: &Expression, seconds: &Expression) -> Result<Request> {
+    fn pulse(&mut self, line: &Expression, seconds: &Expression) -> Result<Request> {
         let (line, on) = self.signal(line)?;
         if !on {
             return FaultKind::Range.fail(format!("PULOUT takes an output from 1 up, found -{line}"));
@@ -161,7 +167,7 @@ impl Execution<'_> {
         Ok(Request::Pulse { line, seconds })
     }
 
-    fn frame(&self, value: &Expression) -> Result<Frame> {
+    fn frame(&mut self, value: &Expression) -> Result<Frame> {
         let found = self.evaluate(value)?;
         let Value::Coordinate(trans) = found else {
             return Err(unexpected("coordinate data", &found));
@@ -172,7 +178,7 @@ impl Execution<'_> {
         })
     }
 
-    fn position(&self, value: &Expression) -> Result<Position> {
+    fn position(&mut self, value: &Expression) -> Result<Position> {
         let found = self.evaluate(value)?;
         let Value::Position(position) = found else {
             return Err(unexpected("positional data", &found));
@@ -180,7 +186,7 @@ impl Execution<'_> {
         Ok(*position)
     }
 
-    fn path(&self, motion: &MotionKind) -> Result<Path> {
+    fn path(&mut self, motion: &MotionKind) -> Result<Path> {
         Ok(match motion {
             MotionKind::Ptp(to) => Path::Ptp(self.position(to)?),
             MotionKind::Line(to) => Path::Line(self.position(to)?),
@@ -189,12 +195,12 @@ impl Execution<'_> {
                 end: self.position(end)?,
             },
             MotionKind::Arch([end, gate]) => {
-                let [rise, height, descent, ..] = self.position(gate)?.coords;
+                let [retreat, single_axis_1, single_axis_2, ..] = self.position(gate)?.coords;
                 Path::Arch {
                     end: self.position(end)?,
-                    rise,
-                    height,
-                    descent,
+                    retreat,
+                    single_axis_1,
+                    single_axis_2,
                 }
             }
             MotionKind::Axis([axis, value]) => Path::Axis {
@@ -209,7 +215,7 @@ impl Execution<'_> {
         })
     }
 
-    pub fn axis(&self, axis: &Expression) -> Result<u8> {
+    pub fn axis(&mut self, axis: &Expression) -> Result<u8> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
             Ok(number @ 1..=MAX_AXIS) => Ok(number),
@@ -217,7 +223,7 @@ impl Execution<'_> {
         }
     }
 
-    fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64> {
+    fn seconds(&mut self, name: &str, seconds: &Expression) -> Result<f64> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
             return FaultKind::Range.fail(format!("{name} takes seconds from 0 up, found {seconds}"));
@@ -225,7 +231,7 @@ impl Execution<'_> {
         Ok(seconds)
     }
 
-    fn print(&self, channel: Channel, items: &[Item], cr: bool) -> Result<Request> {
+    fn print(&mut self, channel: Channel, items: &[Item], cr: bool) -> Result<Request> {
         if let ([Item::Text(text)], false) = (items, cr)
             && text == BUFFER_RESET
             && channel != Channel::Tp

@@ -9,6 +9,7 @@ use super::arithmetic::double;
 use super::place::{Argument, ValuePlace};
 use super::request_values::MAX_AXIS;
 use super::{Loop, Machine, PendingRequest, RunPhase, is_motion};
+use crate::conditions::{FULL, MAX_ACCEL};
 use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, expect};
@@ -123,6 +124,10 @@ fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) 
             expect(count, "outputs that count from 1")
         }
         Request::Hand { hand, .. } => expect((1..=2).contains(hand), "hand 1 or 2"),
+        Request::OverFull { percent } => expect(
+            (FULL..=MAX_ACCEL).contains(percent),
+            "ACCEL and DECEL of 1 to 100000",
+        ),
         Request::SetTimer { seconds } => snapshot::numbers(&[*seconds]),
         Request::Task { program: block } => {
             let exists = *block < program.blocks.len() && targets.len() <= 1;
@@ -155,12 +160,12 @@ fn check_path(path: &Path) -> Result<(), RestoreError> {
         }
         Path::Arch {
             end,
-            rise,
-            height,
-            descent,
+            retreat,
+            single_axis_1,
+            single_axis_2,
         } => {
             snapshot::position(end)?;
-            snapshot::numbers(&[*rise, *height, *descent])
+            snapshot::numbers(&[*retreat, *single_axis_1, *single_axis_2])
         }
         Path::Axis { axis: number, value } => axis(*number, *value),
         Path::AxisBy { axis: number, delta } => axis(*number, *delta),

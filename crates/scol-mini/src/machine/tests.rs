@@ -7,6 +7,8 @@ use std::string::ToString;
 use std::vec;
 
 mod numbers;
+mod reference;
+mod resets;
 
 struct World {
     din: u16,
@@ -489,7 +491,7 @@ fn motions_carry_their_conditions() {
     assert_eq!(motions[3].conditions.speed, 5.0);
     assert_eq!(motions[4].path, Path::AxisBy { axis: 2, delta: -1.0 });
     assert!(
-        matches!(&motions[5].path, Path::Arch { rise: 10.0, height: 50.0, descent: 5.0, end } if end.coords[0] == 1.0)
+        matches!(&motions[5].path, Path::Arch { retreat: 10.0, single_axis_1: 50.0, single_axis_2: 5.0, end } if end.coords[0] == 1.0)
     );
     assert_eq!(motions[5].conditions.speed, 7.0);
     assert_eq!(motions[6].path, Path::Ready);
@@ -568,14 +570,16 @@ fn direct_statements_see_global_and_data_only() {
 }
 
 #[test]
-fn rcycle_is_a_place_to_go_on_from() {
-    let (mut machine, mut memory) = start("PROGRAM M\nA=0\nRCYCLE:\nA=A+1\nEND\n");
-    assert_eq!(machine.run(&mut memory, &STILL, &mut 99), Pause::Ended);
-    assert!(machine.go_to_rcycle());
-    assert_eq!(machine.line(), 4);
-    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Fuel);
-    let (mut machine, _) = start("PROGRAM M\nEND\n");
-    assert!(!machine.go_to_rcycle());
+fn a_condition_at_fault_leaves_the_statement_under_way() {
+    let (mut machine, mut memory) =
+        start("PROGRAM M\nDIM A(1) AS INTEGER\nI=1\nON A(I)==2 DO GOTO L\nI=9\nI=3\nL:\nEND\n");
+    for _ in 0..3 {
+        assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Fuel);
+    }
+    let fault = machine.check_monitors(&mut memory, &STILL).unwrap_err();
+    assert_eq!((fault.kind, fault.line), (FaultKind::Subscript, 4));
+    assert_eq!(machine.line(), 6);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 9), Pause::Ended);
 }
 
 // clause: DATA-09 CMD-MW-06

@@ -1,132 +1,106 @@
 //! Runs the instructions of a program: the loop of the machine.
 //!
-//! Instructions compute with numbers on the cells of the memory. An instruction whose operands are something else (no value
-//! yet, a position) or whose result does not fit changes nothing. The machine then executes the operation of its step with
-//! values of any kind (`execute`), which also reports the fault. The instructions are defined in `code`; start with
-//! [`Machine::compute`].
+//! Almost everything a program computes is a number, so each instruction tries numbers first. Other values, and numbers that
+//! are converted, take a function beside the loop (`#[inline(never)]`): the loop is fast because it is small. Statements are
+//! executed in `execute`, the instructions are defined in `code`; start with [`Execution::compute`].
 
-use super::arithmetic::{binary, holds, reals_hold, truncated, truth, unary};
+use crate::prelude::*;
+
+use super::arithmetic::{binary, holds, integers, real, reals, reals_hold, truth, unary};
+use super::evaluate::{Execution, component, no_component};
 use super::functions::numeric;
 use super::place::{Argument, ValuePlace};
-use super::{Loop, Machine};
-use crate::cell::{Cell, Held};
-use crate::code::{Array, Code, Instruction, Op, Operands, Passed, Register, Rows, TEMPORARIES, Target};
-use crate::options::LanguageOptions;
-use crate::program::Program;
-use crate::tree::{Binary, Relation};
+use super::{Result, RunPhase, needs_host};
+use crate::cell::Cell;
+use crate::code::{Array, Instruction, Op, Operands, Register, Target};
+use crate::program::Operation;
+use crate::request::Fault;
+use crate::tree::{Binary, Formula, Relation};
 use crate::value::Number;
-
-/// Why the instructions stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// The next statement has no fuel.
-    Fuel,
-    /// The operation of the step is to be executed; the fuel for it is paid.
-    Step,
-    /// The main program is over.
-    End,
-}
 
 /// Where an instruction leads.
 enum Next {
     Following,
     To(Target),
-    End,
+    /// The formula is done, or the machine is where it stays: `at` and `state` say where and why.
+    Stop,
 }
 
-/// The cells a program computes on.
-struct Registers<'a> {
-    cells: &'a mut [Cell],
-    /// The first temporary.
-    temporaries: usize,
-    /// Reals that differ by so much or less are equal.
-    within: f32,
-}
-
-impl Machine {
-    /// Runs instructions from the step at `at` on, until one needs its step or the fuel is used up.
+impl Execution<'_> {
+    /// Runs instructions from this one on, until one stops or the fuel is used up.
+    ///
+    /// # Errors
+    /// The fault of a statement, where `at` is then.
     #[inline(never)]
-    pub(super) fn compute(&mut self, program: &Program, cells: &mut [Cell], fuel: &mut u32) -> Stop {
-        let code = &program.code;
-        let Some(entry) = code.entries.get(self.at) else {
-            return Stop::End;
-        };
-        let (mut at, mut left) = (*entry as usize, *fuel);
-        let (temporaries, within) = (program.symbols.cells, program.options.equal_within);
-        let stop = loop {
+    pub(super) fn compute(&mut self, mut at: usize, fuel: &mut u64) -> Result<()> {
+        let code = &self.program.code;
+        let mut left = *fuel;
+        let result = loop {
             let Some(Instruction { cost, op }) = code.instructions.get(at) else {
-                break Stop::End;
+                self.machine.at = self.program.steps.len();
+                self.machine.state = RunPhase::Ended;
+                break Ok(());
             };
-            let Some(rest) = left.checked_sub(u32::from(*cost)) else {
-                break Stop::Fuel;
+            let Some(rest) = left.checked_sub(u64::from(*cost)) else {
+                self.machine.at = self.step(at);
+                break Ok(());
             };
             left = rest;
-            // Made anew for each instruction: a value that lives longer would be kept in memory.
-            let registers = Registers {
-                cells,
-                temporaries,
-                within,
-            };
-            match self.instruction(program, op, registers) {
-                Some(Next::Following) => at += 1,
-                Some(Next::To(target)) => at = target as usize,
-                Some(Next::End) => break Stop::End,
-                None => break Stop::Step,
+            match self.instruction(at, op) {
+                Ok(Next::Following) => at += 1,
+                Ok(Next::To(target)) => at = target as usize,
+                Ok(Next::Stop) => break Ok(()),
+                Err(fault) => break Err(self.first_fault(at, fault)),
             }
         };
         *fuel = left;
-        let step = code.steps.get(at).map(|step| *step as usize);
-        self.at = step.unwrap_or(program.steps.len());
-        stop
+        result
     }
 
-    /// Does one instruction; `None`: nothing has happened, and its step has to do it.
+    /// The register that has the value of an operand.
+    pub(super) fn result(&mut self, formula: Formula) -> Result<Register> {
+        if let Some(start) = formula.start {
+            self.compute(start as usize, &mut 0)?;
+        }
+        Ok(formula.result)
+    }
+
+    /// Does one instruction.
     #[inline(always)]
-    #[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
-    fn instruction(&mut self, program: &Program, op: &Op, mut registers: Registers<'_>) -> Option<Next> {
+    fn instruction(&mut self, at: usize, op: &Op) -> Result<Next> {
         // Operands are taken apart here: handed on as one value they would be copied and cut up again.
         match *op {
-            Op::Step => return None,
-            Op::Jump(target) => return Some(Next::To(target)),
-            Op::Call(number) => return self.called(&program.code, number, registers.cells),
-            Op::Return => return self.returned(&program.code),
+            Op::Execute => return self.statement(at),
+            Op::Done => return Ok(Next::Stop),
+            Op::Jump(target) => return Ok(Next::To(target)),
+            Op::Skip(count) => return Ok(Next::To(at as Target + 1 + count)),
+            Op::Call(target) => {
+                self.called(at)?;
+                return Ok(Next::To(target));
+            }
+            Op::Return => return Ok(self.returned(at)),
             Op::Next {
-                variable,
+                counter,
                 opener,
                 target,
             } => {
-                if self.counted(variable, opener as usize, &mut registers)? {
-                    return Some(Next::To(target));
+                if self.next(counter, opener as usize)? {
+                    return Ok(Next::To(target));
                 }
             }
             Op::Copy { to, a } => {
-                let value = registers.get(a)?;
-                registers.put(to, value)?;
-            }
-            Op::Add(Operands { to, a, b }) => {
-                registers.arithmetic(to, a, b, i32::checked_add, |a, b| a + b)?;
-            }
-            Op::Subtract(Operands { to, a, b }) => {
-                registers.arithmetic(to, a, b, i32::checked_sub, |a, b| a - b)?;
-            }
-            Op::Multiply(Operands { to, a, b }) => {
-                registers.arithmetic(to, a, b, i32::checked_mul, |a, b| a * b)?;
-            }
-            Op::Divide(Operands { to, a, b }) => {
-                let [left, right] = [registers.get(a)?, registers.get(b)?];
-                if Cell::integers([left, right]).is_none() {
-                    // What is divided by zero is not finite, and left to the step.
-                    registers.put_real(to, left.single()? / right.single()?)?;
-                } else {
-                    registers.binary(Binary::Divide, to, a, b, &program.options)?;
+                if self.registers().copy(to, a).is_none() {
+                    self.copy(to, a)?;
                 }
             }
-            Op::Binary(operator, Operands { to, a, b }) => {
-                registers.binary(operator, to, a, b, &program.options)?;
-            }
+            Op::Add(operands) => self.arithmetic(Binary::Add, operands)?,
+            Op::Subtract(operands) => self.arithmetic(Binary::Subtract, operands)?,
+            Op::Multiply(operands) => self.arithmetic(Binary::Multiply, operands)?,
+            Op::Divide(operands) => self.arithmetic(Binary::Divide, operands)?,
+            Op::Binary(operator, operands) => self.operator(operator, operands)?,
             Op::Unary { operator, to, a } => {
-                let value = unary(operator, registers.number(a)?).ok()?;
-                registers.put(to, value.into())?;
+                let number = unary(operator, self.number_in(a)?)?;
+                self.put(to, number)?;
             }
             Op::Branch {
                 relation,
@@ -134,253 +108,270 @@ impl Machine {
                 b,
                 target,
             } => {
-                if !registers.holds(relation, a, b)? {
-                    return Some(Next::To(target));
+                if !self.holds(relation, a, b)? {
+                    return Ok(Next::To(target));
                 }
             }
             Op::Truth { a, target } => {
-                if !truth(registers.number(a)?) {
-                    return Some(Next::To(target));
+                if !truth(self.number_in(a)?) {
+                    return Ok(Next::To(target));
                 }
             }
-            Op::Function(function, Operands { to, a, b }) => {
-                let (a, b) = (registers.number(a)?, registers.number(b)?);
-                registers.put(to, numeric(function, a, b, &program.options).ok()?.into())?;
+            Op::Numeric(function, Operands { to, a, b }) => {
+                let (a, b) = (self.number_in(a)?, self.number_in(b)?);
+                self.put(to, numeric(function, a, b, &self.program.options)?)?;
             }
+            Op::Function { to, function } => {
+                if let Some((builtin, arguments)) = self.program.code.functions.get(function as usize) {
+                    let value = self.function(*builtin, arguments)?;
+                    self.store(to, value)?;
+                }
+            }
+            Op::System { to, system } => {
+                let value = self.system(system);
+                self.store(to, value)?;
+            }
+            Op::Component { to, a, letter } => self.coordinate(to, a, letter)?,
             Op::Load { to, array, index } => {
-                let value = registers.get(registers.element(array, index)?)?;
-                registers.put(to, value)?;
+                let mut registers = self.registers();
+                let element = registers.element(array, index);
+                if element.and_then(|element| registers.copy(to, element)).is_none() {
+                    let element = self.element_of(array, index)?;
+                    self.copy(to, element)?;
+                }
             }
             Op::Store { array, index, a } => {
-                let value = registers.get(a)?;
-                registers.put(registers.element(array, index)?, value)?;
+                let mut registers = self.registers();
+                let element = registers.element(array, index);
+                if element.and_then(|element| registers.copy(element, a)).is_none() {
+                    self.store_element(array, index, a)?;
+                }
             }
-            Op::Flatten(Operands { to, a, b }, rows) => {
-                let index = flat(rows, registers.get(a)?, registers.get(b)?)?;
-                registers.put(to, Cell::integer(index))?;
-            }
-            Op::Fetch { to, parameter } => {
-                let value = self.parameter(parameter, &registers)?;
-                registers.put(to, value)?;
-            }
-            Op::Put { parameter, a } => {
-                let value = registers.get(a)?;
-                self.put_parameter(parameter, value, registers)?;
-            }
+            Op::Fetch {
+                to,
+                variable,
+                parameter,
+            } => match self.parameter(parameter) {
+                Some(number) => self.put(to, number)?,
+                None => self.fetch_into(to, variable)?,
+            },
+            // An argument by value is a place of the call, not a register.
+            Op::Put {
+                variable,
+                parameter,
+                a,
+            } => match (self.parameter_cell(parameter), self.cell(a).number()) {
+                (Some(cell), Some(number)) => self.put(cell, number)?,
+                _ => self.put_variable(variable, a)?,
+            },
             Op::Choose { a, first, count } => {
-                if let Some(target) = choice(&program.code, registers.get(a)?.as_integer()?, first, count) {
-                    return Some(Next::To(target));
+                if let Some(target) = self.choice(a, first, count)? {
+                    return Ok(Next::To(target));
                 }
             }
         }
-        Some(Next::Following)
+        Ok(Next::Following)
     }
 
-    /// Enters a program; calls that are nested too deep are left to the step.
-    fn called(&mut self, code: &Code, number: u32, cells: &[Cell]) -> Option<Next> {
-        let call = code.calls.get(number as usize)?;
-        let first = self.arguments.len();
-        for passed in &call.arguments {
-            match self.passed(*passed, cells) {
-                Some(argument) => self.arguments.push(argument),
-                None => {
-                    self.arguments.truncate(first);
-                    return None;
-                }
+    /// An operator. One comparison finds two integers: loops of integers are a fifth faster for it.
+    #[inline(always)]
+    fn arithmetic(&mut self, operator: Binary, Operands { to, a, b }: Operands) -> Result<()> {
+        let options = &self.program.options;
+        let mut registers = self.registers();
+        let (left, right) = (registers.cell(a), registers.cell(b));
+        let number = if let Some([left, right]) = Cell::integers([left, right]) {
+            integers(operator, left, right, options)?
+        } else if let (Some(left), Some(right)) = (left.single(), right.single()) {
+            reals(operator, left, right, options.equal_within)?
+        } else {
+            return self.any_arithmetic(operator, to, a, b);
+        };
+        match registers.put(to, number) {
+            Some(()) => Ok(()),
+            None => self.store(to, number.into()),
+        }
+    }
+
+    /// An operator that has no instruction of its own.
+    #[inline(never)]
+    fn operator(&mut self, operator: Binary, operands: Operands) -> Result<()> {
+        self.arithmetic(operator, operands)
+    }
+
+    /// The same with values of any kind, and with those that are wrong: the left one is reported first.
+    #[inline(never)]
+    fn any_arithmetic(&mut self, operator: Binary, to: Register, a: Register, b: Register) -> Result<()> {
+        let value = if operator.takes_vectors() {
+            let (left, right) = (self.value_in(a)?, self.value_in(b)?);
+            self.combined(operator, left, right)?
+        } else {
+            let (left, right) = (self.number_in(a)?, self.number_in(b)?);
+            binary(operator, left, right, &self.program.options)?.into()
+        };
+        self.store(to, value)
+    }
+
+    #[inline(always)]
+    fn holds(&self, relation: Relation, a: Register, b: Register) -> Result<bool> {
+        let within = self.program.options.equal_within;
+        let (left, right) = (self.cell(a), self.cell(b));
+        if let Some([left, right]) = Cell::integers([left, right]) {
+            return Ok(holds(relation, &left, &right));
+        }
+        if let (Some(left), Some(right)) = (left.single(), right.single()) {
+            return Ok(reals_hold(relation, left, right, within));
+        }
+        // One of them is no number.
+        self.number_in(a).and(self.number_in(b)).map(|_| false)
+    }
+
+    #[inline(never)]
+    fn coordinate(&mut self, to: Register, a: Register, letter: u8) -> Result<()> {
+        let mut value = self.value_in(a)?;
+        match component(self.program.options.arm, &mut value, letter) {
+            Some(coordinate) => {
+                let number = real(*coordinate as f32)?;
+                self.put(to, number)
             }
-        }
-        let entered = self.push_frame(first, call.return_to as usize);
-        entered.then_some(Next::To(call.entry))
-    }
-
-    #[inline(always)]
-    fn passed(&self, passed: Passed, cells: &[Cell]) -> Option<Argument> {
-        Some(match passed {
-            Passed::Variable { slot, cell } => Argument::Place(ValuePlace::Cell {
-                slot: slot as usize,
-                cell: cell as usize,
-            }),
-            Passed::Parameter(parameter) => Argument::Place(self.parameter_place(usize::from(parameter))?),
-            Passed::Value(register) => Argument::Number(cells.get(usize::from(register))?.number()?),
-        })
-    }
-
-    /// Leaves the program under way.
-    #[inline(always)]
-    fn returned(&mut self, code: &Code) -> Option<Next> {
-        match self.pop_frame() {
-            Some(step) => code.entries.get(step).map(|entry| Next::To(*entry)),
-            None => Some(Next::End),
+            None => Err(no_component(&value, letter)),
         }
     }
 
-    /// Counts the innermost loop on, if it is the one of this FOR and counts with integers; `false` when that ends it.
-    #[inline(always)]
-    fn counted(&mut self, variable: Register, opener: usize, registers: &mut Registers<'_>) -> Option<bool> {
-        let frame = self.frames.last()?;
-        let open: &Loop = self.loops.get(frame.loops..)?.last()?;
-        if open.opener != opener {
-            return None;
-        }
-        let place = registers.cells.get_mut(usize::from(variable))?;
-        let [now, step, limit] = Cell::integers([*place, Cell::from(open.step), Cell::from(open.limit)])?;
-        let now = now.checked_add(step)?;
-        *place = Cell::integer(now);
-        let over = if step > 0 { now > limit } else { now < limit };
-        if over {
-            self.loops.pop();
-        }
-        Some(!over)
+    /// The register of an element of an array.
+    #[inline(never)]
+    fn element_of(&mut self, array: Array, index: Register) -> Result<Register> {
+        let index = self.integer_in(index)?;
+        let cell = self.element(self.slot(array.base), array.base as usize, &[index])?;
+        Ok(cell as Register)
     }
 
+    #[inline(never)]
+    fn store_element(&mut self, array: Array, index: Register, a: Register) -> Result<()> {
+        // The value comes before the subscript, although it is written after it.
+        let value = self.value_in(a)?;
+        let element = self.element_of(array, index)?;
+        self.store(element, value)
+    }
+
+    /// The number of a parameter, if it stands for one.
     #[inline(always)]
-    fn parameter(&self, parameter: u16, registers: &Registers<'_>) -> Option<Cell> {
-        match self.parameter_place(usize::from(parameter))? {
-            ValuePlace::Cell { cell, .. } => registers.cells.get(cell).copied(),
-            ValuePlace::Argument(at) => match self.arguments.get(at)? {
-                Argument::Number(number) => Some(Cell::from(*number)),
+    fn parameter(&self, parameter: Option<u32>) -> Option<Number> {
+        match self.machine.parameter_place(parameter? as usize)? {
+            ValuePlace::Cell { cell, .. } => self.cell(cell as Register).number(),
+            ValuePlace::Argument(at) => match self.machine.arguments.get(at)? {
+                Argument::Number(number) => Some(*number),
                 Argument::Place(_) | Argument::Vector(_) | Argument::Unset => None,
             },
         }
     }
 
-    /// Only a variable of the caller is written here.
+    /// The register of a parameter that stands for a variable of the caller.
     #[inline(always)]
-    fn put_parameter(&self, parameter: u16, value: Cell, mut registers: Registers<'_>) -> Option<()> {
-        match self.parameter_place(usize::from(parameter))? {
-            ValuePlace::Cell { cell, .. } => registers.put(Register::try_from(cell).ok()?, value),
+    fn parameter_cell(&self, parameter: Option<u32>) -> Option<Register> {
+        match self.machine.parameter_place(parameter? as usize)? {
+            ValuePlace::Cell { cell, .. } => Some(cell as Register),
             ValuePlace::Argument(_) => None,
         }
     }
-}
 
-impl Registers<'_> {
-    #[inline(always)]
-    fn get(&self, register: Register) -> Option<Cell> {
-        self.cells.get(usize::from(register)).copied()
-    }
-
-    #[inline(always)]
-    fn number(&self, register: Register) -> Option<Number> {
-        self.get(register)?.number()
-    }
-
-    /// Stores an integer where one is, or in a temporary.
-    #[inline(always)]
-    fn put_integer(&mut self, to: Register, value: i32) -> Option<()> {
-        let is_temporary = self.is_temporary(to);
-        let place = self.cells.get_mut(usize::from(to))?;
-        if place.is_integer() || is_temporary {
-            *place = Cell::integer(value);
-            return Some(());
+    #[inline(never)]
+    fn fetch_into(&mut self, to: Register, variable: u32) -> Result<()> {
+        let program = self.program;
+        if let Some(variable) = program.code.variables.get(variable as usize) {
+            let value = self.fetch(variable)?;
+            self.store(to, value)?;
         }
-        convert_into(place, Number::Integer(value))
+        Ok(())
     }
 
-    /// Stores a real where one is, or in a temporary; it has to be finite.
-    #[inline(always)]
-    fn put_real(&mut self, to: Register, value: f32) -> Option<()> {
-        let is_temporary = self.is_temporary(to);
-        let place = self.cells.get_mut(usize::from(to))?;
-        if !value.is_finite() {
-            return None;
+    #[inline(never)]
+    fn put_variable(&mut self, variable: u32, a: Register) -> Result<()> {
+        let value = self.value_in(a)?;
+        let program = self.program;
+        if let Some(variable) = program.code.variables.get(variable as usize) {
+            let place = self.place(variable)?;
+            self.write(place, value)?;
         }
-        if place.is_real() || is_temporary {
-            *place = Cell::real(value);
-            return Some(());
-        }
-        convert_into(place, Number::Real(value))
+        Ok(())
     }
 
-    /// Stores a number.
+    /// The target of a computed GOTO, counted from 1.
     #[inline(always)]
-    fn put(&mut self, to: Register, value: Cell) -> Option<()> {
-        if let Some(value) = value.as_integer() {
-            return self.put_integer(to, value);
-        }
-        self.put_real(to, value.as_real()?)
+    fn choice(&self, a: Register, first: u32, count: u32) -> Result<Option<Target>> {
+        // What is less than 1 becomes more than there are.
+        let at = (self.integer_in(a)? as u32).wrapping_sub(1);
+        let choices = self.program.code.choices.get(first as usize..);
+        let target = choices.and_then(|choices| choices.get(at as usize));
+        Ok(target.copied().filter(|_| at < count))
     }
 
-    #[inline(always)]
-    fn is_temporary(&self, register: Register) -> bool {
-        usize::from(register).wrapping_sub(self.temporaries) < TEMPORARIES
-    }
-
-    #[inline(always)]
-    fn binary(
-        &mut self,
-        operator: Binary,
-        to: Register,
-        a: Register,
-        b: Register,
-        options: &LanguageOptions,
-    ) -> Option<()> {
-        let (a, b) = (self.number(a)?, self.number(b)?);
-        self.put(to, binary(operator, a, b, options).ok()?.into())
-    }
-
-    #[inline(always)]
-    fn arithmetic(
-        &mut self,
-        to: Register,
-        a: Register,
-        b: Register,
-        integers: impl Fn(i32, i32) -> Option<i32>,
-        reals: impl Fn(f32, f32) -> f32,
-    ) -> Option<()> {
-        let (a, b) = (self.get(a)?, self.get(b)?);
-        if let Some([a, b]) = Cell::integers([a, b]) {
-            return self.put_integer(to, integers(a, b)?);
-        }
-        self.put_real(to, reals(a.single()?, b.single()?))
-    }
-
-    #[inline(always)]
-    fn holds(&self, relation: Relation, a: Register, b: Register) -> Option<bool> {
-        let (a, b) = (self.get(a)?, self.get(b)?);
-        let holds = match Cell::integers([a, b]) {
-            Some([a, b]) => holds(relation, &a, &b),
-            None => reals_hold(relation, a.single()?, b.single()?, self.within),
+    /// Executes the operation of a step.
+    #[inline(never)]
+    fn statement(&mut self, at: usize) -> Result<Next> {
+        self.machine.at = self.step(at);
+        let program = self.program;
+        let Some(step) = program.steps.get(self.machine.at) else {
+            return Ok(Next::Stop);
         };
-        Some(holds)
+        self.execute(&step.operation)?;
+        if self.machine.state != RunPhase::Ready || needs_host(&step.operation) {
+            return Ok(Next::Stop);
+        }
+        Ok(self.entry(self.machine.at))
     }
 
-    /// The cell of an element; `None` outside the array.
+    /// Enters a program.
+    #[inline(never)]
+    fn called(&mut self, at: usize) -> Result<()> {
+        self.machine.at = self.step(at);
+        let program = self.program;
+        match program.steps.get(self.machine.at).map(|step| &step.operation) {
+            Some(Operation::Call { arguments, .. }) => self.call(self.machine.at + 1, arguments),
+            _ => Ok(()),
+        }
+    }
+
+    /// Leaves the program under way; the main program ends.
     #[inline(always)]
-    fn element(&self, array: Array, index: Register) -> Option<Register> {
-        // A negative subscript is beyond any array.
-        let index = self.get(index)?.as_integer()? as u32;
-        (index < u32::from(array.length)).then(|| array.base.wrapping_add(index as u16))
+    fn returned(&mut self, at: usize) -> Next {
+        match self.machine.pop_frame() {
+            Some(step) => self.entry(step),
+            None => {
+                self.machine.at = self.step(at);
+                self.machine.state = RunPhase::Ended;
+                Next::Stop
+            }
+        }
     }
-}
 
-/// Stores a number as the kind of the number that it replaces. The first value of a variable fixes its kind: that is left
-/// to the step.
-#[inline(never)]
-fn convert_into(place: &mut Cell, value: Number) -> Option<()> {
-    *place = match (place.held(), value) {
-        (Held::Real(_), Number::Integer(value)) => Cell::real(value as f32),
-        (Held::Integer(_), Number::Real(value)) => Cell::integer(truncated(value).ok()?),
-        _ => return None,
-    };
-    Some(())
-}
-
-/// Two subscripts as one.
-fn flat(Rows { row, length }: Rows, a: Cell, b: Cell) -> Option<i32> {
-    let a = u32::try_from(a.as_integer()?).ok()?;
-    let b = u32::try_from(b.as_integer()?).ok()?;
-    let index = a.checked_mul(u32::from(row))?.checked_add(b)?;
-    let exists = b < u32::from(row) && index < u32::from(length);
-    exists.then(|| i32::try_from(index).ok()).flatten()
-}
-
-/// The target of a computed GOTO, counted from 1.
-#[inline(always)]
-fn choice(code: &Code, number: i32, first: u32, count: u16) -> Option<Target> {
-    let at = usize::try_from(number).ok()?.checked_sub(1)?;
-    if at >= usize::from(count) {
-        return None;
+    /// The first instruction of a step.
+    fn entry(&self, step: usize) -> Next {
+        let entry = self.program.code.entries.get(step).copied();
+        Next::To(entry.unwrap_or(Target::MAX))
     }
-    code.choices.get(first as usize + at).copied()
+
+    /// The step of an instruction.
+    fn step(&self, at: usize) -> usize {
+        let step = self.program.code.steps.get(at);
+        step.map_or(self.program.steps.len(), |step| *step as usize)
+    }
+
+    /// The fault of an instruction, or that of an operand on its left, which the source has first. To read each left
+    /// operand where it is written would take an instruction more in every sum.
+    #[cold]
+    fn first_fault(&mut self, at: usize, fault: Box<Fault>) -> Box<Fault> {
+        self.machine.at = self.step(at);
+        let at = at as Target;
+        let operands = self.program.code.operands.iter();
+        for left in operands.filter(|left| left.before.contains(&at)) {
+            let read = match left.is_number {
+                true => self.number_in(left.register).map(drop),
+                false => self.value_in(left.register).map(drop),
+            };
+            if let Err(first) = read {
+                return first;
+            }
+        }
+        fault
+    }
 }

@@ -15,8 +15,7 @@ use crate::value::{Value, ValueKind};
 const DIRECT: u16 = 0;
 
 /// The variables of the programs as one task has them.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Locals {
     pub(super) cells: Vec<Cell>,
     pub(super) kinds: Vec<Option<ValueKind>>,
@@ -36,9 +35,16 @@ impl Memory {
             return;
         }
         let slots = &program.symbols.slots;
+        let own = self.parked.remove(&task);
+        let others = self.exchange_locals(slots, own);
+        self.parked.insert(self.task, others);
+        self.task = task;
+    }
+
+    /// Brings these variables into the cells, or those of a task that begins; returns what the cells held before.
+    fn exchange_locals(&mut self, slots: &[Slot], own: Option<Locals>) -> Locals {
         let (first, range) = extent(slots, self.cells.variables);
         let locals = slots.get(first..).unwrap_or_default();
-        let own = self.parked.remove(&task);
         let fresh = own.is_none();
         let own = own.unwrap_or_else(|| Locals {
             cells: core::iter::repeat_n(Cell::EMPTY, range.len()).collect(),
@@ -49,11 +55,10 @@ impl Memory {
             cells: self.cells.all.splice(range, own.cells).collect(),
             kinds: self.kinds.splice(first.., own.kinds).collect(),
         };
-        self.parked.insert(self.task, others);
-        self.task = task;
         if fresh {
             self.begin(locals);
         }
+        others
     }
 
     /// A task has ended: its variables are gone. Those of the main program stay.
@@ -74,6 +79,14 @@ impl Memory {
         for locals in core::mem::take(&mut self.parked).values() {
             self.release(locals);
         }
+    }
+
+    /// The variables of the programs begin as in a task that was just started. All tasks but the main program have
+    /// ended. GLOBAL, DATA and the conditions stay.
+    pub fn reset_locals(&mut self, program: &Program) {
+        self.drop_tasks(program);
+        let old = self.exchange_locals(&program.symbols.slots, None);
+        self.release(&old);
     }
 
     /// What these variables hold is needed no more.

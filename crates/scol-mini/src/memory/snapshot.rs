@@ -40,7 +40,6 @@ impl Memory {
             expect(is_free, "free places that nothing holds")?;
         }
         expect(places.left.is_empty(), "every place to be held or free")?;
-        self.cells.all.extend(program.code.working_cells());
         Ok(())
     }
 }

@@ -11,7 +11,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
 use crate::tree::{Binary, Expression, Node, Unary, Variable};
-use crate::value::Value;
+use crate::value::Number;
 
 /// The operator a token is and how tightly it binds.
 fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
@@ -102,9 +102,9 @@ impl Cursor<'_> {
         let node = match self.peek() {
             Some(Token::Integer(value)) => {
                 let value = i32::try_from(*value).map_err(|_| too_large(span.text(self.source), span))?;
-                Node::Literal(Value::Integer(value))
+                Node::Literal(Number::Integer(value))
             }
-            Some(Token::Real(value)) => Node::Literal(Value::Real(*value)),
+            Some(Token::Real(value)) => Node::Literal(Number::Real(*value)),
             Some(Token::Sign(Sign::Open)) => {
                 self.advance();
                 let inner = self.expression()?;
@@ -234,7 +234,7 @@ impl Cursor<'_> {
             return self.function(builtin, arguments, span);
         } else if let Some(value) = builtin::constant(word, self.arm) {
             self.advance();
-            Node::Literal(Value::Integer(value))
+            Node::Literal(Number::Integer(value))
         } else if let Some(system) = System::from_word(word) {
             self.advance();
             Node::System(system)

@@ -9,6 +9,7 @@ use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{self, Lexeme, Line, Sign, Token, leading_word, lines};
 use crate::options::LanguageOptions;
+use crate::outline::Place;
 use crate::suggest;
 use crate::tree::{Counting, Expression, Name, Statement, Variable};
 use crate::value::ValueKind;
@@ -39,15 +40,6 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
     }
     parser.finish();
     parser.file
-}
-
-/// Where in a file a line is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
-    Outside,
-    Global,
-    Program,
-    Data,
 }
 
 struct Parser<'a> {

@@ -19,7 +19,7 @@ use crate::options::Arm;
 use crate::tree::{Expression, Name, Statement};
 use crate::value::{Configuration, ValueKind};
 
-pub(crate) use file::{Place, parse_direct, parse_file};
+pub(crate) use file::{parse_direct, parse_file};
 
 /// A file as parsed.
 #[derive(Debug, Default)]

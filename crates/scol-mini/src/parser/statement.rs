@@ -137,7 +137,7 @@ impl Cursor<'_> {
             | Statement::Next(_)
             | Statement::Return
             | Statement::On { .. } => {
-                let problem = Diagnostic::new("E0103", span, "this statement cannot stand behind DO");
+                let problem = Diagnostic::new("E0103", span, "this statement cannot stand after DO");
                 Err(problem.help("GOTO, a call, or a statement that does one thing"))
             }
         }
@@ -198,7 +198,7 @@ impl Cursor<'_> {
 fn misplaced(word: &str, span: Span) -> Diagnostic {
     let problem = Diagnostic::new("E0103", span, format!("expected a statement, found {word}"));
     match word {
-        "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
+        "DIM" => problem.help("DIM is in GLOBAL or before the first statement of a program"),
         "TIMER" => problem,
         _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
         _ if System::from_word(word).is_some() => problem.help(format!("{word} can only be read")),

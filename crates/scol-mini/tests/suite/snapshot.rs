@@ -327,7 +327,9 @@ fn an_input_that_wants_more_numbers_than_it_has_variables_is_refused() {
     let (mut machine, mut memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
     machine.run(&mut memory, &World, &mut 1);
     let mut json = serde_json::to_value(&machine).unwrap();
-    let expected = json.pointer_mut("/state/Asked/request/Input/wanted").unwrap();
+    let expected = json
+        .pointer_mut("/state/Requested/request/Input/expected")
+        .unwrap();
     assert_eq!(*expected, 2);
     *expected = usize::MAX.into();
     let mut machine: Machine = serde_json::from_value(json).unwrap();

@@ -35,10 +35,11 @@ pub(super) const PROBES: &[Probe] = &[
     },
     Probe {
         id: "input-malformed",
-        question: "What does INPUT do with something that is no number?",
-        sends: "a program: INPUT IP1; a connection to IP1 that sends ABC",
-        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"ABC\r")),
-        readings: &["an alarm", "0"],
+        question: "What does INPUT do with something that is not a number?",
+        sends: "a program: INPUT IP1; a connection to IP1 that sends 12mm",
+        ask: Ask::Steps(|talk| inputs(talk, computes!("N = 5\r\nINPUT IP1, N\r\nR = N\r\n"), b"12mm\r")),
+        // 0 is 1 as the first number of [U25], which says nothing about the option.
+        readings: &["an alarm", "12", "0"],
         decides: Some(("input.malformed", &["alarm", "leading-number"])),
         ..PROGRAM
     },
@@ -108,14 +109,13 @@ pub(super) const PROBES: &[Probe] = &[
     },
     Probe {
         id: "input-lost-peer",
-        question: "What becomes of half a number when its sender leaves?",
+        question: "What happens to an INPUT with half a number when another peer comes?",
         sends: "a program: INPUT IP1; a connection that sends 12 and ends, another one that sends 3",
         ask: Ask::Steps(|talk| {
             talk.select(computes!("INPUT IP1, R\r\n"))?;
             talk.open(Line::Channel)?;
             talk.begin()?;
             talk.say(Line::Channel, b"12")?;
-            talk.wait(QUIET)?;
             talk.open(Line::Channel)?;
             talk.wait(QUIET)?;
             talk.say(Line::Channel, b"3\r")?;
@@ -123,7 +123,9 @@ pub(super) const PROBES: &[Probe] = &[
             talk.close(Line::Channel);
             Ok(plain(&talk.variable("R", 1)?))
         }),
-        readings: &["3", "123"],
+        // 0: the INPUT ended when the other one came.
+        readings: &["3", "123", "0"],
+        decides: Some(("channel.reconnect", &["keep", "keep", "release"])),
         ..PROGRAM
     },
     Probe {
@@ -162,7 +164,7 @@ pub(super) const PROBES: &[Probe] = &[
     },
 ];
 
-/// What a program prints on IP1.
+/// Reads the text that a program prints on IP1.
 fn prints(talk: &mut Talk<'_>, source: &str) -> Result<Heard, Trouble> {
     talk.select(source)?;
     talk.open(Line::Channel)?;

@@ -6,7 +6,7 @@ use crate::peer::{Line, PeerError};
 use crate::probe::{Ask, Probe};
 use crate::talk::{Heard, PATIENCE, Talk, Trouble};
 use std::time::Duration;
-use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::mn::MaintenanceItem;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 
@@ -247,12 +247,13 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "maintenance-form",
         question: "Which form has MN?",
-        sends: "MN",
-        ask: Ask::Form("MN", |content| match Maintenance::decode(content) {
-            Ok(_) => "records that end in CR",
+        sends: "MN,17",
+        ask: Ask::Form("MN,17", |content| match MaintenanceItem::decode(content) {
+            Ok(_) if content.ends_with(b"\r") => "a record that ends in CR",
+            Ok(_) => "a record without CR",
             Err(_) => forms::OTHER,
         }),
-        readings: &["records that end in CR"],
+        readings: &["a record that ends in CR", "a record without CR"],
         ..PRIVATE
     },
     Probe {

@@ -1,6 +1,7 @@
 //! Questions to the language, and to starts and stops. No axis moves.
 
 use super::ROW;
+use crate::forms;
 use crate::probe::{Ask, Class, Probe};
 use crate::talk::{FILE, Heard, Talk, Trouble};
 use std::time::Duration;
@@ -22,6 +23,10 @@ macro_rules! computes {
         concat!("GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\n", $body, "END\r\n" $(, $more)?)
     };
 }
+
+/// A program that reads a variable without a value.
+const WITHOUT_VALUE: &str =
+    "GLOBAL\r\nR = 7.0\r\nU\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN U = 1\r\nR = U\r\nEND\r\n";
 
 pub(super) const PROBES: &[Probe] = &[
     // First: without it the answers of the others mean nothing.
@@ -81,10 +86,23 @@ pub(super) const PROBES: &[Probe] = &[
         id: "undefined-variable",
         question: "What is a global variable that nobody has given a value?",
         sends: "a program: R = U",
-        ask: Ask::Stops(
-            "GLOBAL\r\nR = 7.0\r\nU\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN U = 1\r\nR = U\r\nEND\r\n",
-        ),
+        ask: Ask::Stops(WITHOUT_VALUE),
         readings: &["stopped", "0"],
+        ..PROGRAM
+    },
+    Probe {
+        id: "alarm-date",
+        question: "How does AC write the year of an alarm?",
+        sends: "a program: R = U, which an alarm stops; AC",
+        ask: Ask::Word(|talk| {
+            talk.try_run(WITHOUT_VALUE)?;
+            let content = talk.content("AC")?;
+            Ok(content.map_or("no AC", |content| forms::alarm_year(&content)))
+        }),
+        readings: &["four digits", "two digits", "no AC"],
+        decides: Some(("ac.date", &["yyyy", "yy"])),
+        // A survey takes two minutes at most.
+        is_slow: true,
         ..PROGRAM
     },
     Probe {
@@ -197,6 +215,28 @@ pub(super) const PROBES: &[Probe] = &[
         ..PROGRAM
     },
     Probe {
+        id: "reset-locals",
+        question: "Does a variable of the program survive RS,STP?",
+        sends: "a program that gives N a value in its first run and reads it in the next; RS,STP between them",
+        ask: Ask::Word(|talk| {
+            let source = "GLOBAL\r\nR = 7.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN GOTO L1\r\nN = 5\r\n\
+                F = 1\r\nGOTO L2\r\nL1: R = N\r\nL2:\r\nEND\r\n";
+            talk.run(source)?;
+            talk.command("RS,STP")?;
+            talk.start()?;
+            talk.finish()?;
+            Ok(match plain(&talk.variable("R", 1)?).as_str() {
+                "5" => "it stays",
+                // An alarm stops the program, or what has no value counts as 0.
+                "7" | "0" => "it has no value",
+                _ => "another value",
+            })
+        }),
+        readings: &["it stays", "it has no value"],
+        decides: Some(("scol.reset_locals", &["false", "true"])),
+        ..PROGRAM
+    },
+    Probe {
         id: "restore",
         question: "Does RESTORE write a value into the file?",
         sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
@@ -226,10 +266,10 @@ pub(super) const PROBES: &[Probe] = &[
     },
     Probe {
         id: "download-selected",
-        question: "What becomes of a stopped program whose file is stored again?",
-        sends: "a program with DELAY 1.2; RN, SP; DL of the same file",
+        question: "What happens to a stopped program whose file is stored again?",
+        sends: "a program with DELAY 0.8; RN, SP; DL of the same file",
         ask: Ask::Word(|talk| {
-            let source = computes!("DELAY 1.2\r\nR = 1\r\nDELAY 1\r\n");
+            let source = computes!("DELAY 0.8\r\nR = 1\r\nDELAY 1\r\n");
             talk.select(source)?;
             talk.begin()?;
             talk.command("SP")?;
@@ -282,7 +322,8 @@ pub(super) const PROBES: &[Probe] = &[
             talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
             talk.reply("RS,CYC")
         }),
-        readings: &["NG", "OK"],
+        readings: &["OK", "NG"],
+        decides: Some(("rs.cycle_without_label", &["as-step", "ng"])),
         ..PROGRAM
     },
     Probe {
@@ -299,9 +340,9 @@ pub(super) const PROBES: &[Probe] = &[
     Probe {
         id: "stop-in-delay",
         question: "Where does SP inside a DELAY stop a program?",
-        sends: "a program: DELAY 1.2, R = 1; RN, SP",
+        sends: "a program: DELAY 0.8, R = 1; RN, SP",
         ask: Ask::Word(|talk| {
-            talk.select(computes!("DELAY 1.2\r\nR = 1\r\n"))?;
+            talk.select(computes!("DELAY 0.8\r\nR = 1\r\n"))?;
             talk.begin()?;
             talk.command("SP")?;
             Ok(talk.finish()?.map_or("running", ExecutionStatus::as_str))

@@ -11,10 +11,10 @@ const MAX_LINES: usize = 60;
 const MAX_SHOWN: usize = 120;
 /// From this length on a name is replaced inside of longer words too; a letter is a part of many.
 const LONG_NAME: usize = 3;
-/// Files that every controller has.
-const PARAMETER_FILES: [&str; 2] = ["USER.PAR", "ETHERNET.PAR"];
+/// Files that every controller has or may have.
+const PARAMETER_FILES: [&str; 3] = ["USER.PAR", "ETHERNET.PAR", "STRING.PAR"];
 
-/// What went over the line.
+/// Bytes on the line.
 #[derive(Debug, Default)]
 pub(crate) struct Written {
     lines: Vec<String>,
@@ -25,7 +25,7 @@ pub(crate) struct Written {
 }
 
 impl Written {
-    /// What was written since the last call, up to [`Written::keep`].
+    /// Lines written since the last call, up to [`Written::keep`].
     pub(crate) fn take(&mut self) -> Vec<String> {
         self.is_kept = false;
         std::mem::take(&mut self.lines)
@@ -80,7 +80,7 @@ impl Written {
     }
 }
 
-/// What a text is, without what is in it.
+/// Name of a text, without its content.
 pub(crate) fn described(data: &[u8]) -> String {
     match data {
         b"OK\r" => "OK".to_owned(),

@@ -8,8 +8,8 @@ use core::time::Duration;
 use ts3100_proto::parameter::SerialSettings;
 
 /// The time at which the characters counted so far have been transmitted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Clock {
     since: Time,
     /// In bit/s; 0 before the first character.

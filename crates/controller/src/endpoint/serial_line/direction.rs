@@ -12,11 +12,11 @@ use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::text::{CR, ETX, LF};
 
 /// Bytes that are sent with the same settings.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Burst {
     sender: SerialSettings,
-    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
+    #[serde(with = "ts3100_proto::serde_latin1")]
     bytes: VecDeque<u8>,
 }
 
@@ -32,8 +32,8 @@ pub struct Arrival {
 }
 
 /// One direction of a serial line.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Direction {
     bursts: VecDeque<Burst>,
     queued: usize,
@@ -179,7 +179,6 @@ impl Direction {
     }
 
     /// Whether the count matches the queue and the receiver is in a possible state; for a snapshot.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
         let bursts = &self.bursts;
         bursts.iter().all(|burst| !burst.bytes.is_empty())
@@ -199,7 +198,7 @@ impl Direction {
     }
 }
 
-/// What a receiver reads when the line takes no time (option `serial.pacing` off).
+/// Characters that a receiver reads when the line takes no time (option `serial.pacing` off).
 pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();

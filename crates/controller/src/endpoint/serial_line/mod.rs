@@ -14,8 +14,8 @@ use direction::Direction;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// The settings of the host's port as far as known. An unknown setting counts as matching.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HostSettings {
     /// Speed in bit/s.
     pub speed: Option<u32>,
@@ -28,8 +28,7 @@ pub struct HostSettings {
 }
 
 /// The host's end of a serial line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum HostEnd {
     /// A simulated end: this crate models the time of characters and garbles them.
     Modelled(HostSettings),
@@ -114,13 +113,12 @@ fn phrases(line: SerialSettings) -> [String; 4] {
 }
 
 /// The line of a serial port (HOST or COM1).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SerialLine {
     /// The other end.
     pub host: HostEnd,
     /// Settings of the host that were reported as different, so that each mismatch is reported once.
-    #[cfg_attr(feature = "serde", serde(rename = "told"))]
     pub reported_mismatch: Option<HostSettings>,
     /// From the host to the robot.
     pub inbound: Direction,
@@ -129,19 +127,16 @@ pub struct SerialLine {
     /// Begin and end of the transmission under way, or of the last one (half-duplex rule, SER-02).
     pub sending: Option<(Time, Time)>,
     /// A peer that is gone while bytes it sent are still on the line.
-    #[cfg_attr(feature = "serde", serde(rename = "leaving"))]
     pub departed_peer: Option<DepartedPeer>,
 }
 
 /// A peer that is gone, with bytes still on the line.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct DepartedPeer {
     /// Its bytes that are still on the line; later bytes belong to the next peer.
-    #[cfg_attr(feature = "serde", serde(rename = "left"))]
     pub bytes_left: usize,
     /// The next peer, if it is connected already.
-    #[cfg_attr(feature = "serde", serde(rename = "next"))]
     pub next_peer: Option<String>,
 }
 

@@ -7,7 +7,7 @@ use crate::prelude::*;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 ts3100_proto::codes! {
-    /// What is wrong with a character as received.
+    /// Errors of a received character.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum CharacterError {
         /// The number of ones is not what the parity asks for.
@@ -24,7 +24,6 @@ ts3100_proto::codes! {
 pub struct Character {
     /// The data bits; those beyond the character length are 0.
     pub byte: u8,
-    /// What is wrong with it.
     pub fault: Option<CharacterError>,
 }
 
@@ -33,7 +32,7 @@ pub fn frame_bits(line: SerialSettings) -> u32 {
     1 + u32::from(line.length) + u32::from(has_parity(line)) + u32::from(line.stop)
 }
 
-/// What remains of a byte on a line of so many data bits.
+/// The bits of a byte that a line with this character length carries.
 pub fn mask(line: SerialSettings) -> u8 {
     u8::MAX
         .checked_shr(8_u32.saturating_sub(u32::from(line.length)))
@@ -64,8 +63,7 @@ fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
 
 /// Where a receiver stands. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
 /// in which the bits of both, and half a bit, are whole numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 enum ReceiverState {
     /// It waits for the line to fall.
     #[default]
@@ -84,8 +82,8 @@ enum ReceiverState {
 }
 
 /// A receiver and the line it listens to: the sender's settings, and its own.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Receiver {
     sender: SerialSettings,
     own: SerialSettings,
@@ -115,7 +113,6 @@ impl Receiver {
     }
 
     /// Whether no more bits have been taken than a character has.
-    #[cfg(feature = "serde")]
     pub fn is_valid(&self) -> bool {
         let samples = 2 + self.own.length + u8::from(has_parity(self.own));
         match self.state {

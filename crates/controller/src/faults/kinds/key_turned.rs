@@ -13,7 +13,7 @@ pub const KIND: FaultKind = FaultKind {
              stops after its step, and commands that the new mode forbids get NG.",
     remedy: "After SP or NG it reads the mode (SU), waits until it is external again, and starts again.",
     parameters: &[
-        word("to", &["teaching", "internal", "ext"]).help("the new position"),
+        word("to", &["teaching", "internal", "ext"]).help("the new position; internal needs a TS3100"),
         millis("delay", "500").help("delay after the occasion"),
         millis("back", "0").help("how long until it is turned back to EXT; 0: it is turned back by hand"),
     ],
@@ -25,7 +25,7 @@ pub const KIND: FaultKind = FaultKind {
         let position = KeySwitch::from_word(to).unwrap_or(KeySwitch::Teaching);
         let [turn, turn_back] = [position, KeySwitch::Ext].map(PanelAction::Key);
         context.operate(delay, turn, back, turn_back);
-        let message = format!("the key is turned to {to} {} ms behind {site}", delay.as_millis());
+        let message = format!("the key is turned to {to} {} ms after {site}", delay.as_millis());
         (Effect::Unchanged, message)
     },
     ..FaultKind::DEFAULT

@@ -8,7 +8,7 @@ mod duplicate_text;
 mod emergency_stop;
 mod flipped_bit;
 mod half_open;
-mod key_turned;
+pub(super) mod key_turned;
 mod late_reply;
 mod lost_etx;
 mod lost_record;

@@ -34,7 +34,7 @@ pub const KIND: FaultKind = FaultKind {
             Some(_) => "the connection ends",
             None => "the rest is lost",
         };
-        let message = format!("{what} behind {count} bytes of {site}");
+        let message = format!("{what} after {count} bytes of {site}");
         let disconnect = Segment::after(DISCONNECT_DELAY, Departure::Disconnect(how));
         sends([Segment::bytes(part), disconnect], message)
     },

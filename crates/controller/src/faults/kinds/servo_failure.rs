@@ -1,4 +1,4 @@
-//! Fault `servo-failure`: the servo fails (alarm 8-204).
+//! Fault `servo-failure`: the servo fails (alarm 8-026).
 //!
 //! The alarm is ours: its real number is not known.
 
@@ -8,14 +8,14 @@ use crate::alarm::SERVO_FAILURE;
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
     name: "servo-failure",
-    summary: "Fails the servo: alarm 8-204, servo power goes off, and the motion ends.",
+    summary: "Fails the servo: alarm 8-026, servo power goes off, and the motion ends.",
     remedy: "It sees by SP and SF that servo power is off, resets the alarm, sends SO, and starts again. \
              The step is repeated.",
     parameters: &[DELAY],
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        (Effect::Unchanged, format!("the servo drops out behind {site}"))
+        (Effect::Unchanged, format!("the servo drops out after {site}"))
     },
     ..FaultKind::DEFAULT
 };

@@ -26,7 +26,7 @@ pub const KIND: FaultKind = FaultKind {
             _ => OK,
         };
         let data = values.text("text").unwrap_or_else(|| usual.to_vec());
-        let message = format!("in place of {site} leaves \"{}\"", data.escape_ascii());
+        let message = format!("instead of {site} leaves \"{}\"", data.escape_ascii());
         sends(
             [Segment::bytes(reframed(&site.bytes, &site.data, &data))],
             message,

@@ -3,27 +3,22 @@
 //! `plan` detects that a path runs through one.
 
 use crate::model::ArmKind;
-use ts3100_proto::error_text;
 
 /// A posture in which the direction of the tool point no longer decides how the axes turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Singularity {
     /// Six axes: the wrist centre is on or near axis 1, which then turns freely.
+    #[error("singular posture of the shoulder (wrist centre over axis 1)")]
     Shoulder,
     /// Six axes: axes 4 and 6 turn about nearly the same line.
+    #[error("singular posture of the wrist (axes 4 and 6 in line)")]
     Wrist,
     /// The arm is stretched or folded: the elbow would have to turn over.
+    #[error("singular posture of the elbow (arm stretched or folded)")]
     Elbow,
     /// SCARA: the shaft is on or near axis 1.
+    #[error("singular posture of the first axis (shaft over axis 1)")]
     Shaft,
-}
-
-error_text! {
-    Singularity;
-    Self::Shoulder => "singular posture of the shoulder (wrist centre over axis 1)";
-    Self::Wrist => "singular posture of the wrist (axes 4 and 6 in line)";
-    Self::Elbow => "singular posture of the elbow (arm stretched or folded)";
-    Self::Shaft => "singular posture of the first axis (shaft over axis 1)";
 }
 
 /// The singular posture in which this axis, counted from 0, jumps.

@@ -2,12 +2,11 @@
 //!
 //! The parent module and the two kinds of arm detect them.
 
-use ts3100_proto::error_text;
-
 /// Why no posture reaches a pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Unreachable {
     /// An axis would leave its limits; `axis` counts from 1, values in degrees or mm.
+    #[error("axis {axis}: expected {min} to {max}, found {value:.3}")]
     Limit {
         /// Number of the axis, from 1.
         axis: usize,
@@ -19,6 +18,7 @@ pub enum Unreachable {
         max: f64,
     },
     /// The arm is too short, or cannot fold so close: distances in mm from axis 2 (six-axis) or 1 (SCARA).
+    #[error("reach: expected {min:.3} to {max:.3} mm, found {distance:.3} mm")]
     Reach {
         /// Distance asked for.
         distance: f64,
@@ -28,6 +28,7 @@ pub enum Unreachable {
         max: f64,
     },
     /// A SCARA arm cannot tilt its shaft: A and B in degrees.
+    #[error("orientation: expected an upright tool, found A = {a:.3}, B = {b:.3}")]
     Tilt {
         /// Rotation about X.
         a: f64,
@@ -35,6 +36,7 @@ pub enum Unreachable {
         b: f64,
     },
     /// The position has a value for an axis the arm has not; `axis` counts from 1.
+    #[error("axis {axis}: expected 0, the arm has no such axis, found {value:.3}")]
     NotFitted {
         /// Number of the axis, from 1.
         axis: usize,
@@ -42,6 +44,7 @@ pub enum Unreachable {
         value: f64,
     },
     /// A configuration digit out of 0, 1, 2, or one that means nothing to this arm; `place` counts from 1.
+    #[error("configuration digit {place}: expected 0 to {max}, found {found}")]
     Configuration {
         /// Place of the digit, from 1.
         place: usize,
@@ -51,16 +54,6 @@ pub enum Unreachable {
         found: u8,
     },
     /// A coordinate is no finite number.
+    #[error("position: expected finite numbers")]
     NotFinite,
-}
-
-error_text! {
-    Unreachable;
-    Self::Limit { axis, value, min, max } => "axis {axis}: expected {min} to {max}, found {value:.3}";
-    Self::Reach { distance, min, max } => "reach: expected {min:.3} to {max:.3} mm, found {distance:.3} mm";
-    Self::Tilt { a, b } => "orientation: expected an upright tool, found A = {a:.3}, B = {b:.3}";
-    Self::NotFitted { axis, value } => "axis {axis}: expected 0, the arm has no such axis, found {value:.3}";
-    Self::Configuration { place, max, found } =>
-        "configuration digit {place}: expected 0 to {max}, found {found}";
-    Self::NotFinite => "position: expected finite numbers";
 }

@@ -12,7 +12,6 @@
 //! ```
 
 use super::Path;
-#[cfg(feature = "serde")]
 use crate::model::ArmKind;
 use crate::model::{ArmModel, Joints};
 use crate::motion::kinematics::place;
@@ -35,8 +34,8 @@ const MAX_JOIN_GAP: f64 = 1e-6;
 const MAX_MOTIONS: usize = 3;
 
 /// One motion of a chain.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(in crate::motion) struct ChainedMotion {
     pub(in crate::motion) path: Path,
     /// Its course as its own SPEED, ACCEL and DECEL ask for it.
@@ -124,10 +123,9 @@ impl ChainedMotion {
 }
 
 /// Motions that overlap, in seconds from the beginning of the first.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(in crate::motion) struct Chain {
-    #[cfg_attr(feature = "serde", serde(rename = "legs"))]
     motions: Vec<ChainedMotion>,
     pub(in crate::motion) duration: f64,
 }
@@ -141,7 +139,6 @@ impl Chain {
     }
 
     /// Whether it is one of an arm of this kind, for a chain that was read.
-    #[cfg(feature = "serde")]
     pub(in crate::motion) fn matches_arm(&self, kind: &ArmKind) -> bool {
         let count = 1..=MAX_MOTIONS + 1;
         let fits = |path: &Path| !matches!(path, Path::Chain(_)) && path.matches_arm(kind);

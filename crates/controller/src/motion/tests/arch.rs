@@ -1,14 +1,14 @@
 //! Arch motion: where it goes, how long it takes, what is refused, and what changes it under way.
 
-use super::{KEEP, assert_close, down, planned, point, posture, seconds, top_speed};
+use super::{KEEP, assert_close, down, planned, point, posture, scara, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Limits, MotionError, Route, Target, Transform, Unreachable, plan};
 use core::time::Duration;
 
 const GATE: Gate = Gate {
-    rise: 10.0,
-    height: 50.0,
-    descent: 5.0,
+    single_axis_1: 10.0,
+    retreat: 50.0,
+    single_axis_2: 5.0,
 };
 
 fn arch(gate: Gate) -> Target {
@@ -16,14 +16,14 @@ fn arch(gate: Gate) -> Target {
 }
 
 fn thl400() -> (ArmModel, Joints) {
-    let model = ArmModel::thl400();
+    let model = scara();
     let from = posture(&model, 250.0, -150.0, -60.0);
     (model, from)
 }
 
 #[test]
 fn an_arch_rises_crosses_at_the_gate_and_comes_straight_down() {
-    for (model, z) in [(ArmModel::thl400(), -60.0), (ArmModel::tv800(), 240.0)] {
+    for (model, z) in [(scara(), -60.0), (ArmModel::tv800(), 240.0)] {
         let from = posture(&model, 350.0, -100.0, z);
         let end = down(300.0, 150.0, z + 20.0);
         let target = Target::Pose(end, KEEP, Route::Arch(GATE));
@@ -104,9 +104,9 @@ fn an_arch_obeys_cap_and_axis_speeds_and_lasts_no_longer_than_it_must() {
         &model,
         &from,
         &arch(Gate {
-            rise: 70.0,
-            height: 50.0,
-            descent: 50.0,
+            single_axis_1: 70.0,
+            retreat: 50.0,
+            single_axis_2: 50.0,
         }),
         &Limits::FULL,
     );
@@ -121,25 +121,37 @@ fn heights_that_do_not_fit_and_gates_out_of_reach_are_refused() {
         Err(MotionError::Gate { name, .. }) => name,
         other => panic!("{other:?}"),
     };
-    assert_eq!(name_of(go(Gate { rise: 70.1, ..GATE })), "rise");
     assert_eq!(
         name_of(go(Gate {
-            descent: 50.1,
+            single_axis_1: 70.1,
             ..GATE
         })),
-        "descent"
+        "single-axis 1"
     );
-    assert_eq!(name_of(go(Gate { height: -1.0, ..GATE })), "height");
     assert_eq!(
         name_of(go(Gate {
-            rise: f64::NAN,
+            single_axis_2: 50.1,
             ..GATE
         })),
-        "rise"
+        "single-axis 2"
+    );
+    assert_eq!(
+        name_of(go(Gate {
+            retreat: -1.0,
+            ..GATE
+        })),
+        "retreat"
+    );
+    assert_eq!(
+        name_of(go(Gate {
+            single_axis_1: f64::NAN,
+            ..GATE
+        })),
+        "single-axis 1"
     );
     assert!(matches!(
         go(Gate {
-            height: 200.0,
+            retreat: 200.0,
             ..GATE
         }),
         Err(MotionError::OnPath {
@@ -166,9 +178,9 @@ fn an_arch_on_the_spot_goes_up_and_down_and_one_without_a_way_is_over_at_once() 
             down(250.0, -150.0, -60.0),
             KEEP,
             Route::Arch(Gate {
-                rise: 0.0,
-                height,
-                descent: 0.0,
+                single_axis_1: 0.0,
+                retreat: height,
+                single_axis_2: 0.0,
             }),
         )
     };
@@ -228,9 +240,9 @@ fn where_two_lines_overlap_no_axis_is_faster_than_it_can() {
         down(700.0, 0.0, 150.0),
         KEEP,
         Route::Arch(Gate {
-            rise: 0.0,
-            height: 150.0,
-            descent: 0.0,
+            single_axis_1: 0.0,
+            retreat: 150.0,
+            single_axis_2: 0.0,
         }),
     );
     let motion = planned(&model, &from, &target, &Limits::FULL);

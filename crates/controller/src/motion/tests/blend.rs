@@ -318,9 +318,9 @@ fn what_cannot_be_blended_is_left_to_follow() {
     none(&broken, 0.12, &next, 50.0);
     let [x, y, z] = model.forward(&first.end()).0.xyz;
     let gate = Gate {
-        rise: 5.0,
-        height: 20.0,
-        descent: 5.0,
+        single_axis_1: 5.0,
+        retreat: 20.0,
+        single_axis_2: 5.0,
     };
     let end = crate::motion::Pose {
         xyz: [x, y - 50.0, z],

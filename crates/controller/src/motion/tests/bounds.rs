@@ -1,7 +1,7 @@
 //! What a motion never exceeds: speed and acceleration of the axes and of the tool point, bends and corners included;
 //! and the axes that have less torque or none. Measured along the way, and beside the closed form.
 
-use super::{KEEP, distance, down, planned, point, posture, seconds, top_speed};
+use super::{KEEP, distance, down, planned, point, posture, scara, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Route, Target, Transform, plan};
 use crate::prelude::*;
@@ -72,7 +72,7 @@ fn axis_use(model: &ArmModel, motion: &Motion) -> f64 {
 #[test]
 fn an_arc_is_no_faster_than_its_radius_allows() {
     // Axis 2 of the SCARA as quick as axis 1, so that nothing but the radius holds the arc back.
-    let mut scara = ArmModel::thl400();
+    let mut scara = super::scara();
     scara.axes[1].max_accel = scara.axes[0].max_accel;
     for model in [ArmModel::tv800(), scara] {
         let (start, target) = if model.axes.len() == 6 {
@@ -148,7 +148,7 @@ fn near_a_singular_posture_a_line_goes_slower_and_no_axis_is_asked_for_too_much(
         assert!(used < 2.0, "{used} past {past}");
     }
     // Past axis 1 of a SCARA it is the bend that counts: with short ramps elsewhere, all there is is used.
-    let model = ArmModel::thl400();
+    let model = scara();
     let from = posture(&model, 125.0, -300.0, 0.0);
     let target = Target::Pose(down(125.0, 300.0, 0.0), KEEP, Route::Line);
     let limits = Limits {
@@ -318,7 +318,7 @@ fn a_free_axis_refuses_the_motion_that_needs_it_and_no_other() {
 
 #[test]
 fn a_path_that_leaves_reach_or_limits_on_the_way_is_refused_before_it_begins() {
-    let model = ArmModel::thl400();
+    let model = scara();
     let refused = |start: [f64; 3], target: Target| {
         let from = posture(&model, start[0], start[1], start[2]);
         let found = plan(&model, &from, &target, &NO_TOOL, &Limits::FULL);
@@ -337,9 +337,9 @@ fn a_path_that_leaves_reach_or_limits_on_the_way_is_refused_before_it_begins() {
     refused([370.0, -80.0, 0.0], arc);
     // The way across lies above what axis 3 reaches.
     let gate = Gate {
-        rise: 5.0,
-        height: 60.0,
-        descent: 5.0,
+        single_axis_1: 5.0,
+        retreat: 60.0,
+        single_axis_2: 5.0,
     };
     let (end, config) = (down(250.0, 100.0, 100.0), KEEP);
     refused(

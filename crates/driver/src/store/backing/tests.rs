@@ -5,6 +5,7 @@ use crate::testing::TempDir;
 use std::fs;
 use std::path::Path;
 use ts3100_controller::{Config, Dialect};
+use ts3100_proto::parameter::LineEnd;
 
 const NOW: Time = Time::ZERO;
 
@@ -16,7 +17,7 @@ fn block(directory: &TempDir, name: &str) -> std::path::PathBuf {
 }
 
 fn backing(directory: &TempDir, when_full: WhenFull) -> Backing {
-    Backing::new(Store::open(directory.path()).unwrap().0, when_full)
+    Backing::new(Store::open(directory.path(), LineEnd::Lf).unwrap().0, when_full)
 }
 
 /// As the driver does, without a thread.
@@ -70,9 +71,13 @@ fn what_is_in_memory_alone_is_made_up_for_with_the_next_file_that_is_kept() {
     backing.retry_unsaved(&robot);
     assert_eq!(backing.status().unsaved, ["A", "B"].map(str::to_owned).into());
     assert_eq!(content(directory.path(), "A"), None);
-    for way in ways {
-        fs::remove_dir(way).unwrap();
-    }
+    // The directory takes some files, but not A: that stays unsaved.
+    let [way_of_a, way_of_b] = ways;
+    fs::remove_dir(way_of_b).unwrap();
+    persist(&mut backing, "C", Some(b"C\n")).unwrap();
+    backing.retry_unsaved(&robot);
+    assert_eq!(backing.status().unsaved, ["A", "B"].map(str::to_owned).into());
+    fs::remove_dir(way_of_a).unwrap();
     backing.retry_unsaved(&robot);
     assert!(
         !backing.status().unsaved.is_empty(),
@@ -114,4 +119,23 @@ fn another_state_is_followed_and_what_was_there_goes_last() {
         content(directory.path(), "NEW").as_deref(),
         Some(b"N\n".as_slice())
     );
+}
+
+#[test]
+fn each_outage_is_logged_once_although_all_have_the_same_cause() {
+    let directory = TempDir::new("backing-outages");
+    let mut backing = backing(&directory, WhenFull::Refuse);
+    let mut write = |blocked: bool| {
+        let way = blocked.then(|| block(&directory, "A"));
+        let outcome = persist(&mut backing, "A", Some(b"A\n"));
+        way.inspect(|way| fs::remove_dir(way).unwrap());
+        (outcome.is_ok(), backing.last_logged.is_some())
+    };
+    for _ in 0..2 {
+        // The second failure has the cause of the first and is not logged; after a success the next one is again.
+        assert_eq!(
+            [write(true), write(true), write(false)],
+            [(false, true), (false, true), (true, false)]
+        );
+    }
 }

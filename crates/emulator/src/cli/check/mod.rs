@@ -18,7 +18,6 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
-use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::book;
 
 /// Check SCOL files for errors and likely mistakes.
@@ -145,9 +144,7 @@ pub(super) struct CheckedFile {
 impl CheckedFile {
     /// Reads a file and checks it.
     pub(super) fn check(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
-        let result = input::read(path, MAX_PC_FILE).map(|bytes| {
-            // Bytes that are no UTF-8 become a character the compiler points at.
-            let source = String::from_utf8_lossy(&bytes).into_owned();
+        let result = input::read_program(path).map(|source| {
             let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
             (source, remarks)
         });

@@ -7,8 +7,8 @@ use super::CheckedFile;
 use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
-use ts3100_control::client::percent_encoded;
-use ts3100_recording::book;
+use std::path::Path;
+use ts3100_recording::{book, uri};
 
 /// The JSON document: files in the order given, each with its remarks in the order of the source.
 pub(super) fn json(files: &[CheckedFile]) -> Value {
@@ -70,7 +70,7 @@ pub(super) fn sarif(files: &[CheckedFile]) -> Value {
             json!({
                 "level": "error",
                 "message": { "text": error.to_string() },
-                "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri_reference(name) } } }],
+                "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri::of_file(Path::new(name)) } } }],
             })
         })
         .collect();
@@ -101,7 +101,9 @@ fn sarif_rule(code: &str) -> Value {
         "id": code,
         "name": kind.name,
         "shortDescription": { "text": kind.title },
-        "helpUri": book::diagnostic(kind),
+        "fullDescription": { "text": kind.title },
+        "helpUri": uri::of_docs(&book::diagnostic(kind)),
+        "help": { "text": kind.title },
         "defaultConfiguration": { "level": kind.severity.as_str() },
     })
 }
@@ -118,7 +120,7 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
         "level": diagnostic.severity.as_str(),
         "message": { "text": text },
         "locations": [{ "physicalLocation": {
-            "artifactLocation": { "uri": uri_reference(name) },
+            "artifactLocation": { "uri": uri::of_file(Path::new(name)) },
             "region": {
                 "startLine": diagnostic.line,
                 "startColumn": place.start,
@@ -126,12 +128,6 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
             },
         } }],
     })
-}
-
-/// The path of a file as a URI reference (RFC 3986).
-fn uri_reference(path: &str) -> String {
-    let segments = path.split(['/', '\\']).map(percent_encoded);
-    segments.collect::<Vec<_>>().join("/")
 }
 
 #[cfg(test)]
@@ -175,7 +171,7 @@ mod tests {
             assert_eq!(rules[index]["id"], result["ruleId"]);
             assert_eq!(
                 rules[index]["helpUri"],
-                "docs/reference/diagnostics.md#not-a-statement"
+                "urn:ts3100:docs/reference/diagnostics.md#not-a-statement"
             );
             let place = &result["locations"][0]["physicalLocation"];
             assert_eq!(place["artifactLocation"]["uri"], "a%20b/pick.scol");

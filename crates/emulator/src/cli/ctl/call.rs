@@ -13,19 +13,21 @@ use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Duration;
-use ts3100_control::client::percent_encoded;
 use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::Condition;
 use ts3100_controller::faults::Fault;
+use ts3100_controller::limits;
 use ts3100_controller::time::parse_duration;
+use ts3100_driver::pc_file;
 use ts3100_proto::escape::{Escaped, hex_byte};
 use ts3100_proto::text::EOF;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
+use ts3100_recording::uri::percent_encoded;
 
-/// Largest file of this computer that is sent, in bytes: the drive takes less.
-const MAX_FILE: u64 = 128 * 1024;
+/// Largest file of this computer that is sent, in bytes: one of the drive, with an EOF at its end.
+const MAX_FILE: u64 = limits::MAX_FILE as u64 + 1;
 /// Largest snapshot that is sent, in bytes: the interface takes no larger one.
 const MAX_SNAPSHOT: u64 = ts3100_control::MAX_SNAPSHOT as u64;
 
@@ -373,8 +375,12 @@ fn read(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
 
 /// The content of a file, as text where it is one. An EOF at its end is not part of it, as for `--load`.
 fn read_content(path: &Path) -> anyhow::Result<Value> {
-    let mut content = read(path, MAX_FILE)?;
-    content.pop_if(|last| *last == EOF);
+    let content = input::read(path, MAX_FILE).map_err(pc_file::limit_of_the_drive);
+    let content = content.and_then(|mut content| {
+        content.pop_if(|last| *last == EOF);
+        pc_file::check_size(&content).map(|()| content)
+    });
+    let content = content.with_context(|| format!("cannot read {}", path.display()))?;
     Ok(match String::from_utf8(content) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": ts3100_control::event::hex(error.as_bytes())}),

@@ -15,7 +15,7 @@ use crate::log::print_error;
 use args::{Command, FileCommand, SnapshotCommand};
 use call::Call;
 use serde_json::Value;
-use std::io::{self, BufRead as _, Write as _};
+use std::io::{self, BufRead as _, Read as _, Write as _};
 use std::path::Path;
 use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
@@ -101,9 +101,27 @@ fn stream(
     Ok(refused(json, &text))
 }
 
+/// Most characters of a refusal: all diagnostics of a program fit. Another server may send pages.
+const MAX_REFUSAL: usize = 65_536;
+/// Longest line of the stream of events, in bytes: an event with the largest text, escaped.
+const MAX_EVENT: u64 = 1024 * 1024;
+/// Largest transcript that is written, in bytes. The emulator keeps 8 MiB, which are more when they are written out.
+const MAX_TRANSCRIPT: u64 = 128 * 1024 * 1024;
+
+/// The beginning of a refusal, and how much was left out.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(MAX_REFUSAL) {
+        Some((end, _)) => {
+            let (begin, rest) = text.split_at(end);
+            format!("{begin}... ({} bytes more)", rest.len())
+        }
+        None => text.to_owned(),
+    }
+}
+
 fn refused(json: bool, text: &str) -> u8 {
     if json {
-        eprintln!("{}", escape_lines(text.trim_end()));
+        eprintln!("{}", escape_lines(&shortened(text.trim_end())));
     } else {
         print_error(words_of_refusal(text));
     }
@@ -114,12 +132,12 @@ fn refused(json: bool, text: &str) -> u8 {
 pub(super) fn words_of_refusal(text: &str) -> String {
     let answer = serde_json::from_str::<Value>(text).unwrap_or_default();
     let words = answer.get("error").and_then(Value::as_str);
-    words.unwrap_or(text).trim_end().to_owned()
+    shortened(words.unwrap_or(text).trim_end())
 }
 
 /// The answer as it comes, to a file.
 fn save(mut answer: Response, path: &Path) -> u8 {
-    answer.body.lift_size_limit();
+    answer.body.set_size_limit(MAX_TRANSCRIPT);
     let written = files::replace_with(path, |file| io::copy(&mut answer.body, file).map(drop));
     match written {
         Ok(()) => 0,
@@ -132,14 +150,20 @@ fn save(mut answer: Response, path: &Path) -> u8 {
 
 /// Events as they come, one a line: until there are as many as wanted, for at most `--timeout`, or without an end.
 fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> u8 {
-    answer.body.lift_size_limit();
+    answer.body.set_size_limit(u64::MAX);
     if args.timeout.is_none() {
         answer.body.lift_deadline();
     }
     let (mut kind, mut count, mut is_late) = (String::new(), 0, false);
-    for line in io::BufReader::new(answer.body).lines() {
-        let line = match line {
-            Ok(line) => line,
+    let mut body = io::BufReader::new(answer.body);
+    loop {
+        let line = match read_line(&mut body) {
+            Ok(Some(line)) => line,
+            Ok(None) => break,
+            Err(error) if error.kind() == io::ErrorKind::FileTooLarge => {
+                print_error(error);
+                return NO_ANSWER;
+            }
             // Otherwise the interface has ended.
             Err(error) => {
                 is_late = error.kind() == io::ErrorKind::TimedOut;
@@ -176,6 +200,22 @@ fn follow(mut answer: Response, wanted: Option<u64>, args: &CtlArgs) -> u8 {
             NO_ANSWER
         }
     }
+}
+
+/// The next line without its end; none after the last one.
+fn read_line(source: &mut impl io::BufRead) -> io::Result<Option<String>> {
+    let mut line = Vec::new();
+    let mut most = source.take(MAX_EVENT + 1);
+    if most.read_until(b'\n', &mut line)? == 0 {
+        return Ok(None);
+    }
+    if line.len() as u64 > MAX_EVENT {
+        let reason = format!("cannot read the events: a line has more than {MAX_EVENT} bytes");
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
+    }
+    line.pop_if(|last| *last == b'\n');
+    line.pop_if(|last| *last == b'\r');
+    Ok(Some(String::from_utf8_lossy(&line).into_owned()))
 }
 
 /// False when the reader has closed the pipe.

@@ -43,12 +43,16 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
     let message = args.command.message()?;
     let command =
         Command::parse(message.as_bytes()).map_err(|error| anyhow!("cannot send `{message}`: {error}"))?;
+    let mut content = Vec::new();
+    if let HostSubcommand::Own(HostCommand::Dl { file, .. }) = &args.command {
+        content = transfer::read(file)?;
+    }
     let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
     match &args.command {
         HostSubcommand::Own(HostCommand::Ul { output, .. }) => {
             transfer::upload(&mut session, &command, output.as_deref())
         }
-        HostSubcommand::Own(HostCommand::Dl { file, .. }) => transfer::download(&mut session, &command, file),
+        HostSubcommand::Own(HostCommand::Dl { .. }) => transfer::download(&mut session, &command, content),
         HostSubcommand::Own(HostCommand::Rn { wait: Some(limit) }) => {
             let started = plain(&mut session, &command)?;
             if started {

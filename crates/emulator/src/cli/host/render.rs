@@ -4,7 +4,6 @@
 //! format of `ts3100 host --json`.
 
 use serde_json::{Map, Value, json};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_proto::command::Number;
@@ -12,7 +11,8 @@ use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
 use ts3100_proto::status::io::LineWords;
-use ts3100_proto::status::mn::{AXIS_ITEMS, INFORMATION_ITEMS, Maintenance};
+use ts3100_proto::status::mn::MaintenanceItem;
+use ts3100_proto::status::position::CurrentPosition;
 use ts3100_proto::status::pr::{self, Position};
 use ts3100_proto::status::sf::{self, SystemStatus};
 use ts3100_proto::status::sm::QuickStatus;
@@ -35,7 +35,11 @@ pub(super) fn decoder(letters: &str) -> Option<Decoder> {
         "SM" => |content| QuickStatus::decode(content).map(|status| quick_status(&status)),
         "AC" | "AH" => |content| ac::decode_alarms(content).map(|alarms| list(&alarms, alarm_record)),
         "PR" | "VL" => |content| pr::decode_position(content).map(|values| position(&values)),
-        "MN" => |content| Maintenance::decode(content).map(|read| maintenance(&read)),
+        "MN" => |content| {
+            MaintenanceItem::decode(content).map(|item| json!({ "item": item.number, "values": item.values }))
+        },
+        "PS" => |content| CurrentPosition::decode(content).map(|position| current_position(&position)),
+        "ZC" => |content| mr::decode_values(content).map(|values| list(&values, number)),
         _ => return None,
     })
 }
@@ -96,19 +100,14 @@ fn position(position: &Position) -> Value {
     json!({ "values": position.values, "configuration": position.configuration })
 }
 
-fn maintenance(read: &Maintenance) -> Value {
-    let axes = AXIS_ITEMS
-        .iter()
-        .zip(&read.axes)
-        .map(|(item, values)| (*item, json!(values)));
-    let information = INFORMATION_ITEMS.iter().zip(&read.information);
-    let information = information.map(|(item, value)| (*item, json!(value)));
-    // In the order of their numbers.
-    let items: BTreeMap<u8, Value> = axes.chain(information).collect();
-    let items = items.into_iter();
-    items
-        .map(|(item, value)| (format!("item_{item}"), value))
-        .collect()
+fn current_position(position: &CurrentPosition) -> Value {
+    json!({
+        "status": position.status.as_str(),
+        "line": position.line,
+        "joints": position.joints,
+        "measured": position.measured,
+        "torques": position.torques,
+    })
 }
 
 fn quick_status(status: &QuickStatus) -> Value {

@@ -19,18 +19,35 @@ use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::io::{self as io_words, LineWords};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{self, Checksum, Decoded, Framing, StxRule, TextDecoder, TextOptions};
+use ts3100_proto::text::{self, Checksum, Decoded, EndRule, Framing, StxRule, TextDecoder, TextOptions};
 
 /// Bytes read at once.
 const READ_BUFFER: usize = 1_024;
 /// Largest file taken from a controller: a full RAM drive and its directory are smaller.
 const MAX_CONTENT: usize = 4 * 1024 * 1024;
 
+/// Most bytes of an answer that a message shows: a text of the controller, whole.
+const MAX_SHOWN: usize = 256;
+/// Most warnings of one command. A peer that never ends sending what is no answer would otherwise fill the terminal.
+const MAX_WARNINGS: usize = 10;
+/// Most bytes of an unsolicited SP with everything before its ETX.
+const MAX_SP: usize = text::MAX_DATA + 2;
+
 /// These words and the bytes that came; nothing if none did.
 fn with_bytes(words: &str, found: &[u8]) -> String {
     match found {
         [] => String::new(),
-        found => format!("{words} {}", Escaped::for_reading(found)),
+        found => format!("{words} {}", shown(found)),
+    }
+}
+
+/// The bytes for people, cut off where they are more than a text has.
+fn shown(bytes: &[u8]) -> String {
+    match bytes.split_at_checked(MAX_SHOWN) {
+        Some((begin, rest)) if !rest.is_empty() => {
+            format!("{} and {} bytes more", Escaped::for_reading(begin), rest.len())
+        }
+        _ => Escaped::for_reading(bytes).to_string(),
     }
 }
 
@@ -39,13 +56,13 @@ const STATUS_PAUSE: Duration = Duration::from_millis(100);
 
 /// Something else came than was expected.
 fn unexpected(expected: &str, found: &[u8]) -> NoAnswer {
-    let found = Escaped::for_reading(found);
+    let found = shown(found);
     NoAnswer::new(format_args!("answer: expected {expected}, found {found}"))
 }
 
 /// A file that is not what the command asks for.
 pub(super) fn unreadable(letters: &str, reason: &impl Display, found: &[u8]) -> NoAnswer {
-    let found = Escaped::for_reading(found);
+    let found = shown(found);
     NoAnswer::new(format_args!(
         "cannot read the answer to {letters}: {reason}; the answer is {found}"
     ))
@@ -78,6 +95,8 @@ pub(super) struct Session {
     decoder: TextDecoder,
     /// Received, not yet given to the decoder.
     received: Vec<u8>,
+    /// Warnings so far, shown or not.
+    warnings: usize,
 }
 
 impl Session {
@@ -102,8 +121,13 @@ impl Session {
             framing,
             timeout,
             total,
-            decoder: TextDecoder::new(TextOptions { stx, checksum }),
+            decoder: TextDecoder::new(TextOptions {
+                stx,
+                end: EndRule::Etx,
+                checksum,
+            }),
             received: Vec::new(),
+            warnings: 0,
         })
     }
 
@@ -231,10 +255,13 @@ impl Session {
                 if let Some(end) = self.received.iter().position(|byte| *byte == text::ETX) {
                     break end;
                 }
+                if self.received.len() > MAX_SP {
+                    return Err(unexpected(FILE, &self.received));
+                }
                 self.fill(self.received.len() + 1, limit)?;
             };
             self.received.drain(..=end);
-            report_unsolicited_sp();
+            self.warn(UNSOLICITED_SP);
         }
     }
 
@@ -307,7 +334,17 @@ impl Session {
             if !matches!(Reply::parse(&data), Ok(Reply::Sp)) {
                 return Ok(data);
             }
-            report_unsolicited_sp();
+            self.warn(UNSOLICITED_SP);
+        }
+    }
+
+    /// Prints a warning, unless there were many already.
+    fn warn(&mut self, words: &str) {
+        self.warnings += 1;
+        if self.warnings < MAX_WARNINGS {
+            print_warning(words);
+        } else if self.warnings == MAX_WARNINGS {
+            print_warning(format_args!("{words}; further warnings are left out"));
         }
     }
 
@@ -320,7 +357,7 @@ impl Session {
                 }
                 Some(Decoded::Text(text)) => return Ok(text.data.into()),
                 Some(Decoded::Skipped { bytes }) => {
-                    print_warning(format_args!("skipped {bytes} bytes outside a text"));
+                    self.warn(&format!("skipped {bytes} bytes outside a text"));
                 }
                 None => self.read(expected, limit)?,
             }
@@ -402,6 +439,5 @@ const FILE: &str = "FL or NG";
 /// What SF is answered by.
 const SF_TEXT: &str = "a text of SF";
 
-fn report_unsolicited_sp() {
-    print_warning("SP came before the answer: the controller has stopped by itself");
-}
+/// The warning of an SP that is not the answer.
+const UNSOLICITED_SP: &str = "SP came before the answer: the controller has stopped by itself";

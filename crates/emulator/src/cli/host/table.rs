@@ -8,10 +8,10 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use ts3100_proto::command::{COMMANDS, CommandRow, Sender, ZsFrame};
 
 /// The order of the words in the help: those of the manual that people use most come first.
-const ORDER: [&str; 35] = [
+const ORDER: [&str; 40] = [
     "SU", "SF", "CA", "VR", "EU", "UL", "DL", "ER", "SL", "RN", "SP", "SO", "BR", "RS", "MR", "MW", "IW",
-    "DO", "EC", "FD", "SM", "WD", "AC", "AH", "IO", "HI", "HO", "PR", "VL", "ZS", "MN", "MD", "RT", "SC",
-    "JG",
+    "DO", "EC", "FD", "SM", "WD", "AC", "AH", "IO", "HI", "HO", "PR", "PS", "VL", "ZS", "MN", "RM", "ZC",
+    "EM", "MD", "RT", "SC", "JG", "MP",
 ];
 /// Words for the numbers of MD.
 const MODES: &[&str] = &["jog", "inching", "free"];
@@ -95,8 +95,12 @@ fn operands_of(row: &CommandRow) -> Vec<Arg> {
         }
         "EC" => vec![operands("words", "The command and its operand")],
         "WD" => vec![
-            operand("timeout_ms", "Longest silence of the host in milliseconds"),
-            operand("level", "Level of the alarm: 8, 4, 2 or 1; 0 none"),
+            operand(
+                "timeout_ms",
+                "Longest silence in milliseconds, after which the alarm follows; 0 ends the watchdog. Each text on HOST \
+                 or IP0 feeds it",
+            ),
+            operand("level", "Level of the alarm: 1, 2 or 8; 0 for no alarm"),
         ],
         "HI" => vec![first(), count()],
         "HO" => vec![first(), count(), operand("value", "The number")],

@@ -6,16 +6,21 @@ use super::super::output;
 use super::session::Session;
 use anyhow::Context as _;
 use std::path::Path;
-use ts3100_driver::files;
-use ts3100_driver::pc_file::{MAX_PC_FILE, drive_content};
+use ts3100_driver::{files, pc_file};
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;
 
-/// Sends a file of the PC, with the line ends of the drive, text by text; false if one is answered by NG.
-pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> anyhow::Result<bool> {
-    let text = files::read(file, MAX_PC_FILE).with_context(|| format!("cannot read {}", file.display()))?;
-    let content = drive_content(&text, LineEnd::Lf);
+/// Reads a file of the PC, with the line ends of the drive.
+///
+/// # Errors
+/// It cannot be read, or no drive can have one so large.
+pub(super) fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
+    pc_file::read_content(file, LineEnd::Lf).with_context(|| format!("cannot read {}", file.display()))
+}
+
+/// Sends the content of a file text by text; false if one is answered by NG.
+pub(super) fn download(session: &mut Session, command: &Command, content: Vec<u8>) -> anyhow::Result<bool> {
     let length = content.len();
     if !session.plain(command)? {
         return Ok(false);

@@ -3,10 +3,10 @@
 use super::Robot;
 use serde_json::{Value, json};
 use std::time::Duration;
-use ts3100_control::client::percent_encoded;
 use ts3100_controller::Condition;
 use ts3100_controller::findings::Rule;
 use ts3100_proto::words::did_you_mean;
+use ts3100_recording::uri::percent_encoded;
 
 /// Longest time that a call may take: a wait, and what it takes to answer.
 pub(super) const LONGEST_CALL: Duration = Duration::from_secs(70);
@@ -215,7 +215,8 @@ pub(super) const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "findings",
-        about: "What a host program did wrong at the protocol: rule, message, bytes, remedy",
+        about: "What a host program did wrong at the protocol: rule, message, bytes, remedy. One with caused-by is a fault's, and \
+                no mistake of the host",
         arguments: &[],
         run: |robot, _| robot.call("GET", "/findings", None),
     },

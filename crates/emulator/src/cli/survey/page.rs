@@ -84,7 +84,7 @@ fn facts(report: &Report) -> Vec<String> {
     if let Some(reason) = &report.stopped {
         facts.push(format!("Stopped at a surprise: {reason}"));
     }
-    facts.extend(report.left.iter().map(|left| format!("Not put back: {left}")));
+    facts.extend(report.left.iter().map(|left| format!("Not restored: {left}")));
     if let [least, _, middle, _, greatest] = report.answer_times.as_slice() {
         facts.push(format!(
             "Answers take {least} to {greatest} ms, half of them at most {middle} ms"

@@ -13,9 +13,12 @@ const fn row(key: &'static str, setting: &'static dyn Setting) -> OptionRow {
 
 /// Every option, in alphabetical order: key, and the field that it sets.
 pub static OPTIONS: &[OptionRow] = &[
+    row("ac.date", &Field(|o, _| &mut o.ac_date)),
+    row("alarm.out_of_reach", &Field(|o, _| &mut o.out_of_reach)),
     // An answer on the loopback takes about as long.
     row("auto.silence", &Period("0.05ms", "1ms", |_, l| &mut l.silence)),
     row("channel.no_peer", &Field(|o, _| &mut o.no_peer)),
+    row("channel.reconnect", &Field(|o, _| &mut o.reconnect)),
     // So that dialling does not use up the CPU.
     row("channel.redial", &Period("10ms", "2s", |_, l| &mut l.redial)),
     row("channel.second", &Field(|_, l| &mut l.second)),
@@ -29,8 +32,13 @@ pub static OPTIONS: &[OptionRow] = &[
     row("drive.when_full", &Field(|_, l| &mut l.when_full)),
     row("extensions", &Field(|o, _| &mut o.extensions)),
     row("input.malformed", &Field(|o, _| &mut o.malformed)),
+    row("io.field_bus", &Field(|o, _| &mut o.field_bus)),
     row("parameter.line_end", &Field(|o, _| &mut o.line_end)),
     row("reply.delay", &Field(|o, _| &mut o.reply_delay)),
+    row(
+        "rs.cycle_without_label",
+        &Field(|o, _| &mut o.cycle_without_label),
+    ),
     row("scol.data_copy", &Field(|o, _| &mut o.data_copy)),
     row("scol.din_unknown", &Field(|o, _| &mut o.din_unknown)),
     row(
@@ -38,6 +46,7 @@ pub static OPTIONS: &[OptionRow] = &[
         &Real(0.0, 1_000.0, |o, _| &mut o.equal_within),
     ),
     row("scol.int_division", &Field(|o, _| &mut o.int_division)),
+    row("scol.reset_locals", &Field(|o, _| &mut o.reset_locals)),
     row("scol.sticky_work", &Field(|o, _| &mut o.sticky_work)),
     row("serial.bad_character", &Field(|o, _| &mut o.bad_character)),
     row("serial.pacing", &Field(|o, _| &mut o.serial_pacing)),
@@ -56,6 +65,7 @@ pub static OPTIONS: &[OptionRow] = &[
     row("strict_50ms", &Field(|o, _| &mut o.strict_50ms)),
     row("su.layout", &Field(|o, _| &mut o.su_layout)),
     row("text.checksum", &Field(|o, _| &mut o.text.checksum)),
+    row("text.end", &Field(|o, _| &mut o.text.end)),
     row("text.require_cr", &Field(|o, _| &mut o.require_cr)),
     row("text.stx", &Field(|o, _| &mut o.text.stx)),
     row("vr.layout", &Field(|o, _| &mut o.vr_layout)),

@@ -7,15 +7,16 @@ use std::str::FromStr;
 use std::time::Duration;
 use ts3100_controller::Options;
 use ts3100_controller::options::{
-    BadCharacter, Malformed, NoPeer, SfTexts, Strobe, UnknownInput, UnsolicitedSp, WaitAfterStop,
-    WhileSending,
+    BadCharacter, CycleWithoutLabel, FieldBus, Malformed, NoPeer, OutOfReach, Reconnect, SfTexts, Strobe,
+    UnknownInput, UnsolicitedSp, WaitAfterStop, WhileSending,
 };
 use ts3100_driver::store::backing::WhenFull;
 use ts3100_driver::tcp::{LinkOptions, SecondConnection};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
+use ts3100_proto::status::eu::YearDigits;
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
-use ts3100_proto::text::{Checksum, StxRule};
+use ts3100_proto::text::{Checksum, EndRule, StxRule};
 use ts3100_proto::words::split_duration;
 
 /// The field of an option.
@@ -85,10 +86,15 @@ macro_rules! words {
 words! {
     BadCharacter { Drop "drop", Keep "keep" }
     Checksum { None "none", Sum "sum" }
+    CycleWithoutLabel { AsStep "as-step", Ng "ng" }
+    EndRule { Etx "etx", Cr "cr", Detect "detect" }
+    FieldBus { Absent "absent", Present "present" }
     IntDivision { Truncate "truncate", Real "real" }
     LineEnd { Lf "lf", Cr "cr" }
     Malformed { Alarm "alarm", LeadingNumber "leading-number" }
     NoPeer { Alarm "alarm", Silent "silent" }
+    OutOfReach { Level8 "8-035", Level4 "4-101" }
+    Reconnect { Keep "keep", Release "release" }
     SecondConnection { Refuse "refuse", Replace "replace" }
     SfTexts { One "one", Several "several" }
     Strobe { Free "free", Required "required" }
@@ -100,6 +106,7 @@ words! {
     WaitAfterStop { Next "next", Again "again" }
     WhenFull { Refuse "refuse", Memory "memory" }
     WhileSending { Lost "lost", Kept "kept" }
+    YearDigits { Four "yyyy", Two "yy" }
 }
 
 impl Value for bool {
@@ -167,6 +174,21 @@ impl Value for [Duration; 5] {
         let mut times = self.map(|time| (time.as_secs_f64() * 1e3).to_string()).to_vec();
         times.dedup();
         times.join(" ")
+    }
+}
+
+/// It depends on the arm unless it is set.
+impl<T: Value> Value for Option<T> {
+    fn values() -> Values {
+        T::values()
+    }
+
+    fn parse(text: &str) -> Option<Option<T>> {
+        T::parse(text).map(Some)
+    }
+
+    fn text(&self) -> String {
+        self.as_ref().map(T::text).unwrap_or_default()
     }
 }
 

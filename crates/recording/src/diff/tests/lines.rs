@@ -32,6 +32,44 @@ fn how_the_wire_cut_the_answers_does_not_matter() {
     none(&compared(&split, &settings, &Tolerance::default()));
 }
 
+fn come(line: PeerId) -> RecordKind {
+    let peer = String::new();
+    RecordKind::Connected { line, peer }
+}
+
+fn ended(line: PeerId, by: Side) -> RecordKind {
+    let how = EndReason::Closed;
+    RecordKind::Ended { line, by, how }
+}
+
+fn host(line: PeerId, bytes: &[u8]) -> RecordKind {
+    let bytes = bytes.to_vec().into();
+    RecordKind::FromHost { line, bytes }
+}
+
+fn robot(line: PeerId, bytes: &[u8]) -> RecordKind {
+    let bytes = bytes.to_vec().into();
+    RecordKind::FromRobot { line, bytes }
+}
+
+/// One of these each millisecond.
+fn recording(kinds: Vec<RecordKind>) -> Recording {
+    let lines = (1..=kinds.len()).collect();
+    let records = (1..).map(Time::from_millis).zip(kinds);
+    Recording {
+        records: records.map(|(at, kind)| Record { at, kind }).collect(),
+        lines,
+        ..Recording::default()
+    }
+}
+
+/// How many differences are about the end of a connection.
+fn count_ends(report: &Report) -> usize {
+    let ends = report.differences.iter();
+    ends.filter(|found| matches!(found.kind, DifferenceKind::Ended { .. }))
+        .count()
+}
+
 #[test]
 fn a_second_host_is_compared_too() {
     let settings = with(PICK);
@@ -39,35 +77,6 @@ fn a_second_host_is_compared_too() {
     let second = PeerId {
         port: Port::Ip0,
         peer: 2,
-    };
-    let come = |line| RecordKind::Connected {
-        line,
-        peer: String::new(),
-    };
-    let ended = |line, by| RecordKind::Ended {
-        line,
-        by,
-        how: EndReason::Closed,
-    };
-    let host = |line, bytes: &[u8]| RecordKind::FromHost {
-        line,
-        bytes: bytes.to_vec().into(),
-    };
-    let robot = |line, bytes: &[u8]| RecordKind::FromRobot {
-        line,
-        bytes: bytes.to_vec().into(),
-    };
-    let recording = |whats: Vec<RecordKind>| {
-        let lines = (1..=whats.len()).collect();
-        let records = (1..).zip(whats).map(|(at, what)| Record {
-            at: Time::from_millis(at),
-            kind: what,
-        });
-        Recording {
-            records: records.collect(),
-            lines,
-            ..Recording::default()
-        }
     };
     let refused = recording(vec![
         come(first),
@@ -89,11 +98,7 @@ fn a_second_host_is_compared_too() {
     replacing.second = SecondConnection::Replace;
     none(&compared(&replaced, &replacing, &Tolerance::default()));
     let report = compared(&replaced, &settings, &Tolerance::default());
-    let ends = report
-        .differences
-        .iter()
-        .filter(|found| matches!(found.kind, DifferenceKind::Ended { .. }));
-    assert!(ends.count() >= 1, "{report:?}");
+    assert!(count_ends(&report) >= 1, "{report:?}");
     // One that comes while the other is about to leave is served.
     let handed_over = recording(vec![
         come(first),
@@ -103,6 +108,25 @@ fn a_second_host_is_compared_too() {
         robot(second, b"\x02OK\r\x03"),
     ]);
     none(&compared(&handed_over, &settings, &Tolerance::default()));
+}
+
+#[test]
+fn an_end_by_the_robot_counts_again_after_the_host_has_come_back() {
+    let line = PeerId::first(Port::Ip0);
+    let ends = |kinds| count_ends(&compared(&recording(kinds), &with(PICK), &Tolerance::default()));
+    let served = || [host(line, b"\x02SO\r\x03"), robot(line, b"\x02OK\r\x03")];
+    let left = || [come(line), ended(line, Side::Host)];
+    // The robot's own end of a connection that the host has ended says nothing.
+    assert_eq!(
+        ends([left().to_vec(), vec![ended(line, Side::Robot)]].concat()),
+        0
+    );
+    let mut again = left().to_vec();
+    again.push(come(line));
+    again.extend(served());
+    assert_eq!(ends(again.clone()), 0);
+    again.push(ended(line, Side::Robot));
+    assert_eq!(ends(again), 1, "the emulator leaves it open");
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn line(speed: u32, length: u8, parity: Parity, stop: u8) -> SerialSettings {
     }
 }
 
-/// What a receiver makes of bytes sent without a pause, on an idle line before and behind them.
+/// Characters that a receiver reads of bytes sent without a pause, on a line that is idle before and after them.
 fn through(sender: SerialSettings, own: SerialSettings, bytes: &[u8]) -> Vec<Character> {
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();

@@ -1,7 +1,7 @@
 //! A controller, who listens to it, and the one loop that feeds it: an input, everything that was due before, and all
 //! outputs. There is no clock and no socket here; the owner says what time it is and carries the outputs out.
 //!
-//! The daemon, `ts3100 run`, `diff`, tests and fuzzers use the same [`Cell`]. Start with [`Cell::feed`].
+//! The daemon, `ts3100 run`, `diff`, tests and fuzzers use the same [`Seat`]. Start with [`Seat::feed`].
 
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, VecDeque};
@@ -149,10 +149,10 @@ impl Clone for Audience {
     }
 }
 
-/// A controller and who listens to it; nobody listens to a copy.
+/// A controller with its subscribers; a copy has none.
 #[derive(Clone)]
-pub struct Cell {
-    /// The controller. It changes only by [`Cell::feed`] and by being replaced.
+pub struct Seat {
+    /// The controller. It changes only by [`Seat::feed`] and by being replaced.
     pub controller: Controller,
     audience: Audience,
     /// Findings about the host's timing are reported.
@@ -172,7 +172,7 @@ pub struct Cell {
 enum Source {
     /// It was due before the input that is next.
     Due,
-    /// It was handed to [`Cell::feed`].
+    /// It was handed to [`Seat::feed`].
     Fed,
     /// It follows from another.
     Follows,
@@ -188,10 +188,10 @@ struct Step {
     file: Option<String>,
 }
 
-impl Cell {
-    /// A cell with this controller, to which nobody listens.
-    pub fn new(controller: Controller) -> Cell {
-        Cell {
+impl Seat {
+    /// A seat with this controller and no subscriber.
+    pub fn new(controller: Controller) -> Seat {
+        Seat {
             controller,
             audience: Audience::default(),
             timed_findings: true,
@@ -249,6 +249,11 @@ impl Cell {
             return Input::Tick;
         }
         input
+    }
+
+    /// Whether something is being stored: every input waits until the owner has fed [`Input::Persisted`].
+    pub fn is_waiting(&self) -> bool {
+        self.waiting.is_some()
     }
 
     /// When the controller or a planned input has something due.

@@ -1,8 +1,8 @@
 //! The outcome of the faults of a run: logged at the end, and written as JSON or JUnit XML. In addition to the counts of
 //! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
-use super::{fault_json, points};
-use crate::reports::{junit, seconds, write_report};
+use super::{junit, seconds, write_report};
+use crate::faults::{fault_json, points};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -116,7 +116,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
         let mut text = format!("{}\n", report.summary());
         for AppliedFault { at, port, message } in log.applications(fault.id) {
             let place = port.map(|port| format!("{port} ")).unwrap_or_default();
-            let _ = writeln!(text, "{place}at {at} s: {message}");
+            let _ = writeln!(text, "{place}at {:.3} s: {message}", seconds(*at));
         }
         let _ = writeln!(text, "A robust host: {}", fault.kind.remedy);
         let mut case = junit::case(&class, &name, Duration::ZERO, junit::success());

@@ -2,12 +2,15 @@
 //! same form.
 //!
 //! The cells are in the rows of the commands; users may replace them by a file (`data/permissions.txt` has the form).
-//! The controller decides when the robot counts
-//! as stopped and how it refuses; the row of a command is
-//! [`Command::permission_row`](crate::command::Command::permission_row).
+//! The controller decides when the robot counts as stopped and how it refuses; the row of a command is
+//! [`Command::permission_row`](crate::command::Command::permission_row). What a cell says is in `cell`, which the rows of
+//! the commands use.
+
+pub(crate) mod cell;
+
+pub use cell::{CELLS, Edition, Permission};
 
 use crate::command::{COMMANDS, count_permissions, permission_names};
-use crate::error_text;
 use crate::prelude::*;
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
@@ -27,39 +30,12 @@ impl ProtocolPort {
     pub const ALL: [ProtocolPort; 2] = [ProtocolPort::Host, ProtocolPort::Ip0];
 }
 
-/// One cell of the tables: a command in a mode.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize))]
-pub enum Permission {
-    /// Circle: valid.
-    Valid,
-    /// Triangle: valid when the robot is stopped.
-    WhenStopped,
-    /// X: invalid.
-    Invalid,
-}
-
-impl Permission {
-    /// The cell that a letter stands for: O, S or X.
-    pub(crate) const fn from_letter(letter: u8) -> Option<Permission> {
-        match letter {
-            b'O' => Some(Permission::Valid),
-            b'S' => Some(Permission::WhenStopped),
-            b'X' => Some(Permission::Invalid),
-            _ => None,
-        }
-    }
-}
-
 /// The rows of tables 5.3 and 5.4, in the order of the manual.
 pub const ROWS: [&str; count_permissions(COMMANDS, false)] = permission_names(COMMANDS, false);
 
 /// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms. Snapshots store the cells in this order,
 /// so a new row goes to the end.
 pub const EXTENSION_ROWS: [&str; count_permissions(COMMANDS, true)] = permission_names(COMMANDS, true);
-
-/// Cells of a row: one for each [`MasterMode`].
-pub const CELLS: usize = MasterMode::ALL.len();
 
 /// The columns by their names in the file, in the order of [`MasterMode::ALL`].
 const COLUMNS: [&str; CELLS] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
@@ -68,100 +44,136 @@ type Row = [Permission; CELLS];
 type Rows<const N: usize> = [Row; N];
 
 /// The tables of either port, the manual's and that of the extensions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(Serialize, Deserialize), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(with = "extension_rows"))]
+    #[serde(with = "extension_rows::host")]
     host_extensions: Rows<{ EXTENSION_ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(with = "extension_rows"))]
+    #[serde(with = "extension_rows::ip0")]
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
-/// Rows of extensions in the first release. Tables and snapshots may lack later ones, which are then valid everywhere.
+/// Rows of extensions that every table has. A table of before may lack later ones, which are then as printed.
 const REQUIRED_EXTENSIONS: usize = 15;
 
-/// The rows of the extensions in a snapshot. Later ones are left out at the end while they are valid everywhere, so that
-/// a new command does not change the files of a controller that nobody has configured for it.
-#[cfg(feature = "serde")]
+static SIX_AXIS_PRINT: PermissionTable = PermissionTable::build(Edition::SixAxisPrint);
+static SIX_AXIS: PermissionTable = PermissionTable::build(Edition::SixAxis);
+static SCARA: PermissionTable = PermissionTable::build(Edition::Scara);
+
+/// The rows of the extensions in a snapshot. Later ones are left out at the end while they are as printed, so that a new
+/// command does not change the files of a controller that nobody has configured for it.
 mod extension_rows {
-    use super::{CELLS, Permission, REQUIRED_EXTENSIONS, Row, Rows};
+    use super::{EXTENSION_ROWS, REQUIRED_EXTENSIONS, Row, Rows, SIX_AXIS_PRINT};
     use alloc::vec::Vec;
     use serde::de::{Deserialize, Deserializer, Error};
     use serde::ser::{Serialize, Serializer};
 
-    const DEFAULT: Row = [Permission::Valid; CELLS];
+    const COUNT: usize = EXTENSION_ROWS.len();
     /// Rows that are always written: those of the first version of the snapshot format.
     const WRITTEN: usize = REQUIRED_EXTENSIONS + 1;
 
-    pub(super) fn serialize<S: Serializer, const N: usize>(rows: &Rows<N>, to: S) -> Result<S::Ok, S::Error> {
-        let last = rows.iter().rposition(|row| *row != DEFAULT);
+    fn write<S: Serializer>(rows: &Rows<COUNT>, printed: &Rows<COUNT>, to: S) -> Result<S::Ok, S::Error> {
+        let mut both = rows.iter().zip(printed);
+        let last = both.rposition(|(row, printed)| row != printed);
         let count = last.map_or(0, |last| last + 1).max(WRITTEN);
         rows.get(..count).unwrap_or(rows).serialize(to)
     }
 
-    pub(super) fn deserialize<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
-    where
-        D: Deserializer<'de>,
-    {
+    fn read<'de, D: Deserializer<'de>>(printed: &Rows<COUNT>, from: D) -> Result<Rows<COUNT>, D::Error> {
         let mut rows = Vec::<Row>::deserialize(from)?;
-        if rows.len() >= REQUIRED_EXTENSIONS && rows.len() < N {
-            rows.resize(N, DEFAULT);
+        if let Some(later) = printed
+            .get(rows.len()..)
+            .filter(|_| rows.len() >= REQUIRED_EXTENSIONS)
+        {
+            rows.extend_from_slice(later);
         }
         let found = rows.len();
         rows.try_into()
-            .map_err(|_| D::Error::custom(format_args!("expected {N} rows of extensions, found {found}")))
+            .map_err(|_| D::Error::custom(format_args!("expected {COUNT} rows of extensions, found {found}")))
     }
+
+    macro_rules! port {
+        ($port:ident, $field:ident) => {
+            pub(super) mod $port {
+                use super::*;
+
+                pub(in super::super) fn serialize<S: Serializer>(
+                    rows: &Rows<COUNT>,
+                    to: S,
+                ) -> Result<S::Ok, S::Error> {
+                    write(rows, &SIX_AXIS_PRINT.$field, to)
+                }
+
+                pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(
+                    from: D,
+                ) -> Result<Rows<COUNT>, D::Error> {
+                    read(&SIX_AXIS_PRINT.$field, from)
+                }
+            }
+        };
+    }
+
+    port!(host, host_extensions);
+    port!(ip0, ip0_extensions);
 }
 
 /// Why a permission file cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("permissions, line {line}: expected {expected}, found {found}")]
 pub struct PermissionError {
     /// Line of the file, from 1.
     pub line: usize,
-    /// What the parser expected on this line.
     pub expected: String,
-    /// What it found; long lines are cut.
+    /// The line as found; a long one is cut.
     pub found: String,
 }
 
-error_text! {
-    PermissionError;
-    Self { line, expected, found } => "permissions, line {line}: expected {expected}, found {found}";
-}
-
 impl PermissionTable {
-    /// The tables as the manual prints them, and those of decision D4 for the extensions.
-    pub fn printed() -> PermissionTable {
-        let rows = COMMANDS.iter().filter_map(|row| Some((row, row.permission?)));
+    /// The tables of an edition. The extensions are those of the SCARA edition in each.
+    pub fn of(edition: Edition) -> &'static PermissionTable {
+        match edition {
+            Edition::SixAxisPrint => &SIX_AXIS_PRINT,
+            Edition::SixAxis => &SIX_AXIS,
+            Edition::Scara => &SCARA,
+        }
+    }
+
+    const fn build(edition: Edition) -> PermissionTable {
         let mut table = PermissionTable {
             host: [[Permission::Valid; CELLS]; _],
             ip0: [[Permission::Valid; CELLS]; _],
             host_extensions: [[Permission::Valid; CELLS]; _],
             ip0_extensions: [[Permission::Valid; CELLS]; _],
         };
-        for (row, permission) in rows {
-            let (host, ip0): (&mut [Row], &mut [Row]) = if row.is_extension() {
-                (&mut table.host_extensions, &mut table.ip0_extensions)
-            } else {
-                (&mut table.host, &mut table.ip0)
+        let mut index = 0;
+        while index < COMMANDS.len() {
+            let row = &COMMANDS[index];
+            index += 1;
+            let Some(permission) = row.permission else {
+                continue;
             };
-            if let (Some(host), Some(ip0)) = (host.get_mut(permission.number), ip0.get_mut(permission.number))
-            {
-                (*host, *ip0) = (permission.host, permission.ip0);
+            let (host, ip0) = permission.cells(edition);
+            if row.is_extension() {
+                table.host_extensions[permission.number] = host;
+                table.ip0_extensions[permission.number] = ip0;
+            } else {
+                table.host[permission.number] = host;
+                table.ip0[permission.number] = ip0;
             }
         }
         table
     }
 
-    /// Reads tables in the form of `data/permissions.txt`, in any order.
+    /// Reads tables in the form of `data/permissions.txt`, in any order. Rows of extensions that a table of before lacks are
+    /// as printed.
     ///
     /// # Errors
     /// A line that is no heading and no row, a cell that is not O, S or X, a row or a table twice
     /// or missing.
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
-        let mut table = PermissionTable::printed();
+        let mut table = *PermissionTable::of(Edition::SixAxisPrint);
         let mut missing = Vec::from(HEADINGS);
         let end = text.lines().count().max(1);
         let mut lines = lines(text).peekable();
@@ -207,10 +219,10 @@ impl PermissionTable {
     }
 }
 
-/// What is found where a line is missing.
+/// Shown as found where a line is missing.
 const END: &str = "the end of the file";
 
-/// What stands above the tables.
+/// Lines above the tables.
 const HEADINGS: [&str; 4] = ["[HOST]", "[IP0]", "[HOST extensions]", "[IP0 extensions]"];
 
 /// Whether a table may lack this row.
@@ -239,7 +251,6 @@ fn parse_table<'a>(
         let head = format!("COMMAND {}", COLUMNS.join(" "));
         return Err(error(number, &head, line));
     }
-    rows.fill([Permission::Valid; CELLS]);
     let mut seen = BTreeSet::new();
     while seen.len() < names.len() {
         let ends = lines.peek().is_none_or(|(_, line)| line.starts_with('['));
@@ -289,7 +300,7 @@ mod tests {
     use alloc::vec::Vec;
 
     fn cells(port: ProtocolPort, letters: &str) -> [Permission; 5] {
-        let table = PermissionTable::printed();
+        let table = PermissionTable::of(Edition::SixAxisPrint);
         MasterMode::ALL.map(|mode| table.get(port, letters, mode).unwrap())
     }
 
@@ -324,10 +335,9 @@ mod tests {
     #[test]
     fn the_extensions() {
         let like = [
-            ("SF", "SM AC AH IO PR VL HI MN"),
-            ("IW", "HO"),
-            ("EC", "WD ZS MD RT SC"),
-            ("DO", "JG"),
+            ("SF", "SM AC AH IO PR VL MN WD PS RM ZC"),
+            ("DO", "HI HO ZS MD RT SC JG MP EM"),
+            ("RS", "RS,ERR"),
         ];
         for port in ProtocolPort::ALL {
             for (model, rows) in like {
@@ -335,14 +345,39 @@ mod tests {
                     assert_eq!(cells(port, row), cells(port, model), "{row}");
                 }
             }
-            assert_eq!(cells(port, "RS,ERR"), cells_of("SSSSS"));
-            assert_eq!(cells(port, "rs,err"), cells_of("SSSSS"));
+            assert_eq!(cells(port, "rs,err"), cells(port, "RS,ERR"));
+        }
+    }
+
+    // clause: T2
+    #[test]
+    fn the_editions_differ_in_rn_on_host_and_in_sl() {
+        let all = ROWS.iter().chain(&EXTENSION_ROWS);
+        for row in all {
+            for port in ProtocolPort::ALL {
+                let of = |edition| {
+                    let table = PermissionTable::of(edition);
+                    MasterMode::ALL.map(|mode| table.get(port, row, mode).unwrap())
+                };
+                let printed = of(Edition::SixAxisPrint);
+                let corrected = match (*row, port) {
+                    ("RN", ProtocolPort::Host) => cells_of("XXXSX"),
+                    _ => printed,
+                };
+                let scara = if *row == "SL" {
+                    cells_of("SSSSS")
+                } else {
+                    corrected
+                };
+                assert_eq!(of(Edition::SixAxis), corrected, "{port:?} {row}");
+                assert_eq!(of(Edition::Scara), scara, "{port:?} {row}");
+            }
         }
     }
 
     #[test]
     fn the_file_prints_the_same_tables() {
-        let text = include_str!("../data/permissions.txt");
+        let text = include_str!("../../data/permissions.txt");
         let file = PermissionTable::parse(text).unwrap();
         for line in text.lines().filter(|line| !line.starts_with(['#', '[', 'C'])) {
             let Some(row) = line.split_whitespace().next() else {
@@ -376,7 +411,7 @@ mod tests {
     // clause: PRM-LEG-05
     #[test]
     fn parts_of_an_exchange_have_no_row() {
-        let table = PermissionTable::printed();
+        let table = PermissionTable::of(Edition::SixAxisPrint);
         for letters in ["FL", "OK", "NG", "XX", ""] {
             assert_eq!(table.get(ProtocolPort::Ip0, letters, MasterMode::ExtEther), None);
         }
@@ -385,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_changed_cell_takes_effect_alone() {
-        let text = include_str!("../data/permissions.txt");
+        let text = include_str!("../../data/permissions.txt");
         let from = "RN       X         X         X    S        O";
         let changed = text.replace(
             from,
@@ -396,7 +431,7 @@ mod tests {
             table.get(ProtocolPort::Host, "RN", MasterMode::ExtEther),
             Some(Permission::Invalid)
         );
-        let printed = PermissionTable::printed();
+        let printed = *PermissionTable::of(Edition::SixAxisPrint);
         assert_ne!(table.host, printed.host);
         assert_eq!(
             PermissionTable {
@@ -407,18 +442,21 @@ mod tests {
         );
         assert_eq!(
             PermissionTable::parse(&text.replace('\n', "\r\n")),
-            Ok(PermissionTable::printed())
+            Ok(*PermissionTable::of(Edition::SixAxisPrint))
         );
     }
 
+    // clause: T2 T27
     #[test]
-    fn a_row_that_came_later_may_be_left_out() {
-        let text = include_str!("../data/permissions.txt");
-        let older: Vec<&str> = text.lines().filter(|line| !line.starts_with("MN ")).collect();
-        assert_eq!(older.len() + 2, text.lines().count());
+    fn rows_that_came_later_may_be_left_out_and_are_then_as_printed() {
+        let text = include_str!("../../data/permissions.txt");
+        let later = ["MN ", "MP ", "PS ", "RM ", "ZC ", "EM "];
+        let is_later = |line: &&str| later.iter().any(|name| line.starts_with(name));
+        let older: Vec<&str> = text.lines().filter(|line| !is_later(line)).collect();
+        assert_eq!(older.len() + 2 * later.len(), text.lines().count());
         assert_eq!(
             PermissionTable::parse(&older.join("\n")),
-            Ok(PermissionTable::printed())
+            Ok(*PermissionTable::of(Edition::SixAxisPrint))
         );
         let closed = text.replace("MN       O         O         O    O        O", "MN X X X X X");
         let table = PermissionTable::parse(&closed).unwrap();
@@ -430,7 +468,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_line() {
-        let text = include_str!("../data/permissions.txt");
+        let text = include_str!("../../data/permissions.txt");
         let lines: Vec<&str> = text.lines().collect();
         let first = lines.iter().position(|line| line.starts_with("RN ")).unwrap() + 1;
         let break_first = |to: &str| {
@@ -466,7 +504,9 @@ mod tests {
         let manual = text.split("[HOST extensions]").next().unwrap_or_default();
         let error = PermissionTable::parse(manual).unwrap_err();
         assert_eq!(error.expected, "[HOST extensions]");
-        for end in 0..text.trim_end().len() {
+        // The rows after it may be left out.
+        let required = text.rfind("RS,ERR").unwrap();
+        for end in 0..required {
             assert!(PermissionTable::parse(&text[..end]).is_err(), "{end}");
         }
         assert_eq!(

@@ -1,0 +1,209 @@
+//! Passes what is done to the controller itself, at the panel or by its owner, to the part that does it. Power off and a
+//! power cycle drop every peer.
+//!
+//! The panel is in `panel`, what else an owner does in `ops::actions`.
+
+use crate::action::error::ActionResult;
+use crate::action::{Accepted, Action, ActionError};
+use crate::alarm;
+use crate::controller::Controller;
+use crate::executor::StopCause;
+use crate::faults::kind::ScheduledAction;
+use crate::findings::rules;
+use crate::io::signals::{IoKind, Signals};
+use crate::ops::{OperateError, no_line};
+use crate::output::{Event, Output};
+use crate::panel::PanelAction;
+use crate::persistence::Then;
+use crate::prelude::*;
+use ts3100_proto::words::Word as _;
+
+impl Controller {
+    /// Does what one who holds the controller wants. A change of a file that is to be kept outside first is done when
+    /// the answer has come.
+    ///
+    /// # Errors
+    /// Why it had no effect; the event says the same.
+    pub(super) fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
+        let robot = &mut self.robot;
+        let at_once = |done: ActionResult| done.map(|()| None);
+        let variable = if let Action::SetVariable { name, .. } | Action::Teach { name, .. } = &action {
+            Some(name.clone())
+        } else {
+            None
+        };
+        let done = match action {
+            action if !robot.panel.state().powered && action.needs_power() => {
+                let verb = format!("do `{action}`");
+                Err(ActionError::cannot("power", verb, "the power is off"))
+            }
+            Action::Panel(PanelAction::InputLine { line, .. }) if !Signals::exists(line) => {
+                Err(no_line(IoKind::Input, line))
+            }
+            Action::Panel(panel) => {
+                let (place, verb) = purpose(&panel);
+                let done = self.do_at_panel(panel);
+                at_once(done.map_err(|reason| ActionError::cannot(place, verb, reason)))
+            }
+            Action::FeedHold(on) => {
+                robot.set_feed_hold(on);
+                Ok(None)
+            }
+            Action::PowerOff => {
+                self.power_off();
+                self.robot.context.outputs.push(Output::PowerOff);
+                Ok(None)
+            }
+            Action::PowerOn => {
+                self.power_on();
+                Ok(None)
+            }
+            Action::RaiseAlarm { number, detail } => at_once(robot.raise_by_number(&number, detail)),
+            Action::Pulse {
+                side,
+                line,
+                on,
+                length,
+            } => at_once(robot.pulse_line(side, line, on, length)),
+            Action::SetOutput { line, on } => at_once(robot.set_user_output(line, on)),
+            Action::Force { side, line, on } => at_once(robot.force_line(side, line, Some(on))),
+            Action::Release { side, line } => at_once(robot.force_line(side, line, None)),
+            Action::SetVariable {
+                name,
+                values,
+                restore,
+            } => robot.set_variable(&name, values, restore),
+            Action::Teach { name, restore } => robot.teach(&name, restore),
+            Action::PutFile { name, content } => robot.put_file(&name, &content),
+            Action::EraseFile { name } => robot.erase_file(&name),
+            Action::Select { name } => at_once(robot.select_by_name(&name)),
+            Action::Breakpoints(lines) => at_once(robot.set_breakpoints(&lines)),
+            Action::Step => at_once(robot.step()),
+            Action::RunTo(line) => at_once(robot.run_to(line)),
+            Action::Fault(order) => at_once(self.endpoints.fault_order(&mut robot.context, order)),
+        };
+        match done {
+            Ok(None) => Ok(Accepted::Done),
+            Ok(Some(change)) => {
+                let place = variable.unwrap_or_else(|| change.staged.name().to_string());
+                self.make(change, Then::Resolve { place })
+            }
+            Err(error) => self.refuse_action(error),
+        }
+    }
+
+    /// An action has no effect: its caller and the events say the same.
+    pub(super) fn refuse_action(&mut self, error: ActionError) -> Result<Accepted, ActionError> {
+        let event = Event::ActionRefused(error.clone());
+        self.robot.context.outputs.event(event);
+        Err(error)
+    }
+
+    /// Does something at the panel for which nobody waits: what has no effect is a finding.
+    pub(super) fn panel(&mut self, panel: PanelAction) {
+        let what = if let PanelAction::Servo(_) = panel {
+            "servo on"
+        } else if panel == PanelAction::Start {
+            "start"
+        } else {
+            "the deed"
+        };
+        if let Err(reason) = self.do_at_panel(panel) {
+            let message = format!("{what} at the panel had no effect: {reason}");
+            let context = &mut self.robot.context;
+            context.report(&rules::PANEL_REFUSED, None, &[], message);
+        }
+    }
+
+    /// # Errors
+    /// Why it had no effect.
+    fn do_at_panel(&mut self, panel: PanelAction) -> Result<(), OperateError> {
+        let robot = &mut self.robot;
+        match panel {
+            PanelAction::Key(key) => return robot.turn_key(key),
+            PanelAction::ControlRight(right) => robot.set_control_right(right),
+            PanelAction::EmergencyStop(pressed) => robot.set_alarm_cause(alarm::EMERGENCY_STOP, pressed),
+            PanelAction::SafetySwitch(open) => robot.set_alarm_cause(alarm::SAFETY_STOP, open),
+            PanelAction::Servo(true) => return robot.servo_on(),
+            PanelAction::Servo(false) => robot.servo_off(StopCause::Other),
+            PanelAction::Start => return robot.start(),
+            PanelAction::Stop => robot.stop_by_hand(),
+            PanelAction::FeedHold => robot.feed_hold(),
+            PanelAction::AlarmReset => robot.reset_alarms(),
+            PanelAction::MachineLock(on) => robot.panel.set_machine_lock(on),
+            PanelAction::InputLine { line, on } => robot.drive_input(line, on),
+            PanelAction::Battery(low) => robot.set_alarm_cause(alarm::BATTERY, low),
+            PanelAction::Override(percent) => robot.set_override(percent.clamp(1, 100)),
+            PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
+            PanelAction::Jog { axis, positive, mode } => robot.jog_by_key(axis, positive, mode)?,
+            PanelAction::JogStop => robot.arm.stop_jog(robot.context.now),
+            PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
+            PanelAction::PowerCycle => {
+                self.power_off();
+                self.power_on();
+            }
+        }
+        Ok(())
+    }
+
+    /// Power off: nothing of any conversation remains.
+    fn power_off(&mut self) {
+        if self.robot.panel.state().powered {
+            self.robot.power_off();
+            self.endpoints.power_off(&self.robot.context);
+        }
+    }
+
+    /// Power on: the parameters act, those of the serial lines too.
+    fn power_on(&mut self) {
+        self.robot.power_on();
+        self.endpoints.settings = self.robot.parameters.serial_lines();
+    }
+
+    /// Does to the machine what faults that have fired do to it at once; their events come after what comes of it. Only a
+    /// command, a text of a download and a record meet such a fault, before the robot is asked for anything.
+    pub(super) fn perform_fired(&mut self) {
+        for (actions, event) in core::mem::take(&mut self.endpoints.fired) {
+            for action in actions {
+                self.perform(action);
+            }
+            self.robot.context.outputs.event(event);
+        }
+    }
+
+    /// Performs the actions of faults that are due, in the order of their times.
+    pub(super) fn perform_scheduled(&mut self) {
+        while let Some(action) = self.endpoints.faults.take_due(self.robot.context.now) {
+            self.perform(action);
+        }
+    }
+
+    fn perform(&mut self, action: ScheduledAction) {
+        let state = self.robot.machine_state();
+        let context = &mut self.robot.context;
+        context.fault_effects.begin_action(context.now, state);
+        match action {
+            ScheduledAction::Panel(panel) => self.panel(panel),
+            // A controller without power raises no alarms.
+            ScheduledAction::Alarm(_) if !self.robot.panel.state().powered => {}
+            ScheduledAction::Alarm(code) => self.robot.raise(code, "a fault on purpose".to_string()),
+        }
+        // Before the command that meets the fault is served: an extension command ends the SP of its host.
+        self.take_notices();
+    }
+}
+
+/// Where at the panel an action had no effect, and what one who does it wants to do.
+fn purpose(panel: &PanelAction) -> (&'static str, String) {
+    if let PanelAction::Servo(on) = panel {
+        ("servo", format!("turn the servo {}", on.word()))
+    } else if let PanelAction::Key(key) = panel {
+        ("key switch", format!("turn the key switch to {}", key.word()))
+    } else if *panel == PanelAction::Start {
+        ("start", "start the program".to_string())
+    } else if let PanelAction::Jog { axis, .. } = panel {
+        ("jog", format!("jog axis {axis}"))
+    } else {
+        ("panel", format!("do `{panel}`"))
+    }
+}

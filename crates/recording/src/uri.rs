@@ -1,0 +1,78 @@
+//! URIs in reports (RFC 3986): of files, and of sections of the documentation.
+
+use std::path::Path;
+
+/// Percent-encodes one segment of a path; unreserved characters stay.
+pub fn percent_encoded(segment: &str) -> String {
+    segment.bytes().fold(String::new(), |mut text, byte| {
+        if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
+            text.push(char::from(byte));
+        } else {
+            text.push_str(&format!("%{byte:02X}"));
+        }
+        text
+    })
+}
+
+/// A file: `file://` with an absolute path, else a reference relative to where the run began, as code hosts expect it.
+pub fn of_file(path: &Path) -> String {
+    let text = path.to_string_lossy().replace('\\', "/");
+    let segments: Vec<String> = text.split('/').map(percent_encoded).collect();
+    let encoded = segments.join("/");
+    if text.starts_with('/') {
+        return format!("file://{encoded}");
+    }
+    let mut drive = text.chars();
+    match (drive.next(), drive.next(), drive.next()) {
+        // C:/robots/pick.scol
+        (Some(letter), Some(':'), Some('/')) if letter.is_ascii_alphabetic() => {
+            format!("file:///{}", encoded.replacen("%3A", ":", 1))
+        }
+        _ => encoded,
+    }
+}
+
+/// A section of the documentation, as [`crate::book`] names it. Without a published book it is a name that leads nowhere, because
+/// a relative link is no URI.
+pub fn of_docs(section: &str) -> String {
+    match section.contains("://") {
+        true => section.to_owned(),
+        false => format!("urn:ts3100:{section}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_segment_keeps_its_unreserved_characters() {
+        assert_eq!(percent_encoded("A(1,2)"), "A%281%2C2%29");
+        assert_eq!(percent_encoded("USER.PAR"), "USER.PAR");
+        assert_eq!(percent_encoded("a/../b ü"), "a%2F..%2Fb%20%C3%BC");
+    }
+
+    #[test]
+    fn files_by_where_they_lie() {
+        for (path, uri) in [
+            ("pick.scol", "pick.scol"),
+            ("a b/pick.scol", "a%20b/pick.scol"),
+            ("./runs/t:1.txt", "./runs/t%3A1.txt"),
+            ("/tmp/a b/run.txt", "file:///tmp/a%20b/run.txt"),
+            ("C:\\robots\\run 1.txt", "file:///C:/robots/run%201.txt"),
+            ("größe.txt", "gr%C3%B6%C3%9Fe.txt"),
+        ] {
+            assert_eq!(of_file(Path::new(path)), uri);
+        }
+    }
+
+    #[test]
+    fn documentation_by_its_address_or_its_name() {
+        assert_eq!(
+            of_docs("docs/reference/findings.md#no-stx"),
+            "urn:ts3100:docs/reference/findings.md#no-stx"
+        );
+        let address = "https://example.org/reference/findings.html#no-stx";
+        assert_eq!(of_docs(address), address);
+    }
+}
