@@ -77,7 +77,7 @@ const ALLOWED: [(&str, &str); 4] = [
     ("tests/suites/old_names.rs", "the list"),
     ("tests/suites/words.rs", "a list of words that code avoids"),
     ("tests/suites/prose.rs", "a list of words that pages avoid"),
-    ("crates/controller/src/faults/mod.rs", "field names of snapshots"),
+    ("crates/controller/src/faults.rs", "field names of snapshots"),
 ];
 
 /// The old names in a text: `LINE: OLD is NEW`.

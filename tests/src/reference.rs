@@ -131,7 +131,7 @@ fn mark(name: &str) -> String {
 
 /// The example of the Rust page, which the suites compile and run.
 fn rust_example() -> String {
-    let source = include_str!("../../../clients/rust-example/tests/robot.rs");
+    let source = include_str!("../../clients/rust-example/tests/robot.rs");
     let example = source.split_once("\n\n").map_or(source, |(_, example)| example);
     format!("```rust\n{}\n```", example.trim_end())
 }

@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn the_file_prints_the_same_tables() {
-        let text = include_str!("../../data/permissions.txt");
+        let text = include_str!("../data/permissions.txt");
         let file = PermissionTable::parse(text).unwrap();
         for line in text.lines().filter(|line| !line.starts_with(['#', '[', 'C'])) {
             let Some(row) = line.split_whitespace().next() else {
@@ -420,7 +420,7 @@ mod tests {
 
     #[test]
     fn a_changed_cell_takes_effect_alone() {
-        let text = include_str!("../../data/permissions.txt");
+        let text = include_str!("../data/permissions.txt");
         let from = "RN       X         X         X    S        O";
         let changed = text.replace(
             from,
@@ -449,7 +449,7 @@ mod tests {
     // clause: T2 T27
     #[test]
     fn rows_that_came_later_may_be_left_out_and_are_then_as_printed() {
-        let text = include_str!("../../data/permissions.txt");
+        let text = include_str!("../data/permissions.txt");
         let later = ["MN ", "MP ", "PS ", "RM ", "ZC ", "EM "];
         let is_later = |line: &&str| later.iter().any(|name| line.starts_with(name));
         let older: Vec<&str> = text.lines().filter(|line| !is_later(line)).collect();
@@ -468,7 +468,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_line() {
-        let text = include_str!("../../data/permissions.txt");
+        let text = include_str!("../data/permissions.txt");
         let lines: Vec<&str> = text.lines().collect();
         let first = lines.iter().position(|line| line.starts_with("RN ")).unwrap() + 1;
         let break_first = |to: &str| {

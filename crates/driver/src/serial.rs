@@ -14,7 +14,7 @@ mod tcp;
 #[cfg(unix)]
 mod terminal;
 #[cfg(not(unix))]
-#[path = "terminal_threads.rs"]
+#[path = "serial/terminal_threads.rs"]
 mod terminal;
 mod unsent;
 
