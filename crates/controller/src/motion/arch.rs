@@ -64,10 +64,13 @@ impl Arch {
     pub(super) fn new(from: [f64; 3], to: [f64; 3], gate: &Gate, stretches: &[Stretch; 3]) -> Arch {
         let [up, across, down] = stretches;
         let profiles = stretches.map(|stretch| stretch.profile());
+        // A line without length is over at once, and nothing has to wait for it.
         let part = |way: f64, whole: f64| if whole > 0.0 { way / whole } else { 1.0 };
         let across_from = profiles[0].time_at(part(gate.single_axis_1, up.way));
         let across_end = across_from + profiles[1].duration();
+        // How long the way down takes until only `single_axis_2` is left: so much of it may overlap the way across.
         let free = profiles[2].time_at(1.0 - part(gate.single_axis_2, down.way).min(1.0));
+        // Not before the way up has ended either, because the same axis does both.
         let down_from = profiles[0].duration().max(across_end - free);
         Arch {
             from,
@@ -80,6 +83,7 @@ impl Arch {
             across_from,
             down_from,
             duration: across_end.max(down_from + profiles[2].duration()),
+            // Up and down never overlap, and the way across is at right angles to both.
             top_speed: hypot(across.speed(), up.speed().max(down.speed())),
             length: up.way + across.way + down.way,
         }

@@ -9,7 +9,7 @@ use crate::model::AXES;
 use crate::model::Joints;
 use crate::prelude::*;
 
-/// The part of the time next to an end at which the ratio of two speeds stands for that at the end, where both are 0.
+/// The part of the time next to an end at which the ratio of two speeds is taken for that at the end, where both are 0.
 const END_PART: f64 = 1e-6;
 
 /// The courses of the axes beside the leading one.
@@ -69,6 +69,7 @@ impl AxisCourses {
     /// of its way. Returns the index of the leading axis too; `None` if no axis moves.
     pub(super) fn new(moving: &[(usize, Profile, f64)]) -> Option<(usize, AxisCourses)> {
         let longer = |best: &(usize, Profile, f64), next: &(usize, Profile, f64)| {
+            // Of axes that take equally long the first leads.
             if next.1.duration() > best.1.duration() {
                 *next
             } else {
@@ -83,6 +84,7 @@ impl AxisCourses {
         };
         for &(axis, profile, accel) in moving.iter().filter(|(axis, ..)| *axis != leading) {
             let course = AxisCourse { axis, profile };
+            // An axis that is k times as steep as the leading one gets k times its acceleration.
             courses.most_accel = courses.most_accel.min(accel / course.steepest(&lead));
             courses.others.push(course);
         }
@@ -96,6 +98,8 @@ impl AxisCourses {
 
     /// Puts each axis where it is when the leading one has done this part of its way.
     pub(super) fn place(&self, from: &Joints, to: &Joints, part: f64, joints: &mut Joints) {
+        // From the part back to the time at which the leading axis would be there, undisturbed. Feed hold and override
+        // change how fast `part` grows, and not this relation.
         let time = self.lead.time_at(part);
         for course in &self.others {
             let done = course.part_at(&self.lead, time);

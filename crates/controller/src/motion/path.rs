@@ -55,11 +55,14 @@ impl Shape {
             return None;
         }
         // Circumcentre, seen from `from`.
+        // With a and b the ways to via point and end, n = a x b: centre = (b² (n x a) + a² (b x n)) / 2n².
         let lean = cross(normal, to_via).map(|part| part * dot(to_end, to_end));
         let reach = cross(to_end, normal).map(|part| part * dot(to_via, to_via));
         let to_centre = plus(lean, reach).map(|part| part / (2.0 * area * area));
         let (centre, radius) = (plus(from, to_centre), norm(to_centre));
         let first = to_centre.map(|part| -part / radius);
+        // A turn about n leads from the start past the via point to the end, so the angle of the end alone decides the
+        // length: 0 to a whole turn, and the via point is on the way.
         let second = cross(normal.map(|part| part / area), first);
         let last = minus(to, centre);
         let angle = atan2(dot(last, second), dot(last, first));
@@ -115,6 +118,8 @@ impl AxisAngle {
     /// The shortest turn that makes this rotation.
     pub(super) fn from_rotation(r: &[[f64; 3]; 3]) -> AxisAngle {
         let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
+        // R - R' is 2 sin times the axis, the trace 1 + 2 cos. `atan2` of both is exact at every angle; `acos` loses
+        // half its digits near 0 and near half a turn.
         let (sin, cos) = (norm(skew) / 2.0, (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0);
         let angle = degrees(atan2(sin, cos));
         if sin > MIN_TURN_SINE || cos > 0.0 {
@@ -128,9 +133,11 @@ impl AxisAngle {
         for (index, column) in columns.iter_mut().enumerate() {
             column[index] = (r[index][index] + 1.0) / 2.0;
         }
+        // Each column is the axis times one of its components: the longest has the most digits.
         let longer = |best, column| if norm(column) > norm(best) { column } else { best };
         let longest = columns.into_iter().fold([0.0; 3], longer);
         let axis = longest.map(|part| part / norm(longest));
+        // The column fixes the axis up to its sign; just below half a turn the sense still counts.
         let sign = if dot(axis, skew) < 0.0 { -1.0 } else { 1.0 };
         let axis = axis.map(|part| sign * part);
         AxisAngle { axis, angle }
@@ -138,6 +145,7 @@ impl AxisAngle {
 
     fn partial_rotation(&self, part: f64) -> [[f64; 3]; 3] {
         let (sin, cos) = sin_cos(self.angle * part);
+        // Rodrigues' formula.
         let ([x, y, z], rest) = (self.axis, 1.0 - cos);
         // No axis, no turn: the formula below then gives cos on the diagonal, which is 1.
         [
@@ -191,6 +199,8 @@ impl ToolPath {
         let Some(steps) = self.samples.len().checked_sub(1) else {
             return Joints::default();
         };
+        // Only which turn of an axis is meant comes from here, and the samples are fixed when the motion is planned:
+        // two questions about the same part have the same answer.
         let position = part.clamp(0.0, 1.0) * steps as f64;
         // In range: `position` is between 0 and the number of steps, which is bounded by `plan`.
         let index = (floor(position) as usize).min(steps.saturating_sub(1));
@@ -274,7 +284,8 @@ fn interpolate(from: &Joints, to: &Joints, part: f64) -> Joints {
     }
 }
 
-/// Half the part of a path over which the speed of the tool point is measured.
+/// Half the part of a path over which the speed of the tool point is measured: short beside a step of the search, long
+/// beside rounding.
 const SPEED_PART: f64 = 1e-5;
 
 /// Most the tool point moves, in mm per whole path, anywhere on a joint path on which the axes turn by `turning` radians
@@ -308,6 +319,7 @@ pub(super) fn tool_way(kind: &ArmKind, path: &Path, tool: &Transform, turning: f
     };
     let even = (0..=STEPS).map(|step| f64::from(step) / f64::from(STEPS));
     let fastest = even.chain(courses.bends()).map(speed).fold(0.0, f64::max);
+    // An axis with a course of its own turns up to so many times as fast along the path as one that follows evenly.
     let turning = turning * courses.steepest();
     fastest + reach * turning * turning / f64::from(STEPS) / 2.0
 }

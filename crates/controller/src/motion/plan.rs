@@ -22,7 +22,8 @@ const SAMPLE_TURN: f64 = 1.0;
 /// Fewest and most samples of a line or arc.
 const MIN_SAMPLES: f64 = 16.0;
 const MAX_SAMPLES: f64 = 256.0;
-/// An axis that turns more than this between two samples, degrees, would have to jump.
+/// An axis that turns more than this between two samples, degrees, would have to jump: the tool itself turns by
+/// at most [`SAMPLE_TURN`] there.
 const MAX_JUMP: f64 = 45.0;
 /// By how much an axis may bend more between samples than at them.
 const SAMPLING_MARGIN: f64 = 1.01;
@@ -102,6 +103,7 @@ impl Planner<'_> {
         let kind = &self.model.kind;
         let ways = minus(*to, *self.from).map(f64::abs);
         self.check_driven(&ways)?;
+        // For the bound in `tool_way`: a sliding axis does not bend the way of the tool point.
         let turns = (0..).zip(ways).filter(|(axis, _)| !is_linear(kind, *axis));
         let turning = turns.fold(0.0, |sum, (_, way)| sum + radians(way));
         let abilities: Vec<Ability> = self
@@ -155,6 +157,7 @@ impl Planner<'_> {
         let kind = &self.model.kind;
         let end = (end.transform(), end.uv);
         let [shoulder, elbow, wrist, ..] = config;
+        // Digits of axes 4 and 6 are left open: which turn they end on is known only after the path (`whole_path`).
         let flange = (end.0.compose(&self.tool.inverse()), end.1);
         let posture = [shoulder, elbow, wrist, 0, 0];
         self.model.inverse_of(&flange, posture, self.from)?;
@@ -195,6 +198,7 @@ impl Planner<'_> {
                 return Err(MotionError::Gate { name, found, max });
             }
         }
+        // The tool turns while it goes across, so up and down keep the orientation of their ends.
         let above = |(place, uv): Place| {
             let [x, y, _] = place.origin;
             let origin = [x, y, top];
@@ -220,6 +224,8 @@ impl Planner<'_> {
         let tool_path = self.whole_path(ends, Shape::Arch(Box::new(arch)))?;
         // Seconds in which no axis would have to be faster than it can.
         let axes = self.axes(sampled_ways(&tool_path));
+        // Stretching the time by k divides every speed by k. Accelerations are not checked here: those of two lines add
+        // up where they overlap (motion-14).
         let times = axes.map(|(axis, way, _)| way / axis.max_speed);
         let least = times.fold(0.0, f64::max);
         let path = Path::Tool(Box::new(tool_path));
@@ -236,6 +242,7 @@ impl Planner<'_> {
         end: &Place,
         shape: Shape,
     ) -> Result<ToolPath, MotionError> {
+        // The turn in the axes of the tool at the start, so that `flange_at` multiplies it from the right.
         let turn = product(&transposed(&start.0.rotation), &end.0.rotation);
         let mut tool_path = ToolPath {
             kind: self.model.kind,
@@ -257,6 +264,8 @@ impl Planner<'_> {
     fn tool_path_ability(&self, tool_path: &ToolPath) -> Ability {
         let model = self.model;
         let (length, [from, to]) = (tool_path.shape.length(), tool_path.uv);
+        // A turn reaches its full speed in the time in which the tool point reaches its own
+        // (`ArmModel::max_turn_speed`).
         let turn_accel = model.max_turn_speed * model.max_tool_accel / model.max_tool_speed;
         let mut ability = Ability::FREE
             .bounded(length, model.max_tool_speed, model.max_tool_accel)
@@ -267,6 +276,7 @@ impl Planner<'_> {
         if let Shape::Arc { radius, .. } = tool_path.shape {
             // On the circle the tool point is drawn to its centre by the square of its speed over the radius.
             let accel = model.max_tool_accel * clamp_fraction(self.limits.accel);
+            // In parts of the path: (length v)² / radius.
             ability = ability.bent(length * length / radius, accel);
         }
         let axes = self.axes(sampled_ways(tool_path)).zip(sampled_bends(tool_path));
@@ -301,6 +311,7 @@ fn samples(model: &ArmModel, from: &Joints, tool_path: &ToolPath) -> Result<Vec<
         let part = f64::from(step) / f64::from(steps);
         let percent = part * 100.0;
         let flange = tool_path.flange_at(part);
+        // From sample to sample, so that axes 4 and 6 go on beyond half a turn instead of jumping back by a whole one.
         let joints = follow(&tool_path.kind, &flange, tool_path.digits, &last)
             .and_then(|joints| model.check_limits(&joints).map(|()| joints))
             .map_err(|reason| MotionError::OnPath { percent, reason })?;
@@ -341,6 +352,7 @@ fn sampled_bends(tool_path: &ToolPath) -> Joints {
     let samples = tool_path.samples.iter();
     let places = samples.clone().zip(samples.clone().skip(1)).zip(samples.skip(2));
     let bends = places.map(|((first, second), third)| {
+        // Second difference of three samples, with a step of 1 / steps.
         let bends = plus(plus_times(*third, *second, -2.0), *first);
         bends.map(|bend| bend.abs() * steps * steps * SAMPLING_MARGIN)
     });

@@ -6,7 +6,7 @@ use libm::sqrt;
 
 /// Most phases a profile has: up or down to cruising speed, cruising, braking.
 const PHASES: usize = 3;
-/// Rates of a path on which almost nothing moves, 1/s and 1/s².
+/// Rates of a path on which almost nothing moves, 1/s and 1/s²: at 100 % such a path takes 2 ms.
 const MAX_RATE: f64 = 1e6;
 
 /// How fast a path may be run through, in parts of the path: 1/s and 1/s².
@@ -177,12 +177,15 @@ impl Profile {
         } = *rates;
         let v = from.speed;
         if v * v >= 2.0 * decel * way {
+            // From v to rest within `way`: v² = 2 a way.
             let brake = ProfilePhase::change(v, 0.0, v * v / (2.0 * way));
             return Profile::new(from, length, &[brake]);
         }
-        // Speed at which accelerating and braking alone would fill the way.
+        // Speed at which accelerating and braking alone would fill the way:
+        // way = (peak² - v²) / 2a + peak² / 2d. It is above v, because v² < 2 d way.
         let peak = sqrt((way + v * v / (2.0 * accel)) * 2.0 * accel * decel / (accel + decel));
         let top = peak.min(cruise);
+        // Hence only the cruising speed can be below v.
         let rate = if top < v { decel } else { accel };
         let first = ProfilePhase::change(v, top, rate);
         let last = ProfilePhase::change(top, 0.0, decel);
@@ -208,6 +211,7 @@ impl Profile {
             return Profile::to_end(from, length, rates);
         }
         // The cruising speed comes too late: from this lower one the last deceleration fills the way.
+        // way = (v² - low²) / 2s + low² / 2d, with s for `slowing`. Dividing is safe: s > d here.
         let low = sqrt(room / (slowing / rates.decel - 1.0));
         let first = ProfilePhase::change(v, low, slowing);
         Profile::new(
@@ -238,6 +242,7 @@ impl Profile {
 
     /// Slowing from a state to rest at this deceleration, at `length` at the latest.
     pub fn to_rest(from: PathState, length: f64, decel: f64) -> Profile {
+        // A state too fast to rest before `length` brakes harder: `to_end` lets it rest there, never beyond the path.
         let way = from.speed * from.speed / (2.0 * decel);
         if from.place + way >= length {
             let (speed, accel) = (from.speed, decel);
@@ -298,7 +303,8 @@ impl Profile {
         for phase in &self.phases {
             let way = phase.whole_way();
             if left < way {
-                // The root that stays exact for small accelerations.
+                // left = v t + a t² / 2. The usual root, (speed - v) / a, has no value while cruising (a = 0) and loses
+                // digits near it; this form of the same root does not.
                 let speed = sqrt((phase.speed * phase.speed + 2.0 * phase.accel * left).max(0.0));
                 return time + (2.0 * left / (phase.speed + speed)).min(phase.duration);
             }

@@ -12,7 +12,8 @@ use crate::prelude::*;
 use core::time::Duration;
 use libm::ceil;
 
-/// Rounding allowed before a duration counts as the next microsecond, in microseconds.
+/// Rounding allowed before a duration counts as the next microsecond, in microseconds: 0.25 s computed as
+/// 250000.00000001 us stays 250000.
 const MICROSECOND_SLACK: f64 = 1e-3;
 
 /// The time after its start of what does not come.
@@ -138,6 +139,7 @@ impl Motion {
         };
         let asked = nominal_rates(&next.full, &next.limits);
         let start = PathState::at_rest(0.0);
+        // As at override 100. The chain is a function of time, and the override scales that time.
         let chained = ChainedMotion::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
         let state = self.state_at(at);
         let (chain, now, rate) = match &self.path {
@@ -159,6 +161,9 @@ impl Motion {
             }
         };
         let chain = chain.append(model, tool, chained, (now, rate), pass / 100.0)?;
+        // A chain is followed by its own time: a place is a part of its duration, a rate is seconds of the chain per
+        // second. `now` and `rate` carry the present state over, so at `at` the arm neither jumps nor changes its
+        // speed.
         let (duration, top) = (chain.duration, chain.top_speed());
         let path = Path::Chain(Box::new(chain));
         let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
@@ -194,6 +199,7 @@ impl Motion {
     fn joins_at(&self) -> Duration {
         match &self.path {
             Path::Chain(chain) => {
+                // A held or stopped course can rest before it comes to the motion added last.
                 let place = chain.last_begins() / chain.duration;
                 if self.profile.end() < place {
                     return NEVER;
@@ -227,6 +233,7 @@ impl Motion {
     /// When, after its start, the motion rests: at its end, or where feed hold or stop lets it rest. Rounded up to
     /// a whole microsecond.
     pub fn duration(&self) -> Duration {
+        // Up and not down: at the deadline the profile is over, and the joints are exactly those of its end.
         let micros = ceil(self.profile.duration() * 1e6 - MICROSECOND_SLACK);
         // A float converts to the nearest integer there is: nothing wraps.
         self.since.saturating_add(Duration::from_micros(micros as u64))
@@ -332,6 +339,7 @@ impl Motion {
                 decel: own.decel * part * part,
             }
         } else {
+            // A line or an arc: the override is a part of the speed, the ramps stay (motion-11).
             let speed = limits.speed * limits.override_part;
             nominal_rates(&self.full, &Limits { speed, ..*limits })
         };
@@ -387,13 +395,16 @@ impl Motion {
             MotionPhase::Moving => self.to_end(state),
             MotionPhase::Held => Profile::to_rest(state, 1.0, self.slowing()),
             MotionPhase::Stopped => {
+                // BREAK and stop brake as hard as the arm can, whatever DECEL says.
                 let full = self.full.rates(1.0, 1.0, 1.0).decel;
                 let decel = full.min(self.path.most_accel().unwrap_or(full));
                 Profile::to_rest(state, 1.0, decel)
             }
         };
+        // The course begins anew at the present place and speed, and an earlier one is forgotten.
         self.since = self.since.max(at);
         self.phase = phase;
+        // What has begun already has its time; what is still to come moves with the new course.
         if self.joined > self.since {
             self.joined = self.joins_at();
         }

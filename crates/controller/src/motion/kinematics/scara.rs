@@ -33,6 +33,7 @@ pub(super) fn solve(geometry: &ScaraGeometry, flange: &Transform, t: f64, digits
     }
     let links = [geometry.first_arm, geometry.second_arm];
     let [axis_1, axis_2] = two_links(links, [x, y], digits[0] == 1)?;
+    // All three axes are upright, so C is the sum of their turns.
     let turned = [axis_1, axis_2, c - axis_1 - axis_2].map(normalised);
     Ok([turned[0], turned[1], z, turned[2], t, 0.0, 0.0, 0.0])
 }

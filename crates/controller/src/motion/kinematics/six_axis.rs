@@ -78,6 +78,8 @@ pub(super) fn solve(
     digits: [u8; 5],
     near: &Joints,
 ) -> PostureResult {
+    // A spherical wrist parts the problem in two. The wrist centre lies `flange` mm behind the flange and decides axes
+    // 1 to 3; the turn that these leave over decides axes 4 to 6.
     let look = product(&flange.rotation, &FLIP);
     let along = look.map(|row| row[2]);
     let [x, y, z] = plus_times(flange.origin, along, -geometry.flange);
@@ -87,13 +89,17 @@ pub(super) fn solve(
     let axis_1 = if distance < SHOULDER_SINGULAR {
         near[0]
     } else {
+        // RIGHTY turns the back to the point and leans over: hence the half turn, and `front` below is negative.
         degrees(atan2(y, x)) + if lefty { 0.0 } else { 180.0 }
     };
     let front = if lefty { distance } else { -distance } - geometry.shoulder_offset;
     let up = z - geometry.shoulder_height;
 
     let (length, bend) = forearm(geometry);
+    // ABOVE is seen from the side the arm leans to. Leaning backwards mirrors it, so the bend changes its sign.
     let forward = lefty == (digits[1] == 1);
+    // Axis 2 counts from the upright towards the front, so `up` is along the first axis of `two_links`.
+    // The second link runs straight from elbow to wrist centre; `bend` leads back to the forearm line.
     let [axis_2, elbow] = two_links([geometry.upper_arm, length], [up, front], forward)?;
     let axis_3 = elbow - bend;
 
@@ -104,8 +110,11 @@ pub(super) fn solve(
 
 /// Axes 4, 5, 6 of a rotation Rz(4) Ry(5) Rz(6).
 fn wrist(turn: &[[f64; 3]; 3], nflip: bool, near_4: f64) -> [f64; 3] {
+    // Rz(4) Ry(5) Rz(6) has the last column (c4 s5, s4 s5, c5) and the last row (-s5 c6, s5 s6, c5). The sine of axis 5
+    // is known but for its sign, which NFLIP and FLIP decide. Dividing by it turns axes 4 and 6 by half a turn as well.
     let sin = hypot(turn[0][2], turn[1][2]);
     if sin < WRIST_SINGULAR && turn[2][2] > 0.0 {
+        // Axes 4 and 6 are one turn here: only their sum is known.
         let together = degrees(atan2(turn[1][0], turn[0][0]));
         return [near_4, 0.0, together - near_4];
     }

@@ -30,7 +30,7 @@ const END_PART: f64 = 1e-3;
 pub(in crate::motion) const SAMPLED_SPEED_MARGIN: f64 = 1.05;
 /// Largest distance between the end of a motion and the start of the next, degrees or mm.
 const MAX_JOIN_GAP: f64 = 1e-6;
-/// Legs kept: one that ends, one that begins, and the one added behind it.
+/// Motions kept: one that ends, one that begins, and the one added behind it.
 const MAX_MOTIONS: usize = 3;
 
 /// One motion of a chain.
@@ -85,6 +85,7 @@ impl ChainedMotion {
         let state = self.profile.state_at(begins - self.begins);
         let decel = self.rates.decel / times;
         let speed = state.speed * rate;
+        // It could no longer rest at its end.
         if speed * speed > 2.0 * decel * (1.0 - state.place) {
             return None;
         }
@@ -97,6 +98,8 @@ impl ChainedMotion {
 
     /// Acceleration of each axis and of the tool point at one end of the path, at `rate` along it.
     fn accel_at_end(&self, model: &ArmModel, tool: &Transform, last: bool, rate: f64) -> (Joints, [f64; 3]) {
+        // At an end the speed is 0, so the direction of the path there times the change of speed along it is all the
+        // acceleration there is; the bend of the path does not count yet.
         let (from, to) = if last {
             (1.0 - END_PART, 1.0)
         } else {
@@ -171,6 +174,7 @@ impl Chain {
         if gaps.iter().any(|gap| gap.abs() > MAX_JOIN_GAP) {
             return None;
         }
+        // Both ramps by the same factor, so the sum of the two accelerations falls by it.
         let times = accel_ratio(model, tool, &last, &next);
         if times > 1.0 {
             let busy = self.motions.last().map_or(now, ChainedMotion::end_time);
@@ -179,6 +183,7 @@ impl Chain {
         }
         let (_, brakes) = last.profile.ramps();
         let (gathers, _) = next.profile.ramps();
+        // PASS is a share of the shorter ramp, and what has gone by cannot overlap any more.
         let shared = (overlap.clamp(0.0, 1.0) * brakes.min(gathers)).min(last.end_time() - now);
         if shared.is_nan() || shared <= 0.0 {
             return None;
@@ -188,6 +193,8 @@ impl Chain {
         self.duration = next.end_time();
         self.motions.push(last);
         self.motions.push(next);
+        // The oldest motion makes room if it is over. One that still moves cannot, because its rest is added to the
+        // joints.
         if self.motions.len() > MAX_MOTIONS && self.motions.remove(0).end_time() > now {
             return None;
         }
@@ -216,6 +223,8 @@ impl Chain {
         let joints = motion.joints_at(time);
         let before = current.checked_sub(1).and_then(|index| self.motions.get(index));
         match before.filter(|before| time < before.end_time()) {
+            // The next motion was planned from the end of the one before. What that one has still to go is added axis
+            // by axis, and is 0 when it ends: the sum has no jump.
             Some(before) => plus(joints, minus(before.joints_at(time), before.path.joints_at(1.0))),
             None => joints,
         }
@@ -246,8 +255,9 @@ impl Chain {
 
 /// Highest speed at which a path gone through from a state is not braked on before so many seconds have gone.
 fn peak_speed_before(rates: &Rates, state: PathState, seconds: f64) -> f64 {
-    // As if it had gathered all its speed from rest, which took `seconds` more and a way of its own. What the speed goes
-    // through in that time, less what gathering it costs, and the way of braking make up the whole.
+    // From speed v to the peak p at acceleration a, on at p until `seconds` have gone, then braking at d:
+    // (p² - v²) / 2a + p (seconds - (p - v) / a) + p² / 2d = what is left of the path. With the names below that is
+    // bend p² + time p - way = 0. The root is written so that it holds for bend = 0, where a and d are equal.
     let way = 1.0 - state.place + 0.5 * state.speed * state.speed / rates.accel;
     let time = seconds + state.speed / rates.accel;
     let bend = 0.5 / rates.decel - 0.5 / rates.accel;
