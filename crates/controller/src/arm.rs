@@ -265,6 +265,7 @@ impl Arm {
         let Some(end) = self.ends_at().filter(|end| *end <= now) else {
             return;
         };
+        // The wear first: it is that of the motion that ends.
         self.add_wear_until(end);
         self.take_next(end);
         if let Some(active) = self.active.take()
@@ -297,6 +298,7 @@ impl Arm {
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
         let planned = self.plan_motion(motion, start, &from, pace, locked)?;
+        // After planning, because a motion that cannot be planned changes nothing.
         self.position_work = destination_work(&motion.path);
         self.set_off(planned, from);
         Ok(())
@@ -304,6 +306,7 @@ impl Arm {
 
     /// Begins a planned motion, from this posture.
     fn set_off(&mut self, planned: ActiveMotion, from: Joints) {
+        // The motion that is replaced may slow until then, and it counts to its end.
         self.add_wear_until(planned.start);
         self.rest = from;
         self.drop_interrupted();
@@ -396,6 +399,7 @@ impl Arm {
             let target = self.world_pose(end, &frames);
             let mut placed = target.transform();
             placed.origin[2] = here.transform().origin[2];
+            // Back into the coordinate system of the position, whose Z may be another axis than that of the world.
             let local = frames.origin(work).inverse().compose(&placed);
             end.coords = Pose::from_transform(&local, target.uv).coords(self.kind());
         }
@@ -503,6 +507,7 @@ impl Arm {
 
     /// Changes the motion under way, at this time after its start.
     fn change_motion(&mut self, now: Time, change: impl FnOnce(&mut ActiveMotion, Duration)) {
+        // Before the change, after which the motion no longer knows its course until `now`.
         self.add_wear_until(now);
         self.take_next(now);
         if let Some(active) = &mut self.active {

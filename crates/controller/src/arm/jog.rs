@@ -102,7 +102,8 @@ impl Arm {
         }
         let mut planned = self.plan_jog(jog, way, &frames, &from, &limits);
         if planned.is_err() && jog.step.is_none() {
-            // Any shorter jog along the same line is reachable if a longer one is, so bisect for the limit of the reach.
+            // Any shorter jog along the same line is reachable if a longer one is, so bisect for the limit of the
+            // reach. 16 halvings of 2000 mm leave 0.03 mm.
             let (mut reachable, mut unreachable) = (0.0, way);
             for _ in 0..JOG_BISECTIONS {
                 let middle = 0.5 * (reachable + unreachable);
@@ -198,6 +199,8 @@ impl Arm {
             JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
         };
         // Along the axes of the system, about the tool point.
+        // A step along the axes of the system is turn . step . turn'. Its rotation has to leave the tool point where it
+        // is, hence the detour by `centre`.
         let turn = Transform {
             origin: [0.0; 3],
             ..system

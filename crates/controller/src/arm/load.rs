@@ -54,6 +54,7 @@ impl LoadHistory {
             for number in (from / width).max(oldest)..=last {
                 let (begin, end) = (number * width, (number + 1) * width);
                 let within = end.min(until).saturating_sub(begin.max(from));
+                // A motion counts evenly over its time: its share in a slot is that of the time it spends there.
                 let share = Duration::from_micros(within).as_secs_f64() / took;
                 let part = square.map(|square| square * share);
                 match slots.last_mut().filter(|slot| slot.number == number) {
@@ -73,6 +74,7 @@ impl LoadHistory {
         let begin = now.as_micros().saturating_sub(width * SLOTS);
         let mut sum = Joints::default();
         for slot in slots {
+            // Of the slot in which the window begins only the end counts, of an older one nothing.
             let inside = ((slot.number + 1) * width).saturating_sub(begin).min(width);
             let share =
                 Duration::from_micros(inside).as_secs_f64() / Duration::from_micros(width).as_secs_f64();

@@ -10,6 +10,8 @@ impl Arm {
     /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
     /// One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
+        // Asked before `stop`: afterwards every motion is given up, and one that was held or had no speed yet ends now
+        // too.
         let over = self.ends_at().is_some_and(|end| end <= now);
         let goes_on = self.unlocked().is_some_and(|active| !active.motion.is_stopped());
         self.stop(now);
@@ -24,6 +26,8 @@ impl Arm {
     /// Continues the interrupted motion from where it stopped, or still slows; true if it does. False when none was
     /// interrupted, or the arm has been moved since: nothing has changed then.
     pub fn resume_interrupted(&mut self, now: Time, pace: SpeedLimits) -> bool {
+        // If the arm rests by now, `active` is gone and its wear is counted. If it still slows, the copy below takes
+        // its place, at the speed it has reached.
         self.finish_due(now);
         let Some(mut interrupted) = self.interrupted.take() else {
             return false;
