@@ -92,7 +92,7 @@ pub struct Driver {
     /// Each with the number of the robot it is for.
     requests: mpsc::Receiver<(usize, Request)>,
     rotation: Rotation,
-    /// Who waits until a change of a file is stored.
+    /// Who waits until a change of a file is stored. One at most: meanwhile only queries are served.
     awaiting: Option<Awaiting>,
     /// How many writes the inputs that wait have waited for.
     writes_awaited: u32,
@@ -184,6 +184,8 @@ impl Driver {
         // Locked by the loop, and by whoever has it pause.
         let driver = Arc::new(Mutex::new(self));
         loop {
+            // Here the loop waits for the end of a pause. `stop` waits with it: a caller that has the world is not
+            // interrupted.
             let mut served = driver.lock().await;
             let Some(caller) = served.serve(stop.as_mut()).await else {
                 return served.finish().await;
@@ -197,12 +199,14 @@ impl Driver {
 
     /// Closes all ports and returns the final controllers.
     async fn finish(&mut self) -> Vec<Controller> {
+        // An answer that waits for the disk is given before the ports close.
         self.finish_writes().await;
         // Handle what is already due, so that the returned states and the reports agree.
         self.tick();
         self.finish_writes().await;
         let robots = std::mem::take(&mut self.world).into_robots().into_iter();
         let ended = robots.map(|mut robot| {
+            // Without telling the controller, whose state is the one with its peers still connected.
             robot.edge.channels.close();
             robot.edge.serial_lines.close();
             robot.seat.controller
@@ -308,6 +312,7 @@ impl Driver {
     /// Waits until nothing is being stored.
     async fn finish_writes(&mut self) {
         loop {
+            // The end of one write can begin the next.
             let Some((robot, write)) = self.writes().next() else {
                 break;
             };

@@ -345,6 +345,7 @@ impl Seat {
     fn next_input(&mut self, now: Time, effects: &mut impl Effects) -> Option<(Time, Input, Side, Source)> {
         // The controller has nothing overdue after an input; what it has put out can make planned inputs due.
         while !self.inputs.is_empty() || self.audience.actions.is_some() {
+            // At one moment a plan comes before the controller's own deadline.
             let due = self.controller.poll_deadline().filter(|due| *due < now);
             let actions = self.audience.actions.as_mut();
             let planned = actions.and_then(|actions| actions.take_due(due.unwrap_or(now)));
@@ -401,6 +402,8 @@ impl Seat {
                 let answer = effects.persist(at, &name, content);
                 step.file = Some(name);
                 let Some(answer) = answer else {
+                    // No output that follows is carried out before the disk has it: an OK promises that the file is
+                    // stored.
                     self.waiting = Some(step);
                     return None;
                 };
@@ -421,6 +424,8 @@ impl Seat {
                 self.flush();
             }
             self.perform(at, output, effects);
+            // The output has begun a write by itself: the history of an alarm. An answer that reports the alarm waits
+            // for it.
             if effects.is_storing() {
                 self.waiting = Some(step);
                 return None;
@@ -434,6 +439,7 @@ impl Seat {
 
     /// Hands the answer to a change of a file to the controller. An action that waited for it has its result now.
     fn answer(&mut self, step: &mut Step, answer: Result<(), PersistError>) {
+        // Without a name it was the error history, which the controller does not wait for.
         let Some(name) = step.file.take() else {
             return;
         };

@@ -239,6 +239,7 @@ impl<E: Effects> World<E> {
             self.is_awaited &= result == Ok(Accepted::Pending);
             return self.feed_waiting(now, result);
         }
+        // What was due may itself have something to store. Then the input waits too, and keeps its place in the queue.
         let now = self.catch_up(now);
         if self.is_storing() {
             self.waiting.push_back((robot, input, by));
@@ -260,6 +261,7 @@ impl<E: Effects> World<E> {
         {
             let now = self.catch_up(now);
             if self.is_storing() {
+                // It came before the others that wait.
                 self.waiting.push_front((robot, input, by));
                 break;
             }
@@ -275,6 +277,7 @@ impl<E: Effects> World<E> {
     /// Lets every robot do what is due until `now`. If one stores something first, the others wait for it.
     pub fn advance(&mut self, now: Time) {
         let now = self.catch_up(now);
+        // A robot that is left out keeps its deadline and is served by the next `advance`.
         for robot in 0..self.robots.len() {
             if !self.is_storing() {
                 // Time alone is not refused.
@@ -292,6 +295,8 @@ impl<E: Effects> World<E> {
             let _ = self.handle(due, robot, Input::Tick, Side::Robot);
             let Robot { seat, edge, .. } = &mut self.robots[robot];
             if edge.is_late(seat.controller.now()) {
+                // The machine is too slow. The input is handled at the moment that was reached, and the clock continues
+                // from there: hosts and requests get a turn before the rest of what was due.
                 self.late = Some(self.now);
                 return self.now;
             }
@@ -396,12 +401,15 @@ impl<E: Effects> World<E> {
         }
         let mut counts = Vec::new();
         for _ in 0..MAX_ROUNDS {
+            // All wires are compared before the first input changes. What a robot answers within a round is seen in the
+            // next one, so the order of the wires does not matter.
             let changes = self.changes();
             if changes.is_empty() {
                 break;
             }
             counts.resize(self.wires.len(), 0);
             for (number, on) in changes {
+                // No change is lost: the end of the write comes through `handle`, which settles again.
                 if self.is_storing() {
                     return;
                 }

@@ -266,6 +266,7 @@ impl Driver {
 
     /// When the loop must wake if no input arrives.
     pub(super) fn wake(&self) -> Wake {
+        // No deadline is served before the write has ended, and its end wakes the loop.
         if self.is_storing() {
             return Wake::Never;
         }

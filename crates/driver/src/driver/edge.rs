@@ -67,6 +67,7 @@ impl Edge {
     /// A write has ended: the answer for the controller.
     pub fn finish_write(&mut self, ended: WriteResult) -> Result<(), PersistError> {
         let written = ended.unwrap_or_else(|reason| Err(StoreError::Unfinished(reason)));
+        // The task is gone before the controller continues, so that the next output can begin another write.
         let (Some(write), Some(backing)) = (self.write.take(), &mut self.backing) else {
             return Ok(());
         };
@@ -140,6 +141,7 @@ impl Effects for Edge {
                 self.serial_lines.send(port, &bytes);
             }
             Output::Stored { .. } | Output::Erased { .. } => {
+                // If this change was saved, the others may be now too. These writes block the loop.
                 if let Some(backing) = &mut self.backing {
                     backing.retry_unsaved(controller);
                 }
@@ -149,6 +151,8 @@ impl Effects for Edge {
                 return self.channels.close();
             }
             Output::PowerCycled => {
+                // ETHERNET.PAR takes effect now, so the sockets close and open. Serial lines stay, with the settings of
+                // [U06].
                 let mut inputs = self.serial_lines.power_cycled(controller);
                 inputs.extend(self.channels.close());
                 match self.channels.open(controller.network()) {

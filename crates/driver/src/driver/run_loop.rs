@@ -116,6 +116,8 @@ impl Driver {
             if let (Work::Tick, Wake::JumpAfter(_)) = (&work, wake)
                 && let Some(target) = self.jump_target()
             {
+                // Not yet: the ports are asked first, and the jump is void if a host has sent something meanwhile
+                // (`Held::after`).
                 self.rotation.hold(Work::Jump(target), self.world.robots().len());
             } else {
                 self.perform(work).await;
@@ -163,6 +165,8 @@ impl Driver {
     /// The next unit of work. While a write is under way, requests that only read are served, and nothing else.
     pub(super) fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         self.rotation.working_since.get_or_insert_with(Instant::now);
+        // While something is being stored, ports are not polled and their wakers are not registered. No wake-up is
+        // lost: the task of the write has the waker, and its end leads back here.
         let storing = self.is_storing();
         for (robot, write) in self.writes() {
             if let Poll::Ready(written) = Pin::new(&mut write.task).poll(context) {
@@ -175,6 +179,7 @@ impl Driver {
             && let Poll::Ready(Some((robot, request))) = self.requests.poll_recv(context)
         {
             let work = Work::Request(robot, request);
+            // A query behind a request that waits is not reached: the order of requests is kept.
             if storing && matches!(work, Work::Request(_, Request::Query(_))) {
                 return Poll::Ready(work);
             }
@@ -184,6 +189,8 @@ impl Driver {
         let (drains, drained) = (held.is_some(), held.is_some_and(|held| held.portions_left == 0));
         let places = robots * Port::ALL.len();
         for turn in 0..if drained || storing { 0 } else { places } {
+            // From the port after the one served last, so that a host that sends without pause does not keep the others
+            // out.
             let place = (self.rotation.port + turn) % places;
             // Before other work the system itself is asked, so that nothing that has arrived is overlooked.
             let runtime = (!drains).then_some(&mut *context);
@@ -216,6 +223,7 @@ impl Driver {
         };
         polled.map(|mut inputs| {
             if inputs.iter().any(|input| matches!(input, Input::Received { .. })) {
+                // The connections come before the bytes, as the host has made them.
                 let mut arrived = edge.channels.accept_arrived();
                 arrived.extend(edge.serial_lines.open_arrived());
                 inputs.splice(..0, arrived);

@@ -57,6 +57,7 @@ impl Driver {
         let robot = &mut self.world[FIRST];
         robot.edge.channels.close();
         robot.seat = before;
+        // The time that the check has taken is not time of the robot.
         robot.set_time(now, robot.seat.controller.now());
         robot.edge.channels.open(robot.seat.controller.network())?;
         self.note_effects();

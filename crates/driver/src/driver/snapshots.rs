@@ -82,6 +82,7 @@ impl Driver {
             edge.serial_lines.set_robot(&seat.controller);
         }
         let mut opened = Ok(());
+        // Ports that stay open keep their connections, which `adopt_peers` has told the next controller of.
         if !same_ports {
             let mut inputs = edge.channels.close();
             if seat.controller.state().powered {
@@ -112,6 +113,7 @@ impl Driver {
         let robot = &mut self.world[number];
         let backing = robot.edge.backing.as_mut();
         let files = robot.seat.controller.files();
+        // While the old controller is in place: its files are what the directory has.
         let stored = backing.map_or(Ok(()), |backing| backing.replace_files(files, &next));
         // The time that the files have taken is not time of the robot.
         robot.set_time(self.clock.now(), next.now());
