@@ -168,6 +168,8 @@ pub fn replace_with(path: &Path, write: impl FnOnce(&mut dyn io::Write) -> io::R
         write(file)?;
         permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))
     })?;
+    // `write_new` has synced the content. So the rename, which is atomic, never puts a name on content that is not on
+    // the disk yet.
     let placed = fs::rename(&beside, &place);
     if placed.is_err() {
         // The first error is the one to report.

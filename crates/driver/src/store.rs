@@ -164,6 +164,7 @@ impl Store {
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
+                // Its write was never confirmed to a host. The lock is held, so nobody else is writing it.
                 fs::remove_file(&path).map_err(cannot("remove the unfinished file", &path))?;
             }
             return Ok(None);
@@ -254,6 +255,9 @@ impl Store {
     }
 
     fn put_in_place(&self, unfinished: &Path, place: &Path) -> Result<(), StoreError> {
+        // The content is on the disk before it gets its name (`files::write_new` syncs it): after a loss of power the
+        // name has the old content or the new one. The answer to the host waits for the directory too, else the rename
+        // could be lost.
         fs::rename(unfinished, place).map_err(cannot("put in place", place))?;
         self.sync()
     }

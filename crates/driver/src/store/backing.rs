@@ -133,6 +133,7 @@ impl Backing {
         next: &Controller,
     ) -> Result<(), StoreError> {
         let mut before: BTreeMap<&str, &[u8]> = before.collect();
+        // The directory has another content of these, or none: they are written or removed in any case.
         for name in &self.status.unsaved {
             before.remove(name.as_str());
         }
@@ -144,7 +145,7 @@ impl Backing {
             .filter(|(name, content)| before.get(name) != Some(content));
         let changed = changed.map(|(name, content)| (name, Some(content)));
         let mut result = Ok(());
-        // Remove old files last: if a write fails, they are still there.
+        // Remove old files last: if a write fails, they are still there. After the first failure nothing more is tried.
         for (name, content) in changed.chain(gone.into_iter().map(|name| (name, None))) {
             if result.is_ok() {
                 result = write(&self.store, name, content);
