@@ -92,6 +92,7 @@ impl Line for Device {
                     );
                 }
             }
+            // `Reset` only holds the place: both outcomes below set the state.
             let opened = match std::mem::replace(&mut self.state, State::Reset) {
                 State::Opened(terminal) => Ok(terminal),
                 State::Open(..) | State::Reset | State::Lost(_) => {
@@ -107,6 +108,7 @@ impl Line for Device {
                         Input::SerialOpened { port, host },
                     ]);
                 }
+                // Round again, so that the new pause is polled and wakes the loop.
                 Err(_) => self.state = State::Lost(Box::pin(sleep(self.pause))),
             }
         }

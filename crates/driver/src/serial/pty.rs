@@ -210,6 +210,7 @@ fn host_settings(termios: &Termios, robot: SerialSettings) -> HostSettings {
 impl Line for Pty {
     fn poll(&mut self, most: usize, mut context: Option<&mut Context<'_>>) -> Poll<Vec<Input>> {
         let mut is_time = context.is_none();
+        // Until it is pending, which registers the waker for the next look.
         while let Some(context) = context.as_deref_mut()
             && self.look.poll_tick(context).is_ready()
         {

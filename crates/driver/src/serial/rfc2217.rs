@@ -175,6 +175,7 @@ impl Server {
             (SIGNATURE, []) => self.answer(SIGNATURE, NAME),
             (SET_BAUDRATE, &[a, b, c, d]) => {
                 let speed = u32::from_be_bytes([a, b, c, d]);
+                // 0 asks for the speed that holds, here as in the other settings.
                 let taken = (1..=HIGHEST_SPEED).contains(&speed).then_some(speed);
                 self.settings.speed = taken.or(before.speed);
                 self.answer(SET_BAUDRATE, &self.current().speed.to_be_bytes());
@@ -246,6 +247,8 @@ impl Server {
             14..=16 | 18 => self.control.inbound = value,
             _ => {}
         }
+        // RFC 2217 numbers a question and its two answers in a row: 4 asks for BREAK, 5 is on and 6 off; 7 to 9 is DTR,
+        // 10 to 12 RTS. 0 asks for outbound flow control, 13 for inbound.
         let now = match value {
             4..=6 => 6 - u8::from(self.control.in_break),
             7..=9 => 9 - u8::from(self.control.dtr),

@@ -102,6 +102,8 @@ impl Line for TcpLine {
             let unsent = self.channel.has_unsent();
             let most = if unsent { 0 } else { most };
             let Poll::Ready(events) = self.channel.poll(most, context.as_deref_mut()) else {
+                // The poll has written the last bytes. Once more: this time the channel reads, and registers for waking
+                // when there is nothing to read.
                 if unsent && !self.channel.has_unsent() {
                     continue;
                 }

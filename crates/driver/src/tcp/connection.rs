@@ -145,6 +145,8 @@ impl Connection {
             if std::mem::take(&mut self.unacknowledged) {
                 acknowledge(&self.stream);
             }
+            // The caller asks again when there is room: after a deadline of the controller, or when the socket has
+            // taken what is unsent.
             if most == 0 {
                 return Poll::Pending;
             }

@@ -207,6 +207,7 @@ pub(super) fn listen_at_all(channel: Port, first: IpAddr, number: u16) -> Result
 /// Accepts a connection that the system has, whether or not the runtime knows of it.
 pub(super) fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
     let (socket, peer) = SockRef::from(listener).accept()?;
+    // Accepted past the runtime, which would have set this.
     socket.set_nonblocking(true)?;
     let peer = peer.as_socket().ok_or(io::ErrorKind::Unsupported)?;
     Ok((TcpStream::from_std(socket.into())?, peer))

@@ -91,6 +91,7 @@ impl SharedPorts {
         };
         let mut mailbox = self.claims().get(&dialled).cloned();
         if let (None, Some(newcomer)) = (&mailbox, self.0.newcomer.get()) {
+            // The lock of the claims is not held here: the robot that starts claims its address.
             newcomer(dialled.ip());
             mailbox = self.claims().get(&dialled).cloned();
         }
