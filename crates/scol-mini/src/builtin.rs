@@ -100,13 +100,13 @@ words! {
 /// Most arguments of `MAX`, `MIN`, `DIN` and `DOUT`.
 pub(crate) const MAX_ARGUMENTS: usize = 32;
 
-/// What a table has for a word.
+/// Looks a word up in a table.
 fn lookup<T: Copy>(table: &[(&str, T)], word: &str) -> Option<T> {
     let row = table.iter().find(|(spelling, _)| *spelling == word);
     row.map(|(_, meaning)| *meaning)
 }
 
-/// How a table spells a value.
+/// Spelling of a value in a table.
 pub(crate) fn spelling<T: Copy + PartialEq>(table: &[(&'static str, T)], value: T) -> &'static str {
     let row = table.iter().find(|(_, known)| *known == value);
     row.map_or("", |(spelling, _)| spelling)

@@ -6,7 +6,7 @@
 
 use crate::value::Number;
 
-/// What one place holds: a number itself, anything else by its number among the vectors of the memory.
+/// Content of one place: a number itself, anything else by its number among the vectors of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(from = "Held", into = "Held")]
 pub(crate) struct Cell(u64);
@@ -113,7 +113,7 @@ impl Cell {
             .or_else(|| self.as_integer().map(|value| value as f32))
     }
 
-    /// What these hold, if all are integers.
+    /// Returns the integers in these cells, if all are integers.
     #[inline(always)]
     pub fn integers<const N: usize>(cells: [Cell; N]) -> Option<[i32; N]> {
         let all = cells.iter().fold(0, |all, cell| all | cell.0) >> 32 == INTEGER;

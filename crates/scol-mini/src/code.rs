@@ -26,7 +26,7 @@ pub(crate) struct Code {
     pub steps: Vec<u32>,
     /// The first instruction of each step.
     pub entries: Vec<Target>,
-    /// What the cells after the variables hold at first: constants, and temporaries without a value.
+    /// Initial content of the cells after the variables: constants, and temporaries without a value.
     pub working: Vec<Cell>,
     /// The targets of all computed GOTO.
     pub choices: Vec<Target>,
@@ -46,7 +46,7 @@ pub(crate) struct Instruction {
     pub op: Op,
 }
 
-/// What an instruction does. `to` is written last: an instruction that fails has changed nothing.
+/// Operation of an instruction. `to` is written last: an instruction that fails has changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Op {
     /// Executes the operation of the step.
@@ -60,7 +60,7 @@ pub(crate) enum Op {
     Call(u32),
     Return,
     Next {
-        /// What the loop counts with, if it is a plain variable.
+        /// Variable of the loop, if it is a plain variable.
         counter: Option<Register>,
         /// The step of its FOR.
         opener: u32,
@@ -142,7 +142,7 @@ pub(crate) enum Op {
     },
 }
 
-/// Where two operands are, and where the result goes.
+/// Registers of two operands and of the result.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Operands {
     pub to: Register,

@@ -12,7 +12,7 @@ pub struct DiagnosticKind {
     pub name: &'static str,
     /// Error or warning.
     pub severity: Severity,
-    /// What it says, in one sentence.
+    /// Its meaning in one sentence.
     pub title: &'static str,
 }
 

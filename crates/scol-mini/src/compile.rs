@@ -107,7 +107,7 @@ fn points_fingerprint(points: &[TaughtPoint]) -> u64 {
     })
 }
 
-/// What a call needs to know of a program: its name, and how many parameters it has.
+/// Name of a program and number of its parameters, for its calls.
 type Signature = (String, usize);
 
 /// Reports names that are declared twice.

@@ -1,5 +1,5 @@
 //! Diagnostics: the errors and warnings about a source, with their place, a stable code and help.
-//! What follows from an error (NG, an alarm) is left to the caller. [`Sink`] collects those of one
+//! The caller decides what an error causes (NG, an alarm). [`Sink`] collects those of one
 //! compilation, at most [`MAX_DIAGNOSTICS`], and finds the line of each; `suggest` adds to the help.
 //! [`DIAGNOSTICS`](crate::DIAGNOSTICS) lists the codes.
 //!
@@ -14,7 +14,7 @@ pub use crate::lines::Span;
 /// Most diagnostics of one compilation; the last says that more were left out.
 pub const MAX_DIAGNOSTICS: usize = 100;
 
-/// How bad it is.
+/// Severity of a diagnostic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// There will be no program.
@@ -46,9 +46,9 @@ pub struct Diagnostic {
     pub line: u32,
     /// Column, from 1, in bytes.
     pub column: u32,
-    /// What was expected and what was found.
+    /// Message, with what was expected and what was found.
     pub message: String,
-    /// What to do about it.
+    /// Remedy, if there is one.
     pub help: Option<String>,
 }
 
@@ -144,7 +144,7 @@ fn characters(text: &[u8]) -> usize {
 /// Collects the remarks of one compilation, bounded by [`MAX_DIAGNOSTICS`].
 #[derive(Debug)]
 pub(crate) struct Sink {
-    /// Where each line begins.
+    /// Offset of the beginning of each line.
     starts: Vec<usize>,
     list: Vec<Diagnostic>,
 }

@@ -160,7 +160,8 @@ impl Layout {
     }
 }
 
-/// What a token ends: a value (a name or a function when followed by a parenthesis), or nothing.
+/// Whether a token ends a value: `Some(true)` for a name, which is a function when a parenthesis follows, `Some(false)`
+/// for any other value, `None` if it ends none.
 fn is_value(lexeme: Option<&Lexeme>) -> Option<bool> {
     const JOINTS: &[&str] = &[
         "IF", "THEN", "ELSE", "WAIT", "MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "PRINT", "INPUT",

@@ -199,7 +199,7 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// What a function makes of two arrays, place by place.
+/// Applies a function to two arrays, place by place.
 pub fn pairwise<A: Copy, B: Copy, C, const N: usize>(a: [A; N], b: [B; N], of: impl Fn(A, B) -> C) -> [C; N] {
     core::array::from_fn(|place| of(a[place], b[place]))
 }

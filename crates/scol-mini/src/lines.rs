@@ -1,6 +1,6 @@
 //! Places in a source, and its lines.
 //!
-//! What a line says is left to `lexer`.
+//! The content of a line is left to `lexer`.
 
 use crate::prelude::*;
 
@@ -23,7 +23,7 @@ impl Span {
         Span::new(byte, byte)
     }
 
-    /// What `source` has there; nothing where it is not within it.
+    /// Text of `source` at this place; empty where the place is outside of it.
     pub(crate) fn text(self, source: &str) -> &str {
         source.get(self.start..self.end).unwrap_or_default()
     }
@@ -57,7 +57,7 @@ pub(crate) fn lines(source: &str) -> Vec<Line> {
     lines
 }
 
-/// Where the line that holds `from` ends, and by what; LF where there is none.
+/// End of the line that holds `from`, and its line ending; LF where there is none.
 pub(crate) fn line_end(source: &str, from: usize) -> (usize, &'static str) {
     let rest = source.get(from..).unwrap_or_default();
     let length = rest.find(['\r', '\n']).unwrap_or(rest.len());

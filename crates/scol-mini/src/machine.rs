@@ -122,9 +122,9 @@ struct PendingRequest {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 struct Frame {
     return_to: usize,
-    /// Where its part of the arguments begins.
+    /// Index of its first argument.
     arguments: usize,
-    /// Where its part of the loops begins.
+    /// Index of its first loop.
     loops: usize,
 }
 
@@ -364,7 +364,7 @@ impl Machine {
         }
     }
 
-    /// What a run of this task works on: the memory gets the variables of the task.
+    /// Returns the execution of this task. The memory gets the variables of the task.
     fn enter<'a>(
         &'a mut self,
         program: &'a Program,

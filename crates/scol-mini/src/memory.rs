@@ -63,7 +63,7 @@ pub enum AccessError {
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 ///
-/// What is read back is to be given to `relink` before it is used.
+/// A memory that was read back has to be given to `relink` before it is used.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Memory {
@@ -93,7 +93,7 @@ pub struct Memory {
 #[serde(from = "Vec<Cell>", into = "Vec<Cell>")]
 struct Cells {
     all: Vec<Cell>,
-    /// How many of them are variables.
+    /// Number of the cells that are variables.
     variables: usize,
     /// Fingerprint of the program whose constants are there: a statement of DO has others than its file.
     working_for: Option<u64>,

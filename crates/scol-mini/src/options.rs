@@ -2,7 +2,7 @@
 //!
 //! Who chooses them, and from which configuration, is left to the caller.
 
-/// How wide a position is.
+/// Kind of arm, which decides how many coordinates a position has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Arm {
     /// Six axes and two more: `X Y Z A B C U V` and a configuration of five digits.
@@ -22,7 +22,7 @@ impl Arm {
     }
 }
 
-/// What integer divided by integer gives.
+/// Result of integer divided by integer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 pub enum IntDivision {
     /// An integer, truncated toward zero.
@@ -39,7 +39,7 @@ pub struct LanguageOptions {
     pub arm: Arm,
     /// `true`: a `WORK` line of DATA holds for all following `POINT` lines; `false`: for the next only (DATA-10).
     pub sticky_work: bool,
-    /// What integer divided by integer gives.
+    /// Result of integer divided by integer.
     pub int_division: IntDivision,
     /// `true`: a program that assigns to a name of DATA has a copy of its own; `false`: it changes the datum for all
     /// programs.

@@ -12,7 +12,7 @@ use crate::lexer::{self, Lexeme, Line, Sign, Token, lines};
 use crate::options::Arm;
 use crate::tree::Name;
 
-/// Where in a file a line is.
+/// Part of a file to which a line belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Place {
     Outside,
@@ -26,7 +26,7 @@ pub(crate) enum Place {
 pub(crate) struct Row {
     pub line: Line,
     pub label: Option<Name>,
-    /// What follows the label.
+    /// Lexemes after the label.
     pub body: Vec<Lexeme>,
 }
 

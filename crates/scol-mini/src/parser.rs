@@ -93,7 +93,7 @@ pub(crate) struct Cursor<'a> {
     tokens: &'a [Lexeme],
     at: usize,
     depth: usize,
-    /// What braces make here: load data unless the statement takes another vector.
+    /// Vector that braces make here: load data unless the statement takes another vector.
     vector: Builtin,
 }
 
@@ -216,7 +216,7 @@ impl<'a> Cursor<'a> {
         Diagnostic::new("E0101", self.span(), format!("expected {what}, found {found}"))
     }
 
-    /// What `item` reads, once or more, with commas between.
+    /// Reads one or more of `item`, with commas between them.
     ///
     /// # Errors
     /// Those of `item`.

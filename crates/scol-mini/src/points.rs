@@ -1,7 +1,7 @@
 //! Points that are taught on the controller and are not in the DATA of a file (scol.md 13.14), and the table in which the
 //! maker's tool keeps them.
 //!
-//! Where the table comes from is left to the caller; a compilation takes the points as a list.
+//! The caller supplies the table; a compilation takes the points as a list.
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
@@ -16,7 +16,6 @@ use crate::{MAX_DATA_NAME, MAX_POINTS};
 pub struct TaughtPoint {
     /// In upper case, at most [`MAX_DATA_NAME`] characters.
     pub name: String,
-    /// Where it is.
     pub position: Position,
 }
 
@@ -39,7 +38,7 @@ fn is_name(name: &str) -> bool {
         && name.len() <= MAX_DATA_NAME
 }
 
-/// What is wrong with a table of points, and where.
+/// Error in a table of points, with its place.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{line}:{column}: expected {expected}, found {found}")]
 pub struct PointsError {
@@ -47,9 +46,7 @@ pub struct PointsError {
     pub line: usize,
     /// Character of the line, from 1.
     pub column: usize,
-    /// What could be there.
     pub expected: String,
-    /// What is there.
     pub found: String,
 }
 

@@ -31,7 +31,7 @@ pub struct Program {
     pub(crate) created: usize,
 }
 
-/// What is known about a variable that all programs share.
+/// Facts about a variable that are the same in all programs of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariableInfo {
     /// Its kind; `None` when the first assignment will fix it.
@@ -58,7 +58,7 @@ pub(crate) struct Step {
     pub operation: Operation,
 }
 
-/// What a step does. Steps are numbered through the whole file.
+/// Operation of a step. Steps are numbered through the whole file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Operation {
     Simple(Simple),
@@ -200,12 +200,12 @@ impl Slot {
         }
     }
 
-    /// How many values it holds.
+    /// Number of its values.
     pub fn length(&self) -> usize {
         self.bounds.as_ref().map_or(1, |bounds| flat_length(bounds))
     }
 
-    /// What an element begins with.
+    /// Initial value of an element; `None` if it has none.
     pub fn first_value(&self, index: usize) -> Option<Value> {
         let initial = self.initial.iter().find(|(known, _)| *known == index);
         let zero = || self.kind.filter(|_| self.zeroed).map(ValueKind::zero);
@@ -328,7 +328,7 @@ impl Program {
         lines
     }
 
-    /// Where the statement of this line is in `other`, which has the same steps.
+    /// Line of the statement of this line in `other`, which has the same steps.
     pub fn line_in(&self, other: &Program, line: u32) -> u32 {
         let mut steps = self.steps.iter().zip(&other.steps);
         let found = steps.find(|(step, _)| step.line == line);

@@ -11,7 +11,7 @@ use crate::value::{Number, Position};
 /// Most bytes one `PRINT` sends; the rest is cut off before its CR (SER-03).
 pub const MAX_PRINT: usize = 256;
 
-/// What expressions may look at outside the program.
+/// Values outside of the program that expressions may read.
 pub trait Inputs {
     /// State of an input signal, counted from 1.
     fn din(&self, line: u16) -> bool;
@@ -61,18 +61,17 @@ pub enum Pause {
     Fault(Fault),
 }
 
-/// What a statement wants from the world.
+/// Request of a statement to the outside.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Request {
     /// Move the arm; answer when the next statement may run.
     Move(Box<Motion>),
     /// Send these bytes, at most [`MAX_PRINT`], as one text.
     Print {
-        /// Where to.
         channel: Channel,
         /// The bytes; the CR at their end, if the statement has one, is never cut.
         data: Vec<u8>,
-        /// How many bytes more the statement has.
+        /// Number of further bytes that the statement has.
         cut: usize,
     },
     /// Discard what the channel has received (BUF-01); never for the teach pendant.
@@ -82,9 +81,8 @@ pub enum Request {
     },
     /// Read numbers.
     Input {
-        /// Where from.
         channel: Channel,
-        /// How many.
+        /// Number of values.
         expected: usize,
     },
     /// Let time pass.
@@ -147,7 +145,7 @@ pub enum Request {
     },
 }
 
-/// What the world gives back.
+/// Answer to a [`Request`].
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// The request was served.
@@ -161,7 +159,6 @@ pub enum Answer {
 /// A motion with everything that shapes it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// Where to and how.
     pub path: Path,
     /// The conditions with the `WITH` clause applied.
     pub conditions: Conditions,
@@ -171,7 +168,7 @@ pub struct Motion {
     pub own_frames: bool,
 }
 
-/// Where to and how. Positions are still relative to their own coordinate system.
+/// Way and target of a motion. Positions are still relative to their own coordinate system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Path {
     /// `MOVE`: all axes at once.
@@ -182,12 +179,10 @@ pub enum Path {
     Arc {
         /// A point the arc passes.
         via: Position,
-        /// Where it ends.
         end: Position,
     },
     /// `MOVEJ`: up, across, down (ste85409 L69).
     Arch {
-        /// Where it ends.
         end: Position,
         /// Height of the way across over the higher of start and end, mm.
         retreat: f64,
@@ -235,7 +230,7 @@ pub struct Fault {
     pub kind: FaultKind,
     /// File line of the statement, from 1.
     pub line: u32,
-    /// What was expected and what was found.
+    /// Message, with what was expected and what was found.
     pub message: String,
 }
 

@@ -72,7 +72,7 @@ pub fn restore_values(
 
 /// A change of the source.
 enum Edit {
-    /// What to replace, and by what.
+    /// Replaces a place of the source by a text.
     At(Span, String),
     /// A new line of DATA.
     Taught(String),
@@ -151,7 +151,7 @@ impl<'a> Rewriter<'a> {
         Ok(text)
     }
 
-    /// What to replace in GLOBAL, and by what.
+    /// Edit that sets a value in GLOBAL.
     fn global_site(&self, name: &str, subscripts: &[i32], text: &str) -> Option<Edit> {
         let file = &self.file;
         let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
@@ -178,7 +178,7 @@ impl<'a> Rewriter<'a> {
         Some(Edit::At(Span::at(at), line))
     }
 
-    /// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
+    /// Place of new lines of DATA, and the text to insert: after the heading, so that no WORK precedes them; without
     /// DATA, a block at the end of the file.
     fn taught_site(&self, lines: &[String]) -> (Span, String) {
         let source = self.source;
@@ -365,7 +365,7 @@ mod tests {
         }
     }
 
-    /// What a program has made of these data, restored.
+    /// Source after a program has changed these data and RESTORE has written them.
     fn restored(statements: &str, names: &[&str]) -> String {
         let source = SOURCE.replace("B=1", &statements.replace('\n', "\r\n"));
         let points = crate::parse_points("Q,1,,,,,,,,\nR,2,,,,,,,,\n", Arm::SixAxis).unwrap();

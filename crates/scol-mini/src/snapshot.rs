@@ -1,4 +1,4 @@
-//! What the written states of machines and memories share: their version, their checks, the error of restoring.
+//! Common parts of the written states of machines and memories: version, checks, and the error of restoring.
 //!
 //! A state holds what changes while a program runs, and of the program its fingerprint. What is read back is validated
 //! against a program of the same source: `machine::snapshot` and `memory::snapshot` do the two halves. The names in the

@@ -198,7 +198,7 @@ impl Suggester<'_> {
         })
     }
 
-    /// Where the first of two is declared.
+    /// Help that names the line of the first of two declarations.
     fn first(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
         let line = if diagnostic.message.starts_with("the label") {
             part?.labelled(found)?.line.number
@@ -214,7 +214,7 @@ impl Suggester<'_> {
         (line < diagnostic.line).then(|| format!("the first one is on line {line}; rename one of them"))
     }
 
-    /// How the program that is called wants its arguments.
+    /// Help that shows the declaration of the called program.
     fn heading(&self, call: &str) -> Option<String> {
         let words = call.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
         let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
@@ -260,7 +260,7 @@ fn fixed(code: &str) -> Option<String> {
     Some(remedy.into())
 }
 
-/// What takes the place of a word of other languages.
+/// Remedy for a word of another language.
 fn foreign(word: &str) -> Option<String> {
     let remedy = match word {
         "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {

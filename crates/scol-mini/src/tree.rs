@@ -26,7 +26,7 @@ impl Name {
     }
 }
 
-/// What a name refers to.
+/// Target of a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reference {
     /// Not resolved yet; a compiled program has none of these.
@@ -141,7 +141,7 @@ pub(crate) enum Node {
 }
 
 impl Condition {
-    /// What it can be set to.
+    /// Returns the operand that sets it.
     pub fn takes(self) -> Takes {
         match self {
             Condition::Speed
@@ -163,14 +163,14 @@ pub(crate) enum PerAxis {
     Torque,
 }
 
-/// What a statement takes as an operand.
+/// Operand that a statement takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Takes {
     Number,
     Exactly(ValueKind),
     /// A value of any kind: the argument of a call.
     Any,
-    /// What the variable that is assigned takes.
+    /// The same as the variable that is assigned.
     Assigned,
 }
 
@@ -260,7 +260,7 @@ pub(crate) enum Ask {
     Kill(Expression),
     /// `RESTORE A, B`; without names all data of the file.
     Restore(Vec<Name>),
-    /// What is asked for is known as it is written.
+    /// A request without operands to be evaluated.
     Fixed(Request),
 }
 
@@ -286,7 +286,7 @@ pub(crate) enum Statement {
     },
 }
 
-/// What a FOR counts.
+/// Variable and range of a FOR.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Counting {
     pub variable: Variable,

@@ -1,7 +1,7 @@
 //! Writes the instructions of the steps.
 //!
-//! What the instructions mean is in `code`, `machine::vm` runs them. Steps come from `emit`, names are resolved before. Start
-//! with [`code`].
+//! The instructions are defined in `code` and run by `machine::vm`. Steps come from `emit`, names are resolved before.
+//! Start with [`code`].
 
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
@@ -47,11 +47,11 @@ struct Lowering<'a> {
     /// The registers of temporaries, and how many of them hold something.
     temporaries: Vec<Register>,
     held: usize,
-    /// What the loops of these steps count with, if it is a plain variable.
+    /// Variables of the loops of these steps, where they are plain variables.
     counters: BTreeMap<usize, Register>,
 }
 
-/// Where a variable is.
+/// Place of a variable.
 enum Location {
     Register(Register),
     /// In an array, with its subscript in this register.
@@ -359,7 +359,7 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Where a variable is, once the instructions of its subscript are done.
+    /// Place of a variable; the instructions of its subscript come first.
     fn location(&mut self, variable: &mut Variable) -> Location {
         if let Some(register) = self.plain(variable) {
             return Location::Register(register);

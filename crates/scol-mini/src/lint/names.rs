@@ -13,7 +13,7 @@ use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, word};
 use crate::suggest::CHANNELS;
 
-/// What the statements of a program do with names.
+/// Uses of names in the statements of a program.
 #[derive(Default)]
 struct Uses<'a> {
     /// Given a value by assignment, with the first place.

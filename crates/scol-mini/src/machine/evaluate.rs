@@ -26,7 +26,7 @@ pub(super) struct Execution<'a> {
     pub program: &'a Program,
     pub memory: &'a mut Memory,
     pub inputs: &'a dyn Inputs,
-    /// What the temporaries hold that is no number.
+    /// Values of the temporaries that are not numbers.
     pub vectors: Vec<Value>,
 }
 

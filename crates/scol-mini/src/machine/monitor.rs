@@ -17,7 +17,7 @@ use crate::request::{Fault, FaultKind, Inputs};
 pub(super) struct Monitor {
     /// The step of its `ON`.
     pub(super) on: usize,
-    /// How many programs were called when it was executed; a jump goes back to there.
+    /// Number of programs that were called when it was executed; a jump returns to that call.
     pub(super) depth: usize,
     /// The value of its condition when it was last evaluated.
     last_value: bool,
@@ -31,7 +31,7 @@ impl Monitor {
     }
 }
 
-/// What a monitor has brought about.
+/// Effect of a monitor whose condition has become true.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MonitorAction {
     /// The statement under way is given up, then [`Machine::jump`] with this.
@@ -40,7 +40,7 @@ pub enum MonitorAction {
     Handler(Box<Machine>),
 }
 
-/// Where a monitor leads.
+/// Target of a monitor that jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump(Monitor);
 

@@ -21,7 +21,7 @@ pub(super) enum ValuePlace {
     Argument(usize),
 }
 
-/// What a parameter stands for.
+/// Argument of a call, as the parameter of the subprogram finds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) enum Argument {
     /// The caller's variable.

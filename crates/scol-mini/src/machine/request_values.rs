@@ -95,7 +95,7 @@ impl Execution<'_> {
         FaultKind::Range.fail(format!("{name} takes {least} to {most}, found {percent}"))
     }
 
-    /// What a statement asks for.
+    /// Evaluates the operands of a statement and returns its request.
     pub fn request(&mut self, ask: &Ask) -> Result<PendingRequest> {
         let mut targets = Vec::new();
         let request = match ask {

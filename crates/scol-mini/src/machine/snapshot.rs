@@ -15,7 +15,7 @@ use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, expect};
 use crate::{MAX_CALL_NESTING, MAX_MONITORS};
 
-/// How many calls there are, the main program counted.
+/// Possible numbers of calls, the main program included.
 const DEPTH: RangeInclusive<usize> = 1..=MAX_CALL_NESTING + 1;
 
 impl Machine {

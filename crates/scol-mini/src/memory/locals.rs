@@ -89,7 +89,7 @@ impl Memory {
         self.release(&old);
     }
 
-    /// What these variables hold is needed no more.
+    /// Releases the values of these variables.
     fn release(&mut self, locals: &Locals) {
         for cell in &locals.cells {
             if let Held::Vector(at) = cell.held()

@@ -207,7 +207,7 @@ impl Cursor<'_> {
         Ok(Ask::Restore(names))
     }
 
-    /// What ENABLE and DISABLE switch; without a word the monitors.
+    /// Reads the word after ENABLE or DISABLE; without a word they switch the monitors.
     pub(super) fn switch(&mut self, on: bool) -> Result<Simple, Diagnostic> {
         let change = match self.peek_word() {
             "PASS" => Change::Pass(on),

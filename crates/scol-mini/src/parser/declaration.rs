@@ -166,7 +166,7 @@ impl Cursor<'_> {
         Ok(Some(if negative { -value } else { value }))
     }
 
-    /// What follows the slash of a position: nothing, digits, or on a SCARA a word.
+    /// Reads the configuration of a position after its slash: nothing, digits, or on a SCARA a word.
     fn posture(&mut self) -> Result<Configuration, Diagnostic> {
         let slash = self.sign(Sign::Slash);
         let span = self.span();

@@ -250,7 +250,7 @@ impl Cursor<'_> {
         Ok(Variable::new(name, self.subscripts()?.unwrap_or_default()))
     }
 
-    /// What parentheses hold, if there are any.
+    /// Reads the expressions in parentheses; `None` without parentheses.
     pub(super) fn subscripts(&mut self) -> Result<Option<Vec<Expression>>, Diagnostic> {
         let open = self.sign(Sign::Open);
         open.then(|| self.list(Sign::Close)).transpose()
@@ -288,7 +288,8 @@ impl Cursor<'_> {
         self.is_next(Sign::Comma) || self.is_next(close)
     }
 
-    /// What `item` reads, called with the number of items before it, separated by commas up to the closing sign; may be empty.
+    /// Reads a list up to the closing sign, with commas between its items; it may be empty. `item` is called with the
+    /// number of items before it.
     fn items<T>(
         &mut self,
         close: Sign,

@@ -212,7 +212,7 @@ const REST: &str = "\nPRINT \"END\"\nEND\nPROGRAM HALF(N)\nN = N / 2\nPRINT N\nF
         PROGRAM PICK(N, M)\nGOTO(N) ONE, TWO\nM = 3\nRETURN\nONE:\nM = 10\nRETURN\nTWO:\nIF N == 2 THEN M = 20 ELSE M = 30\nGOTO ONE\nEND\n\
         PROGRAM SPIN(N, M)\nM = 0\nFOR L = 1 TO N\nM = M + L\nNEXT L\nEND\nPROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
 
-/// What a run in portions of `portion` statements comes to, and how many statements it takes.
+/// Events of a run in portions of `portion` statements, and the number of statements it takes.
 fn events(program: &Arc<Program>, portion: u32) -> (String, u32) {
     let (mut machine, mut memory) = (Machine::main(Arc::clone(program)), Memory::new(program));
     let (mut events, mut used) = (Vec::new(), 0);

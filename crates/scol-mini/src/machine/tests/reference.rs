@@ -9,7 +9,7 @@ use crate::tree::{Binary, Counting, Node, Relation, Statement, Unary, Variable};
 use alloc::collections::BTreeMap;
 use std::vec::Vec;
 
-/// What a statement came to.
+/// Result of a statement.
 #[derive(Debug, PartialEq)]
 pub enum Step {
     Done,
@@ -138,7 +138,7 @@ impl Reference {
             .map_or(block.end_line, |located| located.line)
     }
 
-    /// What a variable holds at this index.
+    /// Value of a variable at this index.
     pub fn value(&self, name: &str, index: usize) -> Option<Number> {
         self.variables.get(name)?.values.get(&index).copied()
     }
