@@ -25,7 +25,7 @@ const MIN_GAP: Duration = Duration::from_millis(500);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
 
-/// How virtual time passes (option `--time`).
+/// Pace of virtual time (option `--time`).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum TimeMode {
     /// At the pace of wall-clock time.
@@ -40,7 +40,7 @@ pub enum TimeMode {
     Auto,
 }
 
-/// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
+/// Treatment of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TimeGap {
     /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
@@ -82,7 +82,7 @@ impl fmt::Display for TimeMode {
     }
 }
 
-/// When the driver must wake if no input arrives.
+/// Next wake-up of the driver if no input arrives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
     /// Only on input.
@@ -119,14 +119,14 @@ pub struct Clock {
     mode: TimeMode,
     origin: Instant,
     base: Time,
-    /// When a byte was last received from a host or sent to one.
+    /// Time at which a byte was last received from a host or sent to one.
     last_activity: Instant,
     /// No peer is connected and nobody waits for a length of time.
     idle: bool,
-    /// How far virtual time lags because the machine could not keep up.
+    /// Lag of virtual time because the machine could not keep up.
     lag: Duration,
     gap: TimeGap,
-    /// How long connections must be quiet before automatic time jumps.
+    /// Time for which connections must be quiet before automatic time jumps.
     silence: Duration,
     /// Wall-clock time of the last gap check.
     last_check: Instant,
@@ -166,7 +166,7 @@ impl Clock {
         self.held.unwrap_or_else(Instant::now)
     }
 
-    /// How long connections must be quiet before automatic time jumps.
+    /// Time for which connections must be quiet before automatic time jumps.
     pub fn silence(&self) -> Duration {
         self.silence
     }
@@ -275,7 +275,7 @@ impl Clock {
         self.at(self.wall())
     }
 
-    /// When to wake for `deadline` if no input arrives before.
+    /// Decides when to wake for `deadline` if no input arrives before.
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
         let Some(deadline) = deadline else {
             return Wake::Never;

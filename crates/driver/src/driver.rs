@@ -59,7 +59,7 @@ pub enum OpenError {
     SelfCheck(std::io::Error),
 }
 
-/// What a robot starts with.
+/// Settings and initial state of a robot.
 pub struct Setup {
     /// The controller, after power-on or from a snapshot.
     pub controller: Controller,
@@ -73,13 +73,13 @@ pub struct Setup {
     pub shared: Option<SharedPorts>,
     /// Options of the links.
     pub links: LinkOptions,
-    /// How the serial ports are reached.
+    /// Endpoint of each serial port that hosts can reach.
     pub serial: BTreeMap<Port, SerialEndpoint>,
     /// Faults that are armed at the start and after a reset.
     pub faults: Vec<Fault>,
     /// Servo power at the start and after a reset.
     pub servo_on: bool,
-    /// Who sees what happens, from the first input on.
+    /// Subscribers, which see everything from the first input on.
     pub subscribers: Vec<Box<dyn Subscriber>>,
     /// Names the robot in the lines of the log.
     pub span: Span,
@@ -92,9 +92,9 @@ pub struct Driver {
     /// Each with the number of the robot it is for.
     requests: mpsc::Receiver<(usize, Request)>,
     rotation: Rotation,
-    /// Who waits until a change of a file is stored. One at most: meanwhile only queries are served.
+    /// The caller that waits until a change of a file is stored. One at most: meanwhile only queries are served.
     awaiting: Option<Awaiting>,
-    /// How many writes the inputs that wait have waited for.
+    /// Number of writes that the inputs in the queue have waited for.
     writes_awaited: u32,
 }
 

@@ -9,7 +9,7 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("it is {encoding}{}; save it as ASCII", self.shown_by())]
 pub struct EncodingError {
-    /// What the file is in.
+    /// Encoding of the file.
     pub encoding: Encoding,
     /// The first byte that is not ASCII; none where a byte order mark says it.
     found: Option<Found>,

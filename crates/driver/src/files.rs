@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub struct PathError {
     action: &'static str,
     path: PathBuf,
-    /// What the system said.
+    /// Error of the operating system.
     pub reason: io::Error,
 }
 

@@ -1,4 +1,4 @@
-//! What surrounds a controller: sockets, serial lines, clock, disk, and the loop that owns it.
+//! The surroundings of a controller: sockets, serial lines, clock, disk, and the loop that owns it.
 //!
 //! Nothing here knows what bytes or statements mean; that is `ts3100-proto`, `scol-mini` and `ts3100-controller`. Nothing
 //! here records, reports or serves HTTP either: who wants to know what happens is a [`seat::Subscriber`].

@@ -85,7 +85,7 @@ pub enum PlannedAction {
 
 /// Plans actions, as a scenario does.
 pub trait ActionSource: Send {
-    /// When the next action is due.
+    /// Time of the next action.
     fn deadline(&self) -> Option<Time>;
     /// Takes the next action that is due at `now`, with its time.
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)>;
@@ -135,7 +135,7 @@ impl Effects for () {
     }
 }
 
-/// Who listens to a controller.
+/// Subscribers and plan of a controller.
 #[derive(Default)]
 struct Audience {
     subscribers: Vec<Box<dyn Subscriber>>,
@@ -161,13 +161,13 @@ pub struct Seat {
     statements_awaited: bool,
     /// Digital inputs at which wires end: nothing else drives them.
     wired_inputs: BTreeSet<u16>,
-    /// What has not been handled yet, and the side that caused it.
+    /// Inputs that have not been handled yet, each with the side that caused it.
     inputs: VecDeque<(Input, Side, Source)>,
     /// The step that waits until something is stored; every input waits for it.
     waiting: Option<Step>,
 }
 
-/// Where an input comes from.
+/// Origin of an input.
 #[derive(Clone, Copy)]
 enum Source {
     /// It was due before the input that is next.
@@ -256,7 +256,7 @@ impl Seat {
         self.waiting.is_some()
     }
 
-    /// When the controller or a planned input has something due.
+    /// Earliest deadline of the controller and of the planned inputs.
     pub fn deadline(&self) -> Option<Time> {
         let actions = self.audience.actions.as_ref();
         let planned = actions.and_then(|actions| actions.deadline());

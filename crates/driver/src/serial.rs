@@ -31,7 +31,7 @@ use tracing::info;
 use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port};
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
-/// How hosts reach a serial port of the robot.
+/// Endpoint at which hosts reach a serial port of the robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SerialEndpoint {
     /// A pseudo terminal under this name, a symbolic link (`--serial-dir`). Unix only.
@@ -246,7 +246,8 @@ impl SerialLines {
         open.map_or(Poll::Pending, |open| open.poll(room, context))
     }
 
-    /// What has arrived at lines without a host: who has opened one before a command came on another port.
+    /// Opens lines without a host at which one has arrived: a host that opened its line before it sent a command on
+    /// another port is known before the command.
     pub fn open_arrived(&mut self) -> Vec<Input> {
         let without_host = self.open.values_mut().filter(|open| open.peer.is_none());
         let polled = without_host.map(|open| open.poll(0, None));

@@ -55,7 +55,7 @@ pub enum FileError {
     },
 }
 
-/// What a snapshot file has.
+/// Content of a snapshot file.
 #[derive(Debug, Clone, Copy)]
 pub enum States<'a> {
     /// The state of a robot that is alone, as it is.
@@ -175,7 +175,7 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(files::read_text(path, MAX_BYTES).map_err(cannot("read the snapshot", path))?)
 }
 
-/// What is wrong with the content of this file.
+/// Adds the path to an error in the content of a file.
 fn unreadable(path: &Path) -> impl Fn(ParseError) -> FileError {
     move |reason| FileError::Parse {
         path: path.to_path_buf(),

@@ -64,7 +64,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// What is wrong, whatever the file.
+    /// The error without the name of the file.
     fn cause(&self) -> String {
         if let StoreError::Io(error) = self {
             return error.reason.to_string();

@@ -49,11 +49,11 @@ impl WireEnd {
 /// A wire: its end shows the level of its beginning.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wire {
-    /// Where the level comes from.
+    /// Origin of the level.
     pub from: WireEnd,
-    /// What shows it.
+    /// End that shows it.
     pub to: WireEnd,
-    /// How messages call it.
+    /// Name of the wire in messages.
     pub name: String,
 }
 
@@ -65,7 +65,7 @@ pub struct Robot<E> {
     pub edge: E,
     /// Names the robot in the lines of the log.
     pub span: Span,
-    /// How many microseconds its time is ahead of the world's: each reset and each snapshot begins another count.
+    /// Microseconds by which its time is ahead of the world's: each reset and each snapshot begins another count.
     ahead: i64,
 }
 
@@ -109,7 +109,7 @@ pub struct World<E> {
     loops: BTreeSet<usize>,
     /// Inputs that wait until nothing is being stored.
     waiting: VecDeque<(usize, Input, Side)>,
-    /// What is being stored belongs to an input whose result was not known when it was fed, not to something due.
+    /// A write under way belongs to an input whose result was not known when it was fed, not to something due.
     is_awaited: bool,
     /// The moment that has been reached.
     now: Time,
@@ -286,7 +286,8 @@ impl<E: Effects> World<E> {
         }
     }
 
-    /// What was due before `now` happens, the earliest first. Returns the moment at which the next input is handled.
+    /// Handles everything that was due before `now`, the earliest first. Returns the moment at which the next input is
+    /// handled.
     fn catch_up(&mut self, now: Time) -> Time {
         while !self.is_storing()
             && let Some((due, robot)) = self.overdue(now)
@@ -304,7 +305,7 @@ impl<E: Effects> World<E> {
         now
     }
 
-    /// What was due before `now` first, and at which robot.
+    /// Earliest deadline before `now`, with its robot.
     fn overdue(&self, now: Time) -> Option<(Time, usize)> {
         let robots = self.robots.iter().enumerate();
         let due = robots.filter_map(|(number, robot)| Some((robot.deadline()?, number)));

@@ -264,7 +264,7 @@ impl Driver {
         }
     }
 
-    /// When the loop must wake if no input arrives.
+    /// Next moment at which the loop must wake if no input arrives.
     pub(super) fn wake(&self) -> Wake {
         // No deadline is served before the write has ended, and its end wakes the loop.
         if self.is_storing() {
@@ -281,7 +281,7 @@ impl Driver {
         wake.min(self.clock.wake(limit, false))
     }
 
-    /// Where time jumps to after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
+    /// Target of a jump after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
     pub(super) fn jump_target(&self) -> Option<Time> {
         let advancing = self.waits().filter(|(_, pending)| pending.wait.advance);
         let limits = advancing.map(|(limit, _)| limit);

@@ -14,7 +14,7 @@ use tracing::{error, info};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::{Bytes, Controller, Event, Input, Output, PersistError, Port, Time};
 
-/// What has become of a write, as its task says.
+/// Result of a write, with that of its task.
 pub(super) type WriteResult = Result<Result<(), StoreError>, JoinError>;
 
 /// A write to the backing directory that is under way.
@@ -25,7 +25,7 @@ pub(super) struct Write {
     file: Option<String>,
 }
 
-/// What a robot returns to with a reset.
+/// State to which a robot returns with a reset.
 pub(super) struct Start {
     /// The controller before the first input.
     pub controller: Controller,
@@ -48,7 +48,7 @@ pub(super) struct Edge {
     pub has_sent: bool,
     pub snapshots: SnapshotStore,
     pub start: Start,
-    /// What the clock had lagged and skipped when the time of this robot began.
+    /// Lag and skipped time of the clock when the time of this robot began.
     pub lost_before: (Duration, Duration),
 }
 

@@ -124,7 +124,7 @@ impl Paused {
         self.0.stand_at(moment).await;
     }
 
-    /// What a query of a robot can read.
+    /// State of a robot, as a query reads it.
     pub fn view(&self, robot: usize) -> View<'_> {
         self.0.view(robot)
     }
@@ -145,7 +145,7 @@ impl Drop for Paused {
     }
 }
 
-/// Who waits until a change of a file is stored.
+/// A caller that waits until a change of a file is stored.
 pub(super) enum Awaiting {
     /// The caller of an action, for its result and a look at the robot of this number.
     Result(usize, Reply<Result<(), ActionError>>),
@@ -174,13 +174,13 @@ pub enum LinkAction {
     Reset,
 }
 
-/// What a query can read.
+/// State of a robot, as a query reads it.
 pub struct View<'a> {
     /// Current state of the controller.
     pub controller: &'a Controller,
-    /// How virtual time passes.
+    /// Time mode.
     pub time: TimeMode,
-    /// How far virtual time lags because the machine could not keep up, since the start or the last reset.
+    /// Lag of virtual time because the machine could not keep up, since the start or the last reset.
     pub lag: Duration,
     /// Wall-clock time that was skipped since then.
     pub skipped: Duration,

@@ -1,8 +1,8 @@
 //! The loop of the driver: it takes work from requests and from the ports of all robots in rotation, and lets time pass
 //! when there is none.
 //!
-//! What the work means is handled elsewhere: requests in `control` and `snapshots`, inputs in
-//! [`crate::world::World::feed`]. When to wake is decided by [`crate::clock::Clock`].
+//! The work itself is done elsewhere: requests in `control` and `snapshots`, inputs in [`crate::world::World::feed`].
+//! When to wake is decided by [`crate::clock::Clock`].
 
 use super::Driver;
 use super::edge::WriteResult;
@@ -33,7 +33,7 @@ const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 /// One unit of work. The numbers are those of robots.
 pub(super) enum Work {
     Request(usize, Request),
-    /// What has come of an event on a port.
+    /// Inputs that an event on a port has led to.
     Inputs(usize, Vec<Input>),
     /// A write to the backing directory has ended.
     Stored(usize, WriteResult),
@@ -209,7 +209,7 @@ impl Driver {
         }
     }
 
-    /// What has come of the next event on a port, by its place among those of all robots.
+    /// Returns the inputs of the next event on a port, by its place among those of all robots.
     fn poll_port(&mut self, place: usize, runtime: Option<&mut Context<'_>>) -> Poll<Work> {
         let (number, index) = (place / Port::ALL.len(), place % Port::ALL.len());
         let Some(&port) = Port::ALL.get(index) else {

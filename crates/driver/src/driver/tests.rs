@@ -54,7 +54,7 @@ impl ActionSource for OnAlarm {
     }
 }
 
-/// What a driver of one robot is opened with.
+/// Settings of a driver of one robot.
 pub(super) struct Opening {
     setup: Setup,
     pub(super) time: TimeMode,
@@ -126,7 +126,7 @@ impl Subscriber for Inputs {
 }
 
 impl Inputs {
-    /// What a port has received.
+    /// Bytes that a port has received.
     fn received(&self, port: Port) -> Vec<u8> {
         let inputs = self.0.lock().unwrap();
         let received = inputs.iter().filter_map(|input| match input {

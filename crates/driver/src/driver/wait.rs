@@ -1,6 +1,6 @@
 //! A wait of a caller for a condition (`/wait`, `/clock/advance-until`).
 //!
-//! What a condition is and when it happens is [`ts3100_controller::Condition`]. The driver keeps the pending waits and
+//! [`ts3100_controller::Condition`] defines the conditions and when they happen. The driver keeps the pending waits and
 //! answers them (`driver::control`); the control interface reads them.
 
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Decodes characters with a parity or framing error as a terminal driver marks them (PARMRK): `FF 00` and the character;
 //! a good `FF` is doubled. What the errors cause is decided by the controller.
 
-/// What stands in what a port delivers, in its order.
+/// Characters of one kind in what a port delivers, in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum CharacterRun {
     /// Good characters.
@@ -23,7 +23,7 @@ pub(super) enum MarkDecoder {
 }
 
 impl MarkDecoder {
-    /// What these bytes complete. On a system whose ports mark nothing every byte is good.
+    /// Decodes bytes. On a system whose ports mark nothing every byte is good.
     pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<CharacterRun> {
         if !cfg!(unix) {
             return vec![CharacterRun::Good(bytes.to_vec())];

@@ -190,7 +190,7 @@ fn has_settings(termios: &Termios, line: SerialSettings) -> bool {
         && modes.contains(ControlModes::PARODD) == (line.parity == Parity::Odd)
 }
 
-/// What a pseudo terminal shows of the settings a host gave it.
+/// Settings a host gave a pseudo terminal, as far as it shows them.
 fn host_settings(termios: &Termios, robot: SerialSettings) -> HostSettings {
     let modes = termios.control_modes;
     let parity = match (modes.contains(ControlModes::PARODD), robot.parity) {

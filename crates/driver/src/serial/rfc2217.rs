@@ -31,7 +31,7 @@ const SET_LINESTATE_MASK: u8 = 10;
 const SET_MODEMSTATE_MASK: u8 = 11;
 const PURGE_DATA: u8 = 12;
 
-/// Who we are.
+/// Signature of this access server.
 const NAME: &[u8] = b"ts3100";
 /// Highest speed taken, in bit/s; what no UART of the time has is refused.
 const HIGHEST_SPEED: u32 = 4_000_000;
@@ -40,7 +40,7 @@ const MODEM_STATE: u8 = 0x80 | 0x20 | 0x10;
 /// "Transfer shift register empty" and "transfer holding register empty".
 const LINE_STATE: u8 = 0x40 | 0x20;
 
-/// What the client wants done.
+/// Request of the client.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Event {
     /// Bytes for the line.
@@ -72,7 +72,7 @@ pub struct Server {
     out: Vec<u8>,
 }
 
-/// What SET-CONTROL sets, as its numbers.
+/// State that SET-CONTROL sets, as its numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Control {
     outbound: u8,
@@ -114,7 +114,7 @@ impl Server {
         escape(bytes, &mut self.out);
     }
 
-    /// What is to be sent to the client.
+    /// Takes the bytes to send to the client.
     pub fn take_output(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }

@@ -64,7 +64,7 @@ impl TcpLine {
         }
     }
 
-    /// What an event on the channel means for the line.
+    /// Turns an event on the channel into inputs of the line.
     fn on_event(&mut self, input: Input, inputs: &mut Vec<Input>) {
         if let Input::Received { bytes, .. } = &input
             && let Some(server) = &mut self.server

@@ -1,5 +1,5 @@
 //! A terminal that is read and written without blocking: the end of a pseudo terminal that is ours, or a real port.
-//! Whose it is and how it is set is decided by `pty` and `device`.
+//! `pty` and `device` decide who owns it and how it is set.
 
 use super::open_port;
 use super::unsent::Unsent;
@@ -165,7 +165,7 @@ pub(super) fn open_terminal(name: &Path) -> io::Result<OwnedFd> {
     Ok(rustix::fs::open(name, flags, Mode::empty())?)
 }
 
-/// What the system reports of a pseudo terminal's end that is ours.
+/// State of our end of a pseudo terminal, as the system reports it.
 pub(super) fn poll_master(fd: &OwnedFd) -> PollFlags {
     let mut fds = [PollFd::new(fd, PollFlags::IN)];
     // Nothing is known of one that cannot be asked: it counts as closed.

@@ -12,7 +12,7 @@ use tracing::debug;
 use ts3100_controller::Port;
 use ts3100_proto::parameter::SerialSettings;
 
-/// How long the reading thread waits for bytes before it looks whether it is still wanted.
+/// Time for which the reading thread waits for bytes before it checks whether it is still wanted.
 const READ_TIMEOUT: Duration = Duration::from_millis(50);
 /// Most bytes per read.
 const READ_BUFFER: usize = 1_024;

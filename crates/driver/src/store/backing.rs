@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tracing::{error, info};
 use ts3100_controller::{Bytes, Controller, Time};
 
-/// What happens to a change that cannot be saved (`drive.when_full`).
+/// Handling of a change that cannot be saved (`drive.when_full`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WhenFull {
     /// The change is rejected; the RAM drive is unchanged.

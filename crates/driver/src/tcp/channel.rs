@@ -26,11 +26,11 @@ const MAX_WAITING_CONNECTIONS: usize = 4;
 /// A connection that waits for its predecessor to end.
 struct Waiting {
     connection: NewConnection,
-    /// When it is refused if its predecessor stays; `None` afterwards.
+    /// Time after which it is refused if its predecessor stays; `None` afterwards.
     overdue: Option<Pin<Box<Sleep>>>,
 }
 
-/// Where the connections of a channel come from.
+/// Origin of the connections of a channel.
 pub(super) enum Source {
     /// Peers connect.
     Accepted(Acceptor),
@@ -50,7 +50,7 @@ pub(crate) struct Channel {
     waiting: VecDeque<Waiting>,
     /// A new connection is taken before the present one is read again.
     accepts_first: bool,
-    /// What a peer that has closed left unread is dropped when the next one has waited for [`CLOSE_GRACE`].
+    /// Unread bytes of a peer that has closed are dropped when the next one has waited for [`CLOSE_GRACE`].
     drops_unread: bool,
 }
 

@@ -25,7 +25,7 @@ use ts3100_controller::port::Port;
 pub(super) const WRITE_QUEUE: usize = 256;
 /// Most bytes per read.
 pub(crate) const READ_BUFFER: usize = 4_096;
-/// How long a peer that has closed its sending half may take to read the queued bytes.
+/// Time that a peer that has closed its sending half has to read the queued bytes.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
 /// Idle time before the first TCP keepalive probe; [`KEEPALIVE_PROBES`] follow at [`KEEPALIVE_INTERVAL`]
 /// (decision D3).

@@ -74,7 +74,7 @@ pub enum ChannelError {
     },
 }
 
-/// What to give instead of the offset that led to this address.
+/// Names the option that helps instead of the offset that led to this address.
 fn other_offset(address: SocketAddr) -> &'static str {
     // The ports as delivered are below 1024, so no offset was given.
     if address.port() < 1_024 {

@@ -13,7 +13,7 @@ pub enum Ports {
     Auto,
 }
 
-/// What happens to a second connection to a channel (`channel.second`, decision D3).
+/// Handling of a second connection to a channel (`channel.second`, decision D3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SecondConnection {
     /// The second is accepted and closed at once; the first is untouched (ETH-06).

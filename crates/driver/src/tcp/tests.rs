@@ -43,12 +43,12 @@ async fn dial(port: u16) -> TcpStream {
     TcpStream::connect(("127.0.0.1", port)).await.unwrap()
 }
 
-/// What comes of the next event.
+/// Inputs of the next event.
 async fn event(links: &mut Channels) -> Vec<Input> {
     event_reading(links, READ_BUFFER).await
 }
 
-/// What comes of the next event, where at most so many bytes are read.
+/// Inputs of the next event, with a limit to the bytes that are read.
 async fn event_reading(links: &mut Channels, most: usize) -> Vec<Input> {
     let poll = poll_fn(|context| {
         let mut polled = links.channels.values_mut();

@@ -61,7 +61,7 @@ impl Link {
         Ok(link)
     }
 
-    /// Where it stands.
+    /// Path of the link.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }

@@ -19,7 +19,7 @@ const SE: u8 = 240;
 /// Longest subnegotiation that is kept, in bytes; the longest one of RFC 2217 is a signature.
 const MAX_SUBNEGOTIATION: usize = 256;
 
-/// What stands in the stream.
+/// Part of the stream.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Telnet {
     /// Bytes for the line.
@@ -50,7 +50,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// What these bytes complete, in order.
+    /// Decodes bytes; returns the parts that they complete, in order.
     pub fn push(&mut self, bytes: &[u8]) -> Vec<Telnet> {
         let mut found = Vec::new();
         for &byte in bytes {

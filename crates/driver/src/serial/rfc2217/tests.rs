@@ -19,7 +19,7 @@ fn data(command: u8, value: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What a command comes to and how it is answered.
+/// Events of a command, and its answer.
 fn ask(server: &mut Server, command: u8, value: &[u8]) -> (Vec<Event>, Vec<u8>) {
     let events = server.receive(&data(command, value));
     (events, server.take_output())
