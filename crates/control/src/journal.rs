@@ -211,7 +211,7 @@ impl Journal {
         }
     }
 
-    fn note(&self, at: Time, kind: &'static str) {
+    pub(super) fn note(&self, at: Time, kind: &'static str) {
         let document = Box::new(ApiEvent::new(at, kind));
         self.push(at, What::Document(document), &[], |_| {});
     }

@@ -22,6 +22,10 @@ mod coverage;
 mod decode;
 pub mod event;
 mod events;
+#[cfg(test)]
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../../tests/src/every_event.rs"]
+mod every_event;
 mod faults;
 mod files;
 mod guard;

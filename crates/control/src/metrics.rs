@@ -310,6 +310,32 @@ fn escape_label(value: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::every_event::{bless, compare, inputs, outputs};
+
+    const GOLDEN: &str = "metrics.prom";
+
+    /// What every event counts.
+    fn counted() -> String {
+        let mut counters = Metrics::default();
+        inputs().iter().for_each(|input| counters.count_input(input));
+        outputs().iter().for_each(|output| counters.count_output(output));
+        to_prometheus(&[Sample {
+            robot: None,
+            counters,
+            gauges: Vec::new(),
+        }])
+    }
+
+    #[test]
+    fn every_event_is_counted() {
+        compare(GOLDEN, &counted());
+    }
+
+    #[test]
+    #[ignore = "writes fixtures/golden/events anew; review the difference"]
+    fn bless_metrics() {
+        bless(GOLDEN, &counted());
+    }
 
     #[test]
     fn what_hosts_make_up_does_not_grow_without_end() {

@@ -11,6 +11,10 @@ pub mod cli;
 mod color;
 pub mod config;
 pub mod embed;
+#[cfg(test)]
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../../tests/src/every_event.rs"]
+mod every_event;
 pub mod headless;
 pub mod instances;
 pub mod launch;

@@ -385,6 +385,7 @@ fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::every_event::{bless, compare, moment, outputs};
     use ts3100_controller::findings::{Finding, rules};
     use ts3100_proto::status::MasterMode;
 
@@ -413,6 +414,13 @@ mod tests {
 
     /// The JSON lines logged for these events.
     fn lines(events: &[Event]) -> Vec<String> {
+        written(LevelFilter::INFO, |log| {
+            events.iter().for_each(|event| log.write(Time::ZERO, event));
+        })
+    }
+
+    /// The JSON lines, but for their wall-clock time, that a log is made to write.
+    fn written(most: LevelFilter, write: impl FnOnce(&mut EventLog)) -> Vec<String> {
         #[derive(Clone, Default)]
         struct SharedBuffer(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
         impl std::io::Write for SharedBuffer {
@@ -426,15 +434,44 @@ mod tests {
         }
         let kept = SharedBuffer::default();
         let writer = kept.clone();
-        let subscriber = tracing_subscriber::fmt().json().flatten_event(true);
-        let subscriber = subscriber.with_writer(move || writer.clone()).finish();
+        let subscriber = tracing_subscriber::fmt()
+            .json()
+            .flatten_event(true)
+            .without_time();
+        let subscriber = subscriber
+            .with_max_level(most)
+            .with_writer(move || writer.clone())
+            .finish();
         tracing::subscriber::with_default(subscriber, || {
             let mut log = EventLog::default();
-            events.iter().for_each(|event| log.write(Time::ZERO, event));
+            write(&mut log);
             log.flush();
         });
         let text = String::from_utf8(kept.0.lock().unwrap().clone()).unwrap();
         text.lines().map(str::to_owned).collect()
+    }
+
+    const GOLDEN: &str = "log.jsonl";
+
+    /// The lines of every event.
+    fn of_every_event() -> String {
+        let lines = written(LevelFilter::TRACE, |log| {
+            for (place, output) in outputs().iter().enumerate() {
+                log.output(moment(place), output);
+            }
+        });
+        lines.join("\n") + "\n"
+    }
+
+    #[test]
+    fn every_event_has_its_line() {
+        compare(GOLDEN, &of_every_event());
+    }
+
+    #[test]
+    #[ignore = "writes fixtures/golden/events anew; review the difference"]
+    fn bless_log() {
+        bless(GOLDEN, &of_every_event());
     }
 
     #[test]

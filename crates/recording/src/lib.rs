@@ -12,6 +12,10 @@
 pub mod book;
 pub mod byte_log;
 pub mod diff;
+#[cfg(test)]
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../../tests/src/every_event.rs"]
+mod every_event;
 pub mod faults;
 pub mod reports;
 pub mod scenario;

@@ -1,6 +1,7 @@
 //! Tests of the transcript formats: what is written reads back, and invalid input is rejected with its line.
 
 use super::*;
+use crate::every_event::{bless, compare, inputs, moment, outputs};
 use ts3100_controller::{Config, Controller, Dialect, Input, Output, PanelAction};
 use ts3100_driver::seat::{Notice, Subscriber as _};
 use ts3100_proto::calendar::CalendarTime;
@@ -360,4 +361,32 @@ fn a_snapshot_that_cannot_be_restored_is_named_with_its_line() {
         error.contains("a.txt:") && error.contains("this is not a snapshot"),
         "{error}"
     );
+}
+
+/// The transcript of every event.
+fn of_every_event() -> String {
+    let mut sink = TranscriptSink::create(sample_header(), &[], Some(MAX_BUFFERED_RECORDS), None).unwrap();
+    let mut inputs = inputs();
+    let disconnected = inputs.pop().unwrap();
+    for (place, input) in inputs.iter().enumerate() {
+        sink.input(moment(place), input, Side::Host);
+    }
+    for (place, output) in outputs().iter().enumerate() {
+        sink.output(moment(inputs.len() + place), output);
+    }
+    sink.input(moment(100), &disconnected, Side::Host);
+    String::from_utf8(sink.buffer().to_bytes(Format::Json)).unwrap()
+}
+
+const GOLDEN: &str = "transcript.jsonl";
+
+#[test]
+fn every_event_that_a_peer_sees_is_a_record() {
+    compare(GOLDEN, &of_every_event());
+}
+
+#[test]
+#[ignore = "writes fixtures/golden/events anew; review the difference"]
+fn bless_transcript() {
+    bless(GOLDEN, &of_every_event());
 }
