@@ -2,7 +2,6 @@
 //!
 //! `/arm/pose` is the part that changes while the arm moves, for readers that draw each picture anew.
 
-use super::event::seconds;
 use super::noise::without_noise;
 use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use ts3100_controller::model::{ArmKind, ArmModel};
@@ -146,7 +145,7 @@ impl ArmPosture {
         let controller = view.controller;
         let pose = controller.arm_pose();
         ArmPosture {
-            t: seconds(controller.now()),
+            t: controller.now().as_seconds(),
             joints: without_noise(&pose.joint_values()),
             world: without_noise(&pose.world_values()),
             moving: controller.is_arm_moving(),

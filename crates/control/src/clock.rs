@@ -6,7 +6,6 @@
 
 use super::api_names::{NamedPort, NamedStatus, PortName};
 use super::body::{Seconds, number_that, object_only, whole_number};
-use super::event::seconds;
 use super::lines::require_line;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
@@ -14,7 +13,7 @@ use serde::Deserializer;
 use serde::de::Error as _;
 use std::time::Duration;
 use ts3100_controller::alarm::AlarmCode;
-use ts3100_controller::{Condition, IoKind};
+use ts3100_controller::{Condition, IoKind, Time};
 use ts3100_driver::clock::{MAX_SCALE, TimeMode};
 use ts3100_driver::driver::request::{LinkAction, Request, WaitResult};
 use ts3100_driver::driver::wait::Wait;
@@ -199,9 +198,9 @@ impl ClockStatus {
             mode: view.time.to_string(),
             behind: view.lag.as_secs_f64(),
             skipped: view.skipped.as_secs_f64(),
-            now: seconds(view.controller.now()),
+            now: view.controller.now().as_seconds(),
             calendar: view.controller.calendar_now().to_string(),
-            next: view.controller.poll_deadline().map(seconds),
+            next: view.controller.poll_deadline().map(Time::as_seconds),
         }
     }
 }
@@ -273,7 +272,7 @@ impl From<WaitResult> for WaitResponse {
     fn from(waited: WaitResult) -> WaitResponse {
         WaitResponse {
             reached: waited.reached,
-            now: seconds(waited.at),
+            now: waited.at.as_seconds(),
             passed: waited.passed.as_secs_f64(),
         }
     }

@@ -7,7 +7,6 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::{Event, Output, Port, Time};
 use ts3100_proto::escape::Escaped;
-pub use ts3100_recording::reports::seconds;
 use utoipa::ToSchema;
 
 /// An event. `event` decides which of the other keys are present.
@@ -106,7 +105,7 @@ impl ApiEvent {
     /// An event of this kind; the journal assigns `seq` when it stores the event.
     pub fn new(now: Time, event: &'static str) -> ApiEvent {
         ApiEvent {
-            t: seconds(now),
+            t: now.as_seconds(),
             event,
             ..ApiEvent::default()
         }
@@ -178,7 +177,7 @@ impl ApiEvent {
             }
             Event::Finding(finding) => {
                 let rule = finding.rule;
-                self.t = seconds(finding.at);
+                self.t = finding.at.as_seconds();
                 self.rule = Some(rule.id);
                 self.severity = Some(finding.severity().as_str());
                 self.caused_by = finding.caused_by.map(|cause| cause.to_string());
@@ -208,7 +207,7 @@ impl ApiEvent {
                 self.task = Some(*task);
             }
             Event::Servo(on) => self.on = Some(*on),
-            Event::ServoDelayed(until) => self.until = Some(seconds(*until)),
+            Event::ServoDelayed(until) => self.until = Some(until.as_seconds()),
             Event::Selected(file) => self.file.clone_from(file),
             Event::AlarmsReset => {}
         }

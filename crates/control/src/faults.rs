@@ -3,7 +3,6 @@
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
 use super::body::{object_only, optional_whole, whole};
-use super::event::seconds;
 use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use std::collections::BTreeMap;
@@ -195,7 +194,7 @@ impl FaultStatus {
             armed: report.armed,
             seen: report.seen,
             fired: report.fired,
-            at: report.at.iter().map(|at| seconds(*at)).collect(),
+            at: report.at.iter().map(|at| at.as_seconds()).collect(),
         }
     }
 

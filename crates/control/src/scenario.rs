@@ -2,7 +2,6 @@
 //!
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
-use super::event::seconds;
 use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use axum::http::StatusCode;
 use ts3100_controller::Time;
@@ -55,7 +54,7 @@ impl From<EntryProgress> for ScenarioStep {
             name: entry.name,
             line: entry.line,
             state: entry.state,
-            t: entry.time.map(|time| seconds(Time::ZERO + time)),
+            t: entry.time.map(|time| (Time::ZERO + time).as_seconds()),
             message: entry.message,
         }
     }

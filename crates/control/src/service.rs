@@ -2,7 +2,7 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
-use super::event::{ApiEvent, seconds};
+use super::event::ApiEvent;
 use super::metrics::{self, Gauge, Sample};
 use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::robots::{Robots, Scope};
@@ -81,7 +81,7 @@ pub async fn get_health(scope: Scope) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
         power: Some(view.controller.state().powered),
-        t: Some(seconds(view.controller.now())),
+        t: Some(view.controller.now().as_seconds()),
         robots: None,
         drive: view.backing.map(DriveHealth::new),
     };
@@ -172,7 +172,7 @@ fn gauges(view: &View<'_>) -> Vec<Gauge> {
         gauge(
             "ts3100_virtual_seconds",
             "Virtual time since the start or the last reset.",
-            seconds(controller.now()),
+            controller.now().as_seconds(),
         ),
         gauge(
             "ts3100_power",

@@ -4,7 +4,6 @@
 //! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
 use super::body::SnapshotText;
-use super::event::seconds;
 use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use super::robots::{Scope, Together};
 use axum::http::StatusCode;
@@ -37,7 +36,7 @@ impl SnapshotList {
     fn new(view: &View<'_>) -> SnapshotList {
         let named = |(name, micros)| SnapshotInfo {
             name,
-            t: seconds(Time::from_micros(micros)),
+            t: Time::from_micros(micros).as_seconds(),
         };
         SnapshotList {
             snapshots: view.snapshots.list().into_iter().map(named).collect(),

@@ -5,7 +5,6 @@
 use super::alarms::ActiveAlarm;
 use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
 use super::channels::ChannelStatus;
-use super::event::seconds;
 use super::faults::FaultList;
 use super::files::DriveStatus;
 use super::lines::LineList;
@@ -15,7 +14,7 @@ use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
 use super::variables::{self, VariableInfo};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
+use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port, Time};
 use ts3100_proto::status::ExecutionStatus;
 
 /// The whole state at one moment.
@@ -210,7 +209,7 @@ impl ControllerState {
             None => "neither",
         };
         ControllerState {
-            t: seconds(now),
+            t: now.as_seconds(),
             time_mode: view.time.to_string(),
             calendar: controller.calendar_now().to_string(),
             power: state.powered,
@@ -219,7 +218,7 @@ impl ControllerState {
             master_mode: state.master_mode().as_str(),
             run_mode: state.run_mode.as_str(),
             servo: state.servo,
-            servo_due: state.servo_due.map(seconds),
+            servo_due: state.servo_due.map(Time::as_seconds),
             emergency_stop: state.emergency_stop,
             safety_open: state.safety_open,
             feed_hold: state.feed_hold,
@@ -255,7 +254,7 @@ impl ControllerState {
             watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogStatus {
                 timeout: watchdog.timeout.as_secs_f64(),
                 level: watchdog.level.number(),
-                due: seconds(watchdog.deadline()),
+                due: watchdog.deadline().as_seconds(),
             }),
             parameters: Parameters::new(view),
             pendant: controller.pendant().to_owned(),

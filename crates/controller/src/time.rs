@@ -51,6 +51,11 @@ impl Time {
         self.0
     }
 
+    /// Seconds since [`Time::ZERO`], exact for the first 285 years.
+    pub const fn as_seconds(self) -> f64 {
+        self.0 as f64 / 1e6
+    }
+
     /// The time since `earlier`; zero if `earlier` is later.
     pub const fn since(self, earlier: Time) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))

@@ -27,12 +27,6 @@ use ts3100_controller::{
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_driver::seat::{Notice, Subscriber};
 
-/// Virtual time in seconds.
-#[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
-pub fn seconds(time: Time) -> f64 {
-    time.as_micros() as f64 / 1e6
-}
-
 /// Writes a whole file.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! The outcome of the faults of a run: logged at the end, and written as JSON or JUnit XML. In addition to the counts of
 //! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
-use super::{junit, seconds, write_report};
+use super::{junit, write_report};
 use crate::faults::{fault_json, points};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -72,8 +72,8 @@ fn trigger_description(fault: &Fault) -> String {
 }
 
 fn report_json(report: &FaultReport, log: &[AppliedFault]) -> Value {
-    let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
-    let applied = |fault: &AppliedFault| json!({ "t": seconds(fault.at), "port": fault.port.map(Port::name), "what": fault.message });
+    let at: Vec<f64> = report.at.iter().copied().map(Time::as_seconds).collect();
+    let applied = |fault: &AppliedFault| json!({ "t": fault.at.as_seconds(), "port": fault.port.map(Port::name), "what": fault.message });
     json!({
         "fault": fault_json(&report.fault),
         "spec": report.fault.to_string(),
@@ -116,7 +116,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
         let mut text = format!("{}\n", report.summary());
         for AppliedFault { at, port, message } in log.applications(fault.id) {
             let place = port.map(|port| format!("{port} ")).unwrap_or_default();
-            let _ = writeln!(text, "{place}at {:.3} s: {message}", seconds(*at));
+            let _ = writeln!(text, "{place}at {:.3} s: {message}", at.as_seconds());
         }
         let _ = writeln!(text, "A robust host: {}", fault.kind.remedy);
         let mut case = junit::case(&class, &name, Duration::ZERO, junit::success());

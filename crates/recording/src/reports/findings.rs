@@ -1,6 +1,5 @@
 //! Findings as one JSON document: the report of `--findings FILE.json`.
 
-use crate::reports::seconds;
 use serde::Serialize;
 use ts3100_controller::findings::{Finding, RULES, Tally};
 use ts3100_controller::{CommandCoverage, Findings, Port, Rule, Severity, StatementCoverage};
@@ -163,7 +162,7 @@ impl FindingView {
     fn new(finding: &Finding) -> FindingView {
         FindingView {
             port: finding.port.map(Port::name),
-            t: seconds(finding.at),
+            t: finding.at.as_seconds(),
             message: finding.message.to_string(),
             bytes: escape::hex(&finding.bytes),
             text: Escaped::for_reading(&finding.bytes).to_string(),
