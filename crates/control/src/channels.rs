@@ -4,12 +4,11 @@
 
 use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
-use super::event::hex;
 use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_driver::driver::request::{LinkAction, Request};
-use ts3100_proto::escape::Escaped;
+use ts3100_proto::escape::{Escaped, hex_digits};
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -80,7 +79,7 @@ impl ChannelStatus {
             exchange,
             partial,
             buffer: Escaped::for_reading(&buffer).to_string(),
-            buffer_hex: hex(&buffer),
+            buffer_hex: hex_digits(&buffer),
         }
     }
 

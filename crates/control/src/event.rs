@@ -4,9 +4,8 @@
 //! controller's `output` module.
 
 use serde::Serialize;
-use std::fmt::Write as _;
 use ts3100_controller::{Event, Output, Port, Time};
-use ts3100_proto::escape::Escaped;
+use ts3100_proto::escape::{Escaped, hex_digits};
 use utoipa::ToSchema;
 
 /// An event. `event` decides which of the other keys are present.
@@ -92,15 +91,6 @@ pub struct ApiEvent {
     pub file: Option<String>,
 }
 
-/// Bytes as hexadecimal digits, two each.
-pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
-}
-
 impl ApiEvent {
     /// An event of this kind; the journal assigns `seq` when it stores the event.
     pub fn new(now: Time, event: &'static str) -> ApiEvent {
@@ -116,7 +106,7 @@ impl ApiEvent {
     pub fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
         ApiEvent {
             text: Some(Escaped::for_reading(bytes).to_string()),
-            hex: Some(hex(bytes)),
+            hex: Some(hex_digits(bytes)),
             bytes: Some(bytes.len()),
             ..self
         }

@@ -3,10 +3,10 @@
 //! A file is written as by a download, all or nothing; the rules are in the controller's `drive` module.
 
 use super::channels::ByteContent;
-use super::event::hex;
 use super::panel::ProgramStatus;
 use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
+use ts3100_proto::escape::hex_digits;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -72,7 +72,7 @@ impl FileContent {
             };
             let (text, hex) = match str::from_utf8(content) {
                 Ok(text) => (Some(text.to_owned()), None),
-                Err(_) => (None, Some(hex(content))),
+                Err(_) => (None, Some(hex_digits(content))),
             };
             Ok(FileContent {
                 name: drive_name,

@@ -142,6 +142,15 @@ pub fn hex(bytes: &[u8]) -> String {
     pairs.join(" ")
 }
 
+/// Bytes as pairs of hexadecimal digits in lower case, without blanks, as JSON documents have them.
+pub fn hex_digits(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
 /// A byte of one or two hexadecimal digits.
 pub fn hex_byte(digits: &str) -> Option<u8> {
     let plain = digits.len() <= 2 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());

@@ -19,7 +19,7 @@ use ts3100_controller::faults::Fault;
 use ts3100_controller::limits;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::pc_file;
-use ts3100_proto::escape::{Escaped, hex_byte};
+use ts3100_proto::escape::{Escaped, hex_byte, hex_digits};
 use ts3100_proto::text::EOF;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::faults::fault_json;
@@ -383,7 +383,7 @@ fn read_content(path: &Path) -> anyhow::Result<Value> {
     let content = content.with_context(|| format!("cannot read {}", path.display()))?;
     Ok(match String::from_utf8(content) {
         Ok(text) => json!({ "text": text }),
-        Err(error) => json!({"hex": ts3100_control::event::hex(error.as_bytes())}),
+        Err(error) => json!({"hex": hex_digits(error.as_bytes())}),
     })
 }
 
