@@ -4,6 +4,10 @@
 //! This module decides the wording and the level of a line, and joins a finding with the refusal it explains. Which
 //! events exist is decided by the controller. How lines reach stderr is in `log::writer`; how repeated lines are
 //! folded is in `log::fold`.
+//!
+//! The JSON lines do not have the serde form of the events. Their keys are published too and are others: `t` is a string,
+//! `row` is `command` there, a text has its frame and no `hex`. Moreover `tracing` wants the names of fields when it is
+//! compiled.
 
 mod fold;
 mod writer;
@@ -15,7 +19,7 @@ use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::Controller;
 use ts3100_controller::faults::FaultCause;
-use ts3100_controller::findings::{Message, Rule, Severity};
+use ts3100_controller::findings::{Finding, Rule, Severity};
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::port::Port;
@@ -118,11 +122,7 @@ pub struct EventLog {
 #[derive(Debug)]
 struct PendingFinding {
     t: Time,
-    rule: &'static Rule,
-    severity: Severity,
-    port: Option<Port>,
-    message: Message,
-    caused_by: Option<FaultCause>,
+    finding: Finding,
 }
 
 impl EventLog {
@@ -130,14 +130,8 @@ impl EventLog {
     fn write(&mut self, now: Time, event: &Event) {
         if let Event::Finding(finding) = event {
             self.flush();
-            self.pending = Some(PendingFinding {
-                t: now,
-                rule: finding.rule,
-                severity: finding.severity(),
-                port: finding.port,
-                message: finding.message.clone(),
-                caused_by: finding.caused_by,
-            });
+            let finding = finding.clone();
+            self.pending = Some(PendingFinding { t: now, finding });
             return;
         }
         if let Event::Refused {
@@ -146,8 +140,9 @@ impl EventLog {
             reason,
         } = event
         {
-            let about = self.pending.take_if(|held| held.port == Some(*port));
+            let about = self.pending.take_if(|held| held.finding.port == Some(*port));
             self.flush();
+            let about = about.map(|held| held.finding);
             self.log_refusal(now, *port, (command, reason), about.as_ref());
             return;
         }
@@ -181,10 +176,10 @@ impl EventLog {
         t: Time,
         port: Port,
         (command, reason): (&str, &str),
-        finding: Option<&PendingFinding>,
+        finding: Option<&Finding>,
     ) {
         let known = finding.map(|finding| finding.rule);
-        let severity = finding.map(|finding| finding.severity.as_str());
+        let severity = finding.map(|finding| finding.severity().as_str());
         let cause = finding.and_then(|finding| finding.caused_by);
         let first = known.filter(|rule| self.is_first(Some(port), rule, cause.is_some()));
         let caused_by = cause.map(|cause| cause.to_string());
@@ -198,7 +193,7 @@ impl EventLog {
             );
             return;
         };
-        let (level, remedy) = (found.severity, explained.remedy);
+        let (level, remedy) = (found.severity(), explained.remedy);
         // The reason is all there is to say of a command that is refused by the state of the robot.
         let advice = match rule {
             Some(REFUSED_BY_STATE) => String::new(),
@@ -214,15 +209,15 @@ impl EventLog {
         );
     }
 
-    fn log_finding(&mut self, found: &PendingFinding) {
-        let (t, known, port, message) = (found.t, found.rule, found.port, &found.message);
+    fn log_finding(&mut self, PendingFinding { t, finding: found }: &PendingFinding) {
+        let (known, port, message) = (found.rule, found.port, &found.message);
         let first = self.is_first(port, known, found.caused_by.is_some());
         // A hasty host has a finding with each text.
         if !first && !tracing::enabled!(tracing::Level::DEBUG) {
             return;
         }
         let (port, rule) = (port.map(Port::name), known.id);
-        let (place, severity, remedy) = (Place(port), found.severity.as_str(), known.remedy);
+        let (place, severity, remedy) = (Place(port), found.severity().as_str(), known.remedy);
         let caused_by = found.caused_by.map(|cause| cause.to_string());
         let cause = cause_words(found.caused_by);
         if !first {
@@ -238,7 +233,7 @@ impl EventLog {
             None => format!(". {}", advice(known)),
         };
         warn_or_info!(
-            found.severity > Severity::Note,
+            found.severity() > Severity::Note,
             event = "finding",
             %t, rule, severity, port, remedy, "caused-by" = caused_by,
             "{place}finding {rule}: {message}{cause}{advice}"
@@ -273,7 +268,7 @@ fn advice(rule: &Rule) -> String {
 }
 
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.
-fn refusal_rule(finding: &PendingFinding, reason: &str) -> String {
+fn refusal_rule(finding: &Finding, reason: &str) -> String {
     let (rule, message) = (finding.rule.id, finding.message.to_string());
     let cause = cause_words(finding.caused_by);
     if message.contains(reason) {
@@ -386,17 +381,20 @@ fn log_fault(t: Time, (id, kind): (u32, &str), port: Option<&str>, text: &str, f
 mod tests {
     use super::*;
     use crate::every_event::{bless, compare, moment, outputs};
-    use ts3100_controller::findings::{Finding, rules};
+    use ts3100_controller::findings::rules;
     use ts3100_proto::status::MasterMode;
 
     fn no_cr(port: Option<Port>) -> PendingFinding {
         PendingFinding {
             t: Time::ZERO,
-            rule: &rules::NO_CR,
-            severity: Severity::Error,
-            port,
-            message: Message::from(""),
-            caused_by: None,
+            finding: Finding {
+                rule: &rules::NO_CR,
+                port,
+                at: Time::ZERO,
+                bytes: ts3100_controller::Bytes::new(),
+                message: "".into(),
+                caused_by: None,
+            },
         }
     }
 

@@ -73,7 +73,8 @@ pub struct RuleView {
     pub first: Vec<FindingView>,
 }
 
-/// One break of a rule.
+/// One break of a rule. A published form of its own: the stream of events has the same finding with other keys, where
+/// `bytes` is their number, and leaves out a port that is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FindingView {
     /// `HOST`, `IP0`, ...; null where no port is concerned.
