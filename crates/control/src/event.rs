@@ -1,15 +1,150 @@
 //! One event as a JSON document: what a host sent, what the controller sent, and what the controller reported.
 //!
-//! The same document is used by the stream `/events`, by `/findings` and by the journal. The events come from the
-//! controller's `output` module.
+//! The stream `/events` and `/findings` serialize what the journal keeps. What the controller reports has its serde form
+//! there ([`Event`]); this file has the events around it, and the schema of the document.
 
-use serde::Serialize;
-use ts3100_controller::{Event, Output, Port, Time};
-use ts3100_proto::escape::{Escaped, hex_digits};
+use serde::{Serialize, Serializer};
+use ts3100_controller::findings::Finding;
+use ts3100_controller::{Bytes, Event, Input, Output, Port, Time, event_form};
 use utoipa::ToSchema;
 
+/// Something that happened, without its number and its moment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
+pub enum JournalEvent {
+    Connected {
+        port: Port,
+        peer: String,
+    },
+    Disconnected {
+        port: Port,
+    },
+    Received {
+        port: Port,
+        #[serde(flatten, serialize_with = "event_form::bytes")]
+        data: Bytes,
+    },
+    Sent {
+        port: Port,
+        #[serde(flatten, serialize_with = "event_form::bytes")]
+        data: Bytes,
+    },
+    /// A change of a file is about to be stored outside.
+    Keep,
+    Stored {
+        /// Length of the content, which is not kept.
+        bytes: usize,
+        file: String,
+    },
+    Erased {
+        file: String,
+    },
+    PowerOn,
+    PowerOff,
+    Closed {
+        port: Port,
+    },
+    Stalled {
+        port: Port,
+    },
+    Pendant {
+        text: String,
+    },
+    Restored,
+    Reset,
+    #[serde(untagged)]
+    Controller(Event),
+}
+
+impl JournalEvent {
+    /// The event of an input. Panel actions are reported by their effects, ticks not at all.
+    pub fn from_input(input: &Input) -> Option<JournalEvent> {
+        match input {
+            Input::Received { port, bytes } => Some(JournalEvent::Received {
+                port: *port,
+                data: bytes.clone(),
+            }),
+            Input::Connected { port, peer } => Some(JournalEvent::Connected {
+                port: *port,
+                peer: peer.clone(),
+            }),
+            Input::Disconnected { port } => Some(JournalEvent::Disconnected { port: *port }),
+            Input::Tick
+            | Input::SerialOpened { .. }
+            | Input::SerialPurged { .. }
+            | Input::SerialErrors { .. }
+            | Input::SecondPeer { .. }
+            | Input::Backlogged { .. }
+            | Input::WireLoop { .. }
+            | Input::Persisted(_)
+            | Input::Panel(_)
+            | Input::Action(_) => None,
+        }
+    }
+
+    /// The bytes that it is about, if it is about bytes.
+    pub fn bytes_mut(&mut self) -> Option<&mut Bytes> {
+        if let JournalEvent::Received { data, .. } | JournalEvent::Sent { data, .. } = self {
+            Some(data)
+        } else if let JournalEvent::Controller(event) = self {
+            event.bytes_mut()
+        } else {
+            None
+        }
+    }
+
+    /// The finding, if it is one.
+    pub fn finding(&self) -> Option<&Finding> {
+        if let JournalEvent::Controller(Event::Finding(finding)) = self {
+            Some(finding)
+        } else {
+            None
+        }
+    }
+}
+
+impl From<&Output> for JournalEvent {
+    fn from(output: &Output) -> JournalEvent {
+        match output {
+            Output::Send { port, bytes } => JournalEvent::Sent {
+                port: *port,
+                data: bytes.clone(),
+            },
+            Output::Persist { .. } => JournalEvent::Keep,
+            Output::Stored { name, content } => JournalEvent::Stored {
+                bytes: content.len(),
+                file: name.clone(),
+            },
+            Output::Erased { name } => JournalEvent::Erased { file: name.clone() },
+            Output::PowerCycled => JournalEvent::PowerOn,
+            Output::PowerOff => JournalEvent::PowerOff,
+            Output::Disconnect { port, .. } => JournalEvent::Closed { port: *port },
+            Output::Stall { port } => JournalEvent::Stalled { port: *port },
+            Output::Pendant(text) => JournalEvent::Pendant { text: text.clone() },
+            Output::Event(event) => JournalEvent::Controller(event.clone()),
+        }
+    }
+}
+
+/// An event of the journal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NumberedEvent {
+    pub seq: u64,
+    /// Virtual time.
+    #[serde(serialize_with = "seconds")]
+    pub t: Time,
+    #[serde(flatten)]
+    pub event: JournalEvent,
+}
+
+fn seconds<S: Serializer>(moment: &Time, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_f64(moment.as_seconds())
+}
+
 /// An event. `event` decides which of the other keys are present.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
+// Describes [`NumberedEvent`] for the OpenAPI document as one object: derived from the enums it would be one for each event.
+// A test of `events` compares the keys.
+#[derive(Serialize, ToSchema)]
 #[schema(as = Event)]
 pub struct ApiEvent {
     /// Its number: 1, 2, 3 and so on since the emulator was started.
@@ -89,118 +224,4 @@ pub struct ApiEvent {
     /// Name of a file; absent when the selection ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-}
-
-impl ApiEvent {
-    /// An event of this kind; the journal assigns `seq` when it stores the event.
-    pub fn new(now: Time, event: &'static str) -> ApiEvent {
-        ApiEvent {
-            t: now.as_seconds(),
-            event,
-            ..ApiEvent::default()
-        }
-    }
-
-    /// The same, about these bytes.
-    #[must_use]
-    pub fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
-        ApiEvent {
-            text: Some(Escaped::for_reading(bytes).to_string()),
-            hex: Some(hex_digits(bytes)),
-            bytes: Some(bytes.len()),
-            ..self
-        }
-    }
-
-    /// An event at a port.
-    pub fn of_port(at: Time, event: &'static str, port: Port) -> ApiEvent {
-        let port = Some(port.name());
-        ApiEvent {
-            port,
-            ..ApiEvent::new(at, event)
-        }
-    }
-
-    /// The event for an output of the controller.
-    pub fn from_output(now: Time, output: &Output) -> ApiEvent {
-        let mut event = ApiEvent {
-            port: output.port().map(Port::name),
-            ..ApiEvent::new(now, output.kind())
-        };
-        match output {
-            Output::Send { bytes, .. } => return event.with_bytes(bytes),
-            Output::Stored { name, content } => {
-                event.file = Some(name.clone());
-                event.bytes = Some(content.len());
-            }
-            Output::Erased { name } => event.file = Some(name.clone()),
-            Output::Pendant(text) => event.text = Some(text.clone()),
-            Output::Event(details) => return event.with_details(details),
-            // A change that is to be persisted is `stored` or `erased` once the write has been done.
-            Output::Persist { .. }
-            | Output::PowerCycled
-            | Output::Disconnect { .. }
-            | Output::Stall { .. }
-            | Output::PowerOff => {}
-        }
-        event
-    }
-
-    /// With what an event of the controller says besides its kind and port.
-    fn with_details(mut self, event: &Event) -> ApiEvent {
-        match event {
-            Event::TextIn { data, .. } | Event::TextOut { data, .. } => return self.with_bytes(data),
-            Event::Dropped { bytes, reason, .. } => {
-                self.bytes = Some(*bytes);
-                self.reason = Some((*reason).to_owned());
-            }
-            Event::Answered {
-                row, mode, verdict, ..
-            } => {
-                self.command = Some((*row).to_owned());
-                self.mode = Some(mode.as_str());
-                self.outcome = Some(verdict.as_str());
-            }
-            Event::Refused { command, reason, .. } => {
-                self.command = Some(command.clone());
-                self.reason = Some(reason.clone());
-            }
-            Event::Finding(finding) => {
-                let rule = finding.rule;
-                self.t = finding.at.as_seconds();
-                self.rule = Some(rule.id);
-                self.severity = Some(finding.severity().as_str());
-                self.caused_by = finding.caused_by.map(|cause| cause.to_string());
-                self.source = Some(rule.source);
-                self.message = Some(finding.message.to_string());
-                self.remedy = Some(rule.remedy);
-                return self.with_bytes(&finding.bytes);
-            }
-            Event::Fault {
-                id, kind, message, ..
-            } => {
-                self.number = Some(id.to_string());
-                self.kind = Some(kind);
-                self.message = Some(message.clone());
-            }
-            Event::Alarm { number, text } => {
-                self.number = Some(number.clone());
-                self.text = Some(text.clone());
-            }
-            Event::ActionRefused(error) => self.reason = Some(error.to_string()),
-            Event::Status { status, line } => {
-                self.status = Some(status.as_str());
-                self.line = Some(*line);
-            }
-            Event::Statement { line, task } => {
-                self.line = Some(*line);
-                self.task = Some(*task);
-            }
-            Event::Servo(on) => self.on = Some(*on),
-            Event::ServoDelayed(until) => self.until = Some(until.as_seconds()),
-            Event::Selected(file) => self.file.clone_from(file),
-            Event::AlarmsReset => {}
-        }
-        self
-    }
 }

@@ -4,7 +4,7 @@
 //! [`super::journal`] and described in [`super::event`].
 
 use super::body::Query;
-use super::event::ApiEvent;
+use super::event::{ApiEvent, NumberedEvent};
 use super::handle::MAX_STREAMS;
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
@@ -87,10 +87,20 @@ struct EventReader {
     _busy: RequestGuard,
 }
 
-fn sse_event(event: &ApiEvent) -> Event {
-    let sse = Event::default().event(event.event).id(event.seq.to_string());
-    // A document of words and numbers can always be written.
-    sse.json_data(event).unwrap_or_default()
+/// The key by which a document says what kind of event it is.
+#[derive(Deserialize)]
+struct Tag<'a> {
+    event: &'a str,
+}
+
+fn sse_event(event: &NumberedEvent) -> Event {
+    // A document of words and numbers can always be written, and its tag is one word.
+    let document = serde_json::to_string(event).unwrap_or_default();
+    let kind = serde_json::from_str(&document).map_or("", |Tag { event }| event);
+    Event::default()
+        .event(kind)
+        .id(event.seq.to_string())
+        .data(&document)
 }
 
 impl EventReader {
@@ -131,6 +141,7 @@ impl EventReader {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event::JournalEvent;
     use crate::every_event::{bless, compare, inputs, moment, outputs};
     use crate::journal::{JournalWriter, KEPT_EVENTS};
     use axum::body::to_bytes;
@@ -138,6 +149,7 @@ mod tests {
     use futures_util::stream::iter;
     use ts3100_controller::Time;
     use ts3100_driver::seat::{Side, Subscriber as _};
+    use utoipa::PartialSchema as _;
 
     const STREAM: &str = "stream.sse";
     const FINDINGS: &str = "findings.json";
@@ -152,8 +164,8 @@ mod tests {
         for (place, output) in outputs().iter().enumerate() {
             writer.output(moment(place), output);
         }
-        journal.note(moment(0), "restored");
-        journal.note(Time::ZERO, "reset");
+        journal.note(moment(0), JournalEvent::Restored);
+        journal.note(Time::ZERO, JournalEvent::Reset);
         drop(writer);
         Arc::into_inner(journal).unwrap()
     }
@@ -180,6 +192,18 @@ mod tests {
     fn every_event_has_its_document() {
         compare(STREAM, &stream());
         compare(FINDINGS, &findings());
+    }
+
+    #[test]
+    fn the_schema_has_every_key() {
+        let schema = serde_json::to_value(ApiEvent::schema()).unwrap();
+        let keys = schema["properties"].as_object().unwrap();
+        for event in journal().events_from(1, usize::MAX).events {
+            let document = serde_json::to_value(&event).unwrap();
+            for key in document.as_object().unwrap().keys() {
+                assert!(keys.contains_key(key), "{key} of {document}");
+            }
+        }
     }
 
     #[test]

@@ -3,17 +3,14 @@
 //! The driver writes, the calls of the control interface read. Everything is bounded; the oldest entries are
 //! dropped first.
 
-use super::event::ApiEvent;
+use super::event::{JournalEvent, NumberedEvent};
 use super::metrics::Metrics;
 use std::collections::BTreeMap;
+use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::faults::FaultCause;
-use ts3100_controller::findings::{Finding, Message, Rule};
-use ts3100_controller::output::Verdict;
-use ts3100_controller::{Bytes, Event, Input, Output, Port, Time};
+use ts3100_controller::{Input, Output, Time};
 use ts3100_driver::seat::{Notice, Side, Subscriber};
-use ts3100_proto::status::MasterMode;
 use ts3100_recording::byte_log::ByteLog;
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
 
@@ -22,108 +19,22 @@ pub const KEPT_EVENTS: usize = 4_096;
 /// Most findings kept; the oldest are dropped first.
 pub const KEPT_FINDINGS: usize = 1_024;
 
-/// What happened, as it came: it becomes a document when somebody reads it.
-#[derive(Debug, Clone)]
-enum What {
-    /// The bytes of the entry came in or went out.
-    Bytes {
-        event: &'static str,
-        port: Port,
-    },
-    /// A command was answered.
-    Answered {
-        port: Port,
-        row: &'static str,
-        mode: MasterMode,
-        verdict: Verdict,
-    },
-    /// A finding about the bytes of the entry, at the time of the entry.
-    Finding {
-        rule: &'static Rule,
-        port: Option<Port>,
-        message: Message,
-        caused_by: Option<FaultCause>,
-    },
-    /// A peer with this address has connected.
-    Connected(Port, String),
-    Disconnected(Port),
-    Output(Box<Output>),
-    /// What holds more than its document.
-    Document(Box<ApiEvent>),
-}
+/// An event as it is kept: its bytes are beside it in the log.
+type Entry = (Time, JournalEvent);
 
-impl What {
-    fn document(&self, seq: u64, at: Time, bytes: &[u8]) -> ApiEvent {
-        let document = match self {
-            What::Bytes { event, port } => ApiEvent::of_port(at, event, *port).with_bytes(bytes),
-            &What::Answered {
-                port,
-                row,
-                mode,
-                verdict,
-            } => {
-                let answered = Event::Answered {
-                    port,
-                    row,
-                    mode,
-                    verdict,
-                };
-                ApiEvent::from_output(at, &Output::Event(answered))
-            }
-            What::Finding {
-                rule,
-                port,
-                message,
-                caused_by,
-            } => {
-                let finding = Finding {
-                    rule,
-                    port: *port,
-                    at,
-                    bytes: Bytes::copy_from_slice(bytes),
-                    message: message.clone(),
-                    caused_by: *caused_by,
-                };
-                ApiEvent::from_output(at, &Output::Event(Event::Finding(finding)))
-            }
-            What::Connected(port, peer) => ApiEvent {
-                peer: Some(peer.clone()),
-                ..ApiEvent::of_port(at, "connected", *port)
-            },
-            What::Disconnected(port) => ApiEvent::of_port(at, "disconnected", *port),
-            What::Output(output) => ApiEvent::from_output(at, output),
-            What::Document(event) => (**event).clone(),
-        };
-        ApiEvent { seq, ..document }
+/// The event of an entry with its number and its bytes.
+fn numbered(seq: u64, (t, mut event): Entry, bytes: Vec<u8>) -> NumberedEvent {
+    if let Some(place) = event.bytes_mut() {
+        *place = bytes.into();
     }
-
-    /// The rule of a finding that no fault has caused.
-    fn mistake(&self) -> Option<&'static str> {
-        let caused = matches!(
-            self,
-            What::Finding {
-                caused_by: Some(_),
-                ..
-            }
-        );
-        self.finding().filter(|_| !caused)
-    }
-
-    /// The rule of a finding.
-    fn finding(&self) -> Option<&'static str> {
-        if let What::Finding { rule, .. } = self {
-            Some(rule.id)
-        } else {
-            None
-        }
-    }
+    NumberedEvent { seq, t, event }
 }
 
 #[derive(Default)]
 struct JournalState {
-    events: ByteLog<(Time, What)>,
+    events: ByteLog<Entry>,
     /// Findings that are no longer among the events, with their numbers.
-    findings: ByteLog<(u64, Time, What)>,
+    findings: ByteLog<(u64, Entry)>,
     /// Findings up to this number are forgotten.
     forgotten: u64,
     /// Number of events since the start, including dropped ones.
@@ -137,19 +48,20 @@ impl JournalState {
         self.count + 1 - self.events.len() as u64
     }
 
-    fn push(&mut self, kept: usize, at: Time, what: What, bytes: &[u8]) -> u64 {
+    fn push(&mut self, kept: usize, at: Time, mut event: JournalEvent) -> u64 {
         let seq = self.first();
         let is_full = self.events.len() >= kept;
-        if is_full && let Some(((at, what), bytes)) = self.events.first() {
-            if seq > self.forgotten && what.finding().is_some() {
+        if is_full && let Some((oldest, bytes)) = self.events.first() {
+            if seq > self.forgotten && oldest.1.finding().is_some() {
                 if self.findings.len() >= kept.min(KEPT_FINDINGS) {
                     self.findings.pop();
                 }
-                self.findings.push((seq, *at, what.clone()), bytes);
+                self.findings.push((seq, oldest.clone()), bytes);
             }
             self.events.pop();
         }
-        self.events.push((at, what), bytes);
+        let bytes = event.bytes_mut().map(mem::take).unwrap_or_default();
+        self.events.push((at, event), &bytes);
         self.count += 1;
         self.count
     }
@@ -173,7 +85,7 @@ pub struct Journal {
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventBatch {
     /// The events in order.
-    pub events: Vec<ApiEvent>,
+    pub events: Vec<NumberedEvent>,
     /// Number of requested events that are no longer kept.
     pub missed: u64,
     /// The number to ask for next.
@@ -201,19 +113,18 @@ impl Journal {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn push(&self, at: Time, what: What, bytes: &[u8], count: impl FnOnce(&mut Metrics)) {
+    fn push(&self, at: Time, event: JournalEvent, count: impl FnOnce(&mut Metrics)) {
         let mut state = self.lock();
         count(&mut state.metrics);
-        let seq = state.push(self.kept, at, what, bytes);
+        let seq = state.push(self.kept, at, event);
         // A reader that comes later begins with what is kept by then.
         if self.changed.receiver_count() > 0 {
             self.changed.send_replace(seq);
         }
     }
 
-    pub(super) fn note(&self, at: Time, kind: &'static str) {
-        let document = Box::new(ApiEvent::new(at, kind));
-        self.push(at, What::Document(document), &[], |_| {});
+    pub(super) fn note(&self, at: Time, event: JournalEvent) {
+        self.push(at, event, |_| {});
     }
 
     /// At most `most` events with numbers from `from` on.
@@ -224,8 +135,8 @@ impl Journal {
         let entries = state.events.iter_from(skipped).take(most);
         let entries: Vec<_> = entries.map(owned).collect();
         drop(state);
-        let numbered = (begin..).zip(entries);
-        let events = numbered.map(|(seq, ((at, what), bytes))| what.document(seq, at, &bytes));
+        let events = (begin..).zip(entries);
+        let events = events.map(|(seq, (entry, bytes))| numbered(seq, entry, bytes));
         let events: Vec<_> = events.collect();
         let next = events.last().map_or(begin, |last| last.seq + 1);
         EventBatch {
@@ -246,13 +157,12 @@ impl Journal {
     }
 
     /// The findings kept with their numbers and bytes, oldest first.
-    fn kept_findings(&self) -> Vec<((u64, Time, What), Vec<u8>)> {
+    fn kept_findings(&self) -> Vec<((u64, Entry), Vec<u8>)> {
         let state = self.lock();
         let of_events = (state.first()..).zip(state.events.iter_from(0));
         let of_events =
-            of_events.filter(|(seq, ((_, what), _))| *seq > state.forgotten && what.finding().is_some());
-        let of_events =
-            of_events.map(|(seq, ((at, what), bytes))| ((seq, *at, what.clone()), bytes.to_vec()));
+            of_events.filter(|(seq, (entry, _))| *seq > state.forgotten && entry.1.finding().is_some());
+        let of_events = of_events.map(|(seq, (entry, bytes))| ((seq, entry.clone()), bytes.to_vec()));
         let mut findings: Vec<_> = state.findings.iter_from(0).map(owned).chain(of_events).collect();
         let surplus = findings.len().saturating_sub(self.kept.min(KEPT_FINDINGS));
         findings.drain(..surplus);
@@ -266,18 +176,21 @@ impl Journal {
     }
 
     /// The findings kept, oldest first.
-    pub fn findings(&self) -> Vec<ApiEvent> {
+    pub fn findings(&self) -> Vec<NumberedEvent> {
         let findings = self.kept_findings().into_iter();
-        let documents = findings.map(|((seq, at, what), bytes)| what.document(seq, at, &bytes));
-        documents.collect()
+        findings
+            .map(|((seq, entry), bytes)| numbered(seq, entry, bytes))
+            .collect()
     }
 
     /// How often hosts broke each rule, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
         let findings = self.kept_findings().into_iter();
-        for rule in findings.filter_map(|((_, _, what), _)| what.mistake()) {
-            *counts.entry(rule.to_owned()).or_default() += 1;
+        for ((_, (_, event)), _) in findings {
+            if let Some(finding) = event.finding().filter(|finding| finding.caused_by.is_none()) {
+                *counts.entry(finding.rule.id.to_owned()).or_default() += 1;
+            }
         }
         counts
     }
@@ -293,77 +206,24 @@ pub struct JournalWriter(pub Arc<Journal>);
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        let (what, bytes): (What, &[u8]) = match input {
-            Input::Received { port, bytes } => {
-                let (event, port) = ("received", *port);
-                (What::Bytes { event, port }, bytes)
-            }
-            Input::Connected { port, peer } => (What::Connected(*port, peer.clone()), &[]),
-            Input::Disconnected { port } => (What::Disconnected(*port), &[]),
-            // Panel actions are reported by their effects, ticks not at all.
-            Input::Tick
-            | Input::SerialOpened { .. }
-            | Input::SerialPurged { .. }
-            | Input::SerialErrors { .. }
-            | Input::SecondPeer { .. }
-            | Input::Backlogged { .. }
-            | Input::WireLoop { .. }
-            | Input::Persisted(_)
-            | Input::Panel(_)
-            | Input::Action(_) => return,
-        };
-        let count = |metrics: &mut Metrics| metrics.count_input(input);
-        self.0.push(at, what, bytes, count);
+        if let Some(event) = JournalEvent::from_input(input) {
+            self.0.push(at, event, |metrics| metrics.count_input(input));
+        }
     }
 
-    fn output(&mut self, mut at: Time, output: &Output) {
-        let (what, bytes): (What, &[u8]) =
-            if let Output::Send { port, bytes: data }
-            | Output::Event(Event::TextIn { port, data, .. } | Event::TextOut { port, data, .. }) = output
-            {
-                let (event, port) = (output.kind(), *port);
-                (What::Bytes { event, port }, data)
-            } else if let &Output::Event(Event::Answered {
-                port,
-                row,
-                mode,
-                verdict,
-            }) = output
-            {
-                let answered = What::Answered {
-                    port,
-                    row,
-                    mode,
-                    verdict,
-                };
-                (answered, &[])
-            } else if let Output::Stored { .. } = output {
-                // The content of a file is not kept for its length.
-                let document = ApiEvent::from_output(at, output);
-                (What::Document(Box::new(document)), &[])
-            } else if let Output::Event(Event::Finding(finding)) = output {
-                at = finding.at;
-                let what = What::Finding {
-                    rule: finding.rule,
-                    port: finding.port,
-                    message: finding.message.clone(),
-                    caused_by: finding.caused_by,
-                };
-                (what, &finding.bytes)
-            } else {
-                (What::Output(Box::new(output.clone())), &[])
-            };
-        let count = |metrics: &mut Metrics| metrics.count_output(output);
-        self.0.push(at, what, bytes, count);
+    fn output(&mut self, at: Time, output: &Output) {
+        let event = JournalEvent::from(output);
+        let at = event.finding().map_or(at, |finding| finding.at);
+        self.0.push(at, event, |metrics| metrics.count_output(output));
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
         match notice {
-            Notice::Restored(next) => self.0.note(next.now(), "restored"),
+            Notice::Restored(next) => self.0.note(next.now(), JournalEvent::Restored),
             Notice::Reset { .. } => {
                 // Events and counters go on.
                 self.0.forget_findings();
-                self.0.note(Time::ZERO, "reset");
+                self.0.note(Time::ZERO, JournalEvent::Reset);
             }
             Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
         }
@@ -373,7 +233,7 @@ impl Subscriber for JournalWriter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::{Config, Controller, Dialect};
+    use ts3100_controller::{Config, Controller, Dialect, Port};
 
     fn journal() -> Arc<Journal> {
         Arc::new(Journal::new(KEPT_EVENTS, Arc::default()))

@@ -1,7 +1,7 @@
 //! Counts events and formats counters and gauges for Prometheus.
 //!
-//! Counters are kept here and updated by [`super::journal`]. Gauges are taken from the controller at each request,
-//! in [`super::service`].
+//! Counters are kept here and updated by [`super::journal`]. They count by the values of an event and never need its form.
+//! Gauges are taken from the controller at each request, in [`super::service`].
 
 use crate::printable::escape_line;
 use std::borrow::Cow;

@@ -2,7 +2,7 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
-use super::event::ApiEvent;
+use super::event::{ApiEvent, NumberedEvent};
 use super::metrics::{self, Gauge, Sample};
 use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
 use super::robots::{Robots, Scope};
@@ -225,7 +225,7 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
 /// The last 1024, oldest first.
 #[utoipa::path(get, path = "/findings",
     responses((status = 200, description = "The findings, oldest first.", body = Vec<ApiEvent>)))]
-pub async fn get_findings(handle: Handle) -> Answer<Vec<ApiEvent>> {
+pub async fn get_findings(handle: Handle) -> Answer<Vec<NumberedEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;
     let findings = handle.journal.findings();

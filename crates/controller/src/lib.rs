@@ -37,6 +37,7 @@ mod context;
 mod controller;
 mod drive;
 mod endpoint;
+pub mod event_form;
 mod executor;
 pub mod faults;
 pub mod findings;

@@ -3,6 +3,7 @@
 //! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
 use crate::action::error::ActionError;
+use crate::event_form;
 use crate::findings::finding::Finding;
 use crate::port::Port;
 use crate::prelude::*;
@@ -87,20 +88,26 @@ ts3100_proto::codes! {
     }
     /// Its word in events and metrics.
     fn as_str -> &'static str;
+    impl Word;
 }
 
-/// An event inside the controller, for logs, transcripts and findings.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// An event inside the controller, for logs, transcripts and findings. Its serde form is what the control interface
+/// publishes: the order of the variants' fields is that of the keys.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
     /// A text came in whole.
     TextIn {
         /// The port.
         port: Port,
         /// With or without STX.
+        #[serde(skip)]
         framing: Framing,
         /// Its data section.
+        #[serde(flatten, serialize_with = "event_form::bytes")]
         data: Bytes,
         /// The byte that ended it.
+        #[serde(skip)]
         terminator: Terminator,
     },
     /// A text goes out.
@@ -108,8 +115,10 @@ pub enum Event {
         /// The port.
         port: Port,
         /// With or without STX.
+        #[serde(skip)]
         framing: Framing,
         /// Its data section.
+        #[serde(flatten, serialize_with = "event_form::bytes")]
         data: Bytes,
     },
     /// Bytes that belong to no text, or a text that was given up.
@@ -135,32 +144,23 @@ pub enum Event {
         /// The port.
         port: Port,
         /// Its row in the tables: the letters, `RS,ERR` for the reset of alarms.
+        #[serde(rename = "command")]
         row: &'static str,
         /// The master mode in which it came.
+        #[serde(serialize_with = "event_form::word")]
         mode: MasterMode,
         /// How.
+        #[serde(rename = "outcome", serialize_with = "event_form::word")]
         verdict: Verdict,
     },
     /// Something the manual advises against, or that the emulator forgave (D1).
     Finding(Finding),
-    /// A fault on purpose was armed, or has fired.
-    Fault {
-        /// Its number.
-        id: u32,
-        /// Its kind.
-        kind: &'static str,
-        /// Where, if it has fired.
-        port: Option<Port>,
-        message: String,
-        /// It has fired.
-        fired: bool,
-    },
     /// An alarm was raised.
     Alarm {
-        /// `level-code`, for example `2-046`.
-        number: String,
         /// Its text.
         text: String,
+        /// `level-code`, for example `2-046`.
+        number: String,
     },
     /// An [`Input::Action`](crate::Input::Action) had no effect; its caller gets the same as the result of
     /// [`Controller::handle`](crate::Controller::handle).
@@ -170,6 +170,7 @@ pub enum Event {
     /// The execution status changed.
     Status {
         /// The new status.
+        #[serde(serialize_with = "event_form::word")]
         status: ExecutionStatus,
         /// Line of the selected file at which the program stands.
         line: u32,
@@ -182,87 +183,39 @@ pub enum Event {
         task: u16,
     },
     /// Servo power.
-    Servo(bool),
+    Servo(#[serde(serialize_with = "event_form::servo")] bool),
     /// Servo power was turned on and comes only at this time (option `servo.interval`).
-    ServoDelayed(Time),
+    ServoDelayed(#[serde(serialize_with = "event_form::servo_delayed")] Time),
     /// A program file was selected (or none).
-    Selected(Option<String>),
-}
-
-impl Output {
-    /// Its name in streams of events.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Output::Send { .. } => "sent",
-            Output::Persist { .. } => "keep",
-            Output::Stored { .. } => "stored",
-            Output::Erased { .. } => "erased",
-            Output::PowerCycled => "power-on",
-            Output::Disconnect { .. } => "closed",
-            Output::Stall { .. } => "stalled",
-            Output::PowerOff => "power-off",
-            Output::Pendant(_) => "pendant",
-            Output::Event(event) => event.kind(),
-        }
-    }
-
-    /// The port it concerns, if one.
-    pub fn port(&self) -> Option<Port> {
-        match self {
-            Output::Send { port, .. } | Output::Disconnect { port, .. } | Output::Stall { port } => {
-                Some(*port)
-            }
-            Output::Event(event) => event.port(),
-            Output::Persist { .. }
-            | Output::Stored { .. }
-            | Output::Erased { .. }
-            | Output::PowerCycled
-            | Output::PowerOff
-            | Output::Pendant(_) => None,
-        }
-    }
+    Selected(#[serde(serialize_with = "event_form::selected")] Option<String>),
+    /// A fault on purpose was armed, or has fired.
+    // Two kinds of event: `fired` writes which. Serde wants such a variant to be the last.
+    #[serde(untagged)]
+    Fault {
+        /// It has fired.
+        #[serde(rename = "event", serialize_with = "event_form::fault")]
+        fired: bool,
+        /// Where, if it has fired.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        port: Option<Port>,
+        message: String,
+        /// Its number.
+        #[serde(rename = "number", serialize_with = "event_form::text")]
+        id: u32,
+        /// Its kind.
+        kind: &'static str,
+    },
 }
 
 impl Event {
-    /// Its name in logs and streams of events.
-    pub fn kind(&self) -> &'static str {
-        match self {
-            Event::TextIn { .. } => "text-in",
-            Event::TextOut { .. } => "text-out",
-            Event::Dropped { .. } => "dropped",
-            Event::Refused { .. } => "refused",
-            Event::Answered { .. } => "answered",
-            Event::Finding(_) => "finding",
-            Event::Fault { fired: true, .. } => "fault",
-            Event::Fault { fired: false, .. } => "fault-armed",
-            Event::Alarm { .. } => "alarm",
-            Event::ActionRefused(_) => "action-refused",
-            Event::AlarmsReset => "alarms-reset",
-            Event::Status { .. } => "status",
-            Event::Statement { .. } => "statement",
-            Event::Servo(_) => "servo",
-            Event::ServoDelayed(_) => "servo-delayed",
-            Event::Selected(_) => "selected",
-        }
-    }
-
-    /// The port it concerns, if one.
-    pub fn port(&self) -> Option<Port> {
-        match self {
-            Event::TextIn { port, .. }
-            | Event::TextOut { port, .. }
-            | Event::Dropped { port, .. }
-            | Event::Refused { port, .. }
-            | Event::Answered { port, .. } => Some(*port),
-            Event::Finding(Finding { port, .. }) | Event::Fault { port, .. } => *port,
-            Event::Alarm { .. }
-            | Event::ActionRefused(_)
-            | Event::AlarmsReset
-            | Event::Status { .. }
-            | Event::Statement { .. }
-            | Event::Servo(_)
-            | Event::ServoDelayed(_)
-            | Event::Selected(_) => None,
+    /// The bytes that it is about, if it is about bytes.
+    pub fn bytes_mut(&mut self) -> Option<&mut Bytes> {
+        if let Event::TextIn { data, .. } | Event::TextOut { data, .. } = self {
+            Some(data)
+        } else if let Event::Finding(finding) = self {
+            Some(&mut finding.bytes)
+        } else {
+            None
         }
     }
 }

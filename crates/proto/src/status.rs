@@ -39,6 +39,7 @@ codes! {
     }
     /// The name of the tables' column, for example `EXT (SIG)`.
     fn as_str -> &'static str;
+    impl Word;
 }
 
 impl MasterMode {

@@ -6,15 +6,18 @@ use core::fmt::Display;
 /// Whether an action had its effect.
 pub(crate) type ActionResult = Result<(), ActionError>;
 
-/// Why an action had no effect.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+/// Why an action had no effect. An event says its sentence alone.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{sentence}")]
 pub struct ActionError {
     /// Whether the thing is missing or only in the wrong state.
+    #[serde(skip)]
     pub kind: ActionErrorKind,
     /// The action and the reason: `cannot turn the servo on: the emergency stop is pressed`.
+    #[serde(rename = "reason")]
     pub sentence: String,
     /// Where: the line, the variable, the file, the switch.
+    #[serde(skip)]
     pub place: String,
 }
 

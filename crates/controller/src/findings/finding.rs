@@ -2,10 +2,13 @@
 
 use super::message::Message;
 use super::rules::{Rule, Severity};
+use crate::event_form;
 use crate::port::Port;
+use crate::prelude::*;
 use crate::time::Time;
 use bytes::Bytes;
 use core::fmt;
+use serde::{Serialize, Serializer};
 
 /// The fault that has caused a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,6 +40,40 @@ pub struct Finding {
     pub message: Message,
     /// The fault that has caused it; `None`: the host has.
     pub caused_by: Option<FaultCause>,
+}
+
+/// As an event says it, with the words of its rule; the event has its own moment.
+impl Serialize for Finding {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        #[serde(rename_all = "kebab-case")]
+        struct Keys<'a> {
+            #[serde(skip_serializing_if = "Option::is_none")]
+            port: Option<Port>,
+            #[serde(flatten, serialize_with = "event_form::bytes")]
+            bytes: &'a Bytes,
+            rule: &'static str,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            caused_by: Option<String>,
+            #[serde(serialize_with = "event_form::word")]
+            severity: Severity,
+            source: &'static str,
+            remedy: &'static str,
+            #[serde(serialize_with = "event_form::text")]
+            message: &'a Message,
+        }
+        let keys = Keys {
+            port: self.port,
+            bytes: &self.bytes,
+            rule: self.rule.id,
+            caused_by: self.caused_by.map(|cause| cause.to_string()),
+            severity: self.severity(),
+            source: self.rule.source,
+            remedy: self.rule.remedy,
+            message: &self.message,
+        };
+        keys.serialize(serializer)
+    }
 }
 
 impl Finding {

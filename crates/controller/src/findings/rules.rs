@@ -17,6 +17,7 @@ ts3100_proto::codes! {
     }
     /// `note`, `warning` or `error`.
     fn as_str -> &'static str;
+    impl Word;
 }
 
 /// A rule that a host can break.
