@@ -1,6 +1,6 @@
 //! The communication ports: bytes become texts, texts commands, and answers leave. Each port of the simple protocol
 //! (HOST, IP0) has a [`Session`]; HOST and COM1 have a serial line in front; faults and variation act on what passes.
-//! What a command does is `ops`'; the data of INPUT waits in the robot's channels.
+//! The effect of a command is in `ops`; the data of INPUT waits in the robot's channels.
 
 pub(crate) mod command;
 mod download;
@@ -64,6 +64,7 @@ impl Endpoints {
     /// The conversation of HOST or IP0, which is there from the start.
     pub(crate) fn session(&mut self, port: Port) -> &mut Session {
         debug_assert!(port.protocol().is_some(), "{port} has no conversation");
+        // `new()` has made both sessions. A lookup that cannot fail saves every caller a case that never occurs.
         let fresh = || Session::new(port, TextOptions::default());
         self.sessions.entry(port).or_insert_with(fresh)
     }
@@ -83,13 +84,14 @@ impl Endpoints {
         })
     }
 
-    /// Power off: nothing of any conversation remains.
+    /// Drops every conversation and everything on the lines: the power goes off.
     pub(crate) fn power_off(&mut self, context: &Context) {
         self.lines = fresh_lines();
         for port in Port::ALL {
             self.forget_peer(port);
         }
         for session in self.sessions.values_mut() {
+            // Not `reset()`: the end mark and the SM latches of HOST last as long as the power (T6, T27.6).
             *session = Session::new(session.port, context.config.options.text);
         }
     }

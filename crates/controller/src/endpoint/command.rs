@@ -74,11 +74,14 @@ impl Endpoints {
             Outcome::File(mut sender) => {
                 self.cut(&mut sender);
                 let Some(text) = sender.next_text() else { return };
+                // Before the text leaves: a fault may be set for block 1.
                 self.session(port).block = 1;
                 self.send_text(context, port, text);
                 self.session(port).await_acknowledgement(sender);
             }
             Outcome::Receive(name, receiver) => {
+                // Open before the OK: an SP that is overdue by then must see the download and keep waiting
+                // (`Session::replied`).
                 self.session(port).await_file(name, receiver);
                 self.acknowledge(context, port);
             }

@@ -35,7 +35,8 @@ pub(crate) enum PortEvent {
 }
 
 impl Endpoints {
-    /// The conversation with a host that has come to HOST or IP0 begins. What it knows of the robot is the present status.
+    /// Begins the conversation with a host that has come to HOST or IP0. The SU request flag of SF is off: `status` counts as
+    /// served (SF-21).
     pub(crate) fn begin_session(
         &mut self,
         context: &Context,
@@ -47,12 +48,14 @@ impl Endpoints {
         let session = self.session(port);
         session.reset(context.config.options.text, Some(peer));
         session.last_status = Some(status);
+        // The SM latches of IP0 begin at 0 with the connection: requests before it count as shown. HOST has no
+        // connection; its latches begin at power-on (T1).
         if port == Port::Ip0 {
             session.seen_requests = requests;
         }
     }
 
-    /// The peer of a port is gone: nothing of its conversation remains.
+    /// Drops the conversation of a peer that is gone (ETH-07).
     pub(crate) fn disconnected(&mut self, context: &Context, port: Port) {
         self.reset_line(port);
         self.forget_peer(port);
@@ -61,8 +64,8 @@ impl Endpoints {
         }
     }
 
-    /// Bytes have come through, the last of them at `at`. Returns them as the filters let them pass, `None` where nothing is
-    /// read; those of HOST and IP0 go into the decoder of the session.
+    /// Takes bytes of a peer, the last of which came at `at`. Returns them as the filters let them pass, `None` on a stalled
+    /// port. Those of HOST and IP0 also go into the decoder of the session.
     pub(crate) fn received(
         &mut self,
         context: &mut Context,
@@ -82,13 +85,15 @@ impl Endpoints {
         Some(came)
     }
 
-    /// A port on which the host was silent for too long returns to waiting for a command (SER-06, SER-08). A text whose CR
-    /// came last is served before that (T6), unless the robot stands still for a file.
+    /// Ends the wait on a port whose host was silent for too long: the port waits for a command again (SER-06, SER-08).
+    /// Returns the text instead if CR was its last byte (T6). `stands_still`: a file is being stored.
     pub(crate) fn expire(&mut self, context: &mut Context, port: Port, stands_still: bool) -> Option<Text> {
         let session = self.session(port);
         if session.deadline().is_none_or(|deadline| deadline > context.now) {
             return None;
         }
+        // The deadline stays due, so the text is served right after the file is stored: two changes cannot wait at
+        // one instant.
         if session.decoder.awaits_etx() && stands_still {
             return None;
         }
@@ -107,6 +112,8 @@ impl Endpoints {
             (&rules::ANSWER_MISSING, reason)
         };
         let bytes = session.give_up();
+        // A host that sleeps through the 10 s may still send the rest of its file. Those texts get NG as a file, not
+        // as unknown commands.
         session.history.file_refused = download;
         context.dropped(port, bytes, reason);
         context.report(rule, port, &[], reason);
@@ -127,22 +134,28 @@ impl Endpoints {
             data: data.clone(),
             terminator,
         });
+        // Before any answer: NG to a broken text is framed like that text, too.
         self.session(port).framing = framing;
         if framing == Framing::Bare {
             self.disable_unsolicited_sp(context, port);
             let message = "a text without STX; it is answered without STX";
             context.report(&rules::NO_STX, port, &data, message);
         }
+        // `no-etx` is a finding about commands, not about OK and NG (T27.2).
         if terminator == Terminator::Cr && !Reply::acknowledges(&data) {
             let message = "a text that CR alone ends; it is served";
             context.report(&rules::NO_ETX, port, &data, message);
         }
+        // `is_early()` first: it makes the finding, which does not depend on the option.
         if self.is_early(context, port, &data) && context.config.options.strict_50ms {
             context.dropped(port, data.len(), "strict_50ms");
         } else if let Some(error) = error {
+            // Before `is_block()`: a text of a file that is too long ends its download with NG (CMD-DL-04) instead of
+            // becoming data.
             self.broken_text(context, port, &data, &error);
         } else if self.is_block(context, port, &data) {
             let block = &mut self.session(port).block;
+            // Counted before the filters look: fault filters number the texts of a file from 1, and 0 is the command.
             *block = block.saturating_add(1);
             return self.admit(context, port, &data).then_some(PortEvent::Block(data));
         } else if self.is_stray_file(port, &data) {
@@ -162,6 +175,7 @@ impl Endpoints {
     ) -> Option<(FileName, Bytes)> {
         match self.session(port).receive(data) {
             Some((_, Received::More)) => self.acknowledge(context, port),
+            // No OK yet: the last text is answered when the file is stored (CMD-DL-02).
             Some((name, Received::Complete(content))) => return Some((name, content.into())),
             Some((_, Received::Refused(error))) => {
                 context.check_file(port, &error, data);
@@ -182,6 +196,7 @@ impl Endpoints {
         let Some(since) = since.filter(|since| *since < HOST_DELAY) else {
             return false;
         };
+        // No finding for a text right after an SP: the host could not know that the SP was coming.
         if !session.history.unsolicited_sp_sent {
             context.check_reply_pace(port, since, data);
         }
@@ -190,6 +205,7 @@ impl Endpoints {
 
     /// NG to a text that breaks the rules of framing.
     fn broken_text(&mut self, context: &mut Context, port: Port, data: &[u8], error: &TextError) {
+        // Read now: the refusal below ends the exchange.
         let of_file = matches!(self.session(port).exchange(), Exchange::Receiving { .. });
         self.begin(context, port, "");
         let reason = match error {
@@ -215,7 +231,8 @@ impl Endpoints {
         }
     }
 
-    /// Joins a text to the message it is part of, and serves the message if it is complete.
+    /// Joins a text to the message it is part of, and serves the message if it is complete. A part alone gets no answer
+    /// (TRN-08).
     fn join(&mut self, context: &mut Context, port: Port, data: &Bytes) -> Option<PortEvent> {
         let session = self.session(port);
         session.history.file_refused = false;
@@ -241,8 +258,8 @@ impl Endpoints {
         None
     }
 
-    /// Whether a text is part of the file of an open download. The first text begins with `FL,`; of the others one that
-    /// is a command and nothing else means that the host has given up.
+    /// Whether a text is part of the file of an open download. The first text begins with `FL,` (CMD-DL-03). A later text
+    /// that is a whole command means that the host has given up, unless `dl.command_ends` is off.
     fn is_block(&mut self, context: &mut Context, port: Port, data: &[u8]) -> bool {
         let Exchange::Receiving { begun, .. } = *self.session(port).exchange() else {
             return false;
@@ -256,8 +273,11 @@ impl Endpoints {
             _ => None,
         };
         let is_block = match command {
+            // A first text without `FL,` is a block too: the receiver refuses it, and the download ends with NG.
             Some(Ok(Command::Fl(_))) | None => true,
+            // The host cancels the download, without an answer (CMD-DL-05).
             Some(Ok(Command::Ng)) => false,
+            // A program may call a subprogram `SM`; a dialect without SM has no command of that name.
             Some(Ok(command)) if !context.config.serves(&command) => true,
             Some(Ok(_)) if begun && !context.config.options.command_ends_download => true,
             Some(Ok(command)) => {
@@ -287,6 +307,7 @@ impl Endpoints {
             context.check_form(port, message, command);
         }
         let session = self.session(port);
+        // Every message ends the open exchange (TRN-09). Only an OK with texts left opens it again, below.
         let open = session.take_exchange();
         match (command, open) {
             (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
@@ -297,6 +318,8 @@ impl Endpoints {
                     self.session(port).await_acknowledgement(sender);
                 }
             }
+            // The host breaks off: no answer (CMD-DL-05, broken-off.txt). Without an open exchange OK and NG mean
+            // nothing (TRN-10).
             (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}
             (Ok(Command::Ok | Command::Ng), _) => {
                 let text = "OK or NG came, but nothing was asked";
@@ -310,6 +333,7 @@ impl Endpoints {
                     context.report_shared(rule, Some(port), message.clone(), interrupts);
                 }
                 self.check_command(context, port, message, &command);
+                // Before `admit()`: a fault filters by the letters of the command that is answered.
                 self.begin(context, port, command.letters());
                 if self.admit(context, port, message) {
                     let message = message.clone();
@@ -332,7 +356,7 @@ impl Endpoints {
         None
     }
 
-    /// The text that is answered from now on: a command, or with no letters a text that is none.
+    /// Notes which command is being answered; empty letters mean a text that is no command.
     pub(crate) fn begin(&mut self, context: &mut Context, port: Port, letters: Letters) {
         let busy = self.send_queue.is_busy(port);
         context
@@ -342,7 +366,7 @@ impl Endpoints {
         (session.asked, session.block) = (letters, 0);
     }
 
-    /// NG: whatever exchange was open is over.
+    /// Sends NG and ends the open exchange. The event with the reason comes first, so a log shows it before the NG.
     pub(crate) fn refuse_text(&mut self, context: &mut Context, port: Port, command: &str, reason: &Refusal) {
         let session = self.session(port);
         session.take_exchange();

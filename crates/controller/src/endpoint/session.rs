@@ -108,6 +108,7 @@ impl Session {
     /// A peer came or went: nothing of the former conversation remains (ETH-07), but what HOST has been shown and what its
     /// texts end by (T6): a serial line has no connection, so its conversation begins with the power.
     pub fn reset(&mut self, options: TextOptions, peer: Option<String>) {
+        // IP0 gets other latches from `begin_session()`, and no mark: a new connection may be another host (T6.6).
         let mark = self.decoder.mark().filter(|_| self.port == Port::Host);
         let fresh = Session::new(self.port, options);
         *self = Session {
@@ -147,9 +148,12 @@ impl Session {
 
     /// When the port gives up waiting (SER-06, SER-08), or takes a CR for the end of its text (T6).
     pub fn deadline(&self) -> Option<Time> {
+        // First: in an open exchange, too, 250 ms are enough to see whether ETX follows the CR (T6.3).
         if self.decoder.awaits_etx() {
             return Some(self.heard_at + TEXT_END_WAIT);
         }
+        // On a paced line `sent_at` is when the last character of the answer is out: the host has its full 10 s from
+        // there.
         let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
         self.awaits_host().then(|| since + HOST_TIMEOUT)
     }
@@ -175,6 +179,8 @@ impl Session {
     /// Whether a waiting SP goes between two texts that the host has sent in one go: it waits for no answer, so there
     /// is no better moment.
     pub fn sp_overdue(&self, now: Time) -> bool {
+        // Not `awaits_host()`: a segment may end inside a further text, and a host whose segments always do would never get
+        // its SP.
         self.waiting_sp && self.exchange == Exchange::Idle && self.sp_by <= now
     }
 
@@ -183,8 +189,8 @@ impl Session {
         &self.exchange
     }
 
-    /// The exchange that is open; none is from now on. What goes on with it opens it again by one of the verbs below,
-    /// and nothing else changes it, but that the texts of a file are counted in it.
+    /// Takes the open exchange and leaves the port idle. The caller opens the exchange again by one of the verbs below
+    /// if it goes on. Nothing else changes it, except that [`Session::receive`] adds texts to its file.
     ///
     /// ```text
     ///            command answered OK or NG
@@ -200,6 +206,8 @@ impl Session {
     ///                             |  EOF stored or refused; host NG;  |
     ///                             +--other command; 10 s------------->+
     /// ```
+    /// Sending and Receiving never follow each other directly: only a command opens an exchange, and a command takes the
+    /// open one first (TRN-09). A peer that leaves and power off make a new session (ETH-07).
     pub fn take_exchange(&mut self) -> Exchange {
         core::mem::replace(&mut self.exchange, Exchange::Idle)
     }
@@ -218,7 +226,7 @@ impl Session {
         });
     }
 
-    /// A command is answered while no exchange is open: the one before was taken when the command came.
+    /// Opens an exchange. The one before was taken when the command came.
     fn open(&mut self, next: Exchange) {
         debug_assert!(
             self.exchange == Exchange::Idle,
@@ -239,6 +247,7 @@ impl Session {
         else {
             return None;
         };
+        // From here on a text that is no command is data; see `is_block()`.
         *begun = true;
         let received = (name.clone(), receiver.push(data));
         if received.1 != Received::More {
