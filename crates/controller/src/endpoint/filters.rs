@@ -1,4 +1,4 @@
-//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them bytes and texts do
+//! Faults and legal variation, applied to the bytes, texts and commands that pass a port. Without them bytes and texts do
 //! not pass here at all, and the protocol (`exchange`, `download`, `session`) is complete without this file.
 //!
 //! Which fault fires and what it does is in `faults`, what varies in `variation`.

@@ -15,22 +15,22 @@ use core::time::Duration;
 use ts3100_proto::reply::Reply;
 
 impl Endpoints {
-    /// When an SP may be sent that waits.
+    /// When the next waiting SP may be sent. A character on the half-duplex line of HOST holds its SP back, and its end is a
+    /// deadline of its own.
     pub(crate) fn sp_deadline(&self, context: &Context) -> Option<Time> {
         let silent = |session: &&Session| !self.line_is_taken(context, session.port);
         let sessions = self.sessions.values().filter(silent);
         sessions.filter_map(Session::sp_due).min()
     }
 
-    /// The program runs (again): the stop before this start is history, and its SP must not be taken for one of the cycle
-    /// that begins.
+    /// Drops the SP texts that wait, as the program starts: a host would take them for the end of the new cycle (T23).
     pub(crate) fn forget_stops(&mut self) {
         for session in self.sessions.values_mut() {
             session.waiting_sp = false;
         }
     }
 
-    /// An SP waits on every port whose host is to be told of stops (D7).
+    /// Lets an SP wait on every port whose host is to be told of stops (D7).
     pub(crate) fn announce_stop(&mut self, context: &Context) {
         let (now, rule) = (context.now, context.config.options.unsolicited_sp);
         for session in self.sessions.values_mut() {
@@ -43,16 +43,19 @@ impl Endpoints {
                 session.waiting_sp = true;
                 let delay = self.variation.as_mut().map(Variation::sp_delay);
                 session.sp_after = now + delay.unwrap_or_default();
+                // The variation delays SP within this limit, not beyond it.
                 session.sp_by = now + MAX_SP_DELAY;
             }
         }
     }
 
-    /// A text has come that only hosts send which take an SP for their next answer: under `auto` this one gets none.
+    /// Notes that the host has sent a text that only polling hosts send (hosts 8.3): they take an SP for their next answer.
+    /// Under `auto` this one gets none.
     pub(crate) fn disable_unsolicited_sp(&mut self, context: &Context, port: Port) {
         let auto = context.config.options.unsolicited_sp == UnsolicitedSp::Auto;
         let session = self.session(port);
         session.never_told_of_stops = true;
+        // An SP that waits already is dropped: such a host may be about to read the answer to this very text.
         session.waiting_sp &= !auto;
     }
 
@@ -66,7 +69,7 @@ impl Endpoints {
         }
     }
 
-    /// The same between two texts of a host that sends without waiting for answers.
+    /// Sends an overdue SP between two texts of a host that sends without waiting for answers.
     pub(crate) fn release_overdue_sp(&mut self, context: &mut Context, port: Port) {
         if self.session(port).sp_overdue(context.now) {
             self.send_sp(context, port);
@@ -78,7 +81,8 @@ impl Endpoints {
         self.send_text(context, port, &Reply::Sp.encode());
     }
 
-    /// The time of WD is over: every host that is there has let it pass.
+    /// Reports to every connected host that the time of WD has passed. WD belongs to the controller and not to a port: a text
+    /// on either port would have been enough.
     pub(crate) fn report_late_watchdog(&self, context: &mut Context, timeout: Duration) {
         let millis = timeout.as_millis();
         for session in self.sessions.values().filter(|session| session.peer.is_some()) {

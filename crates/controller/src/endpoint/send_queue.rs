@@ -1,4 +1,4 @@
-//! What is sent later: texts that a fault or a variation delays, cuts or holds back, in order for each port.
+//! The queue of bytes that leave later: texts that a fault or a variation delays, cuts or holds back, in order for each port.
 //!
 //! Without faults and variation the queue stays empty. `sending` fills it.
 
@@ -102,6 +102,8 @@ impl SendQueue {
         if let Some((due, Departure::Held(_))) = queue.back_mut() {
             *due = earliest;
         }
+        // A segment waits for the one before it: the port is one stream, and a short delay must not overtake a long
+        // one.
         let from = queue.back().map_or(earliest, |(due, _)| earliest.max(*due));
         queue.push_back((from + delay, departure));
         from + delay
@@ -111,6 +113,7 @@ impl SendQueue {
     pub(super) fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
         let queues = self.queues.iter();
         let due = queues.filter_map(|(port, queue)| Some((queue.front()?.0, *port)));
+        // Of segments due at one moment the lower port goes first, so that a run repeats byte for byte.
         let (_, port) = due.filter(|(due, _)| *due <= now).min()?;
         let (_, what) = self.queues.get_mut(&port)?.pop_front()?;
         Some((port, what))

@@ -18,8 +18,7 @@ use ts3100_proto::reply::{Reply, STOP};
 use ts3100_proto::text::{Framing, encode_text};
 
 impl Endpoints {
-    /// Sends a text in the form of the host's last one: of the command that is being served, or SP, for which nobody
-    /// has asked.
+    /// Sends a text, framed like the host's last one: an answer, or the unsolicited SP.
     pub(crate) fn send_text(&mut self, context: &mut Context, port: Port, data: &[u8]) {
         let session = self.session(port);
         if session.peer.is_none() {
@@ -44,18 +43,19 @@ impl Endpoints {
         }
     }
 
-    /// OK to the text that is served.
+    /// Sends OK.
     pub(crate) fn acknowledge(&mut self, context: &mut Context, port: Port) {
         self.send_text(context, port, &Reply::Ok.encode());
     }
 
-    /// Sends the bytes of a text, or those of PRINT, which are their own data section: at once, or what the filters make of
-    /// them after what waits on the port. Returns when the last of them is sent, as far as known.
+    /// Sends the bytes of a text or of PRINT, at once, or as the filters change them and after what waits on the port. `data`
+    /// is the data section; PRINT has no framing, so there it is all bytes. Returns when the last byte is sent, as far as known.
     pub(crate) fn send(&mut self, context: &mut Context, port: Port, bytes: Bytes, data: &Bytes) -> Time {
         if port.protocol().is_none() {
             context.fault_effects.next_record(port);
         }
         let changes = self.changes_output(context);
+        // What is queued already leaves first, even after its fault is gone: a port never reorders its bytes.
         if !changes && !self.send_queue.is_busy(port) {
             return self.write(context, port, bytes);
         }
@@ -77,6 +77,7 @@ impl Endpoints {
         for segment in segments {
             let surplus = segment.departure.length();
             let (bytes, segments) = self.send_queue.waiting(port);
+            // A fault may delay a port by any time: without a bound a program that prints on would fill the memory.
             if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
                 context.dropped(port, surplus, "more is to be sent than a delayed port holds");
                 continue;
@@ -95,6 +96,7 @@ impl Endpoints {
                 Departure::Bytes(bytes) | Departure::Held(bytes) => {
                     self.write(context, port, bytes);
                 }
+                // The edge keeps the connection open and reads nothing more: the peer is half-open.
                 Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {

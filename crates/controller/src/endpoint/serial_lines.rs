@@ -35,7 +35,7 @@ impl Endpoints {
         Some((*self.settings.get(&port)?, self.lines.get_mut(&port)?))
     }
 
-    /// Takes over what is known of the far end of a serial line.
+    /// Takes over the known settings of the far end of a serial line.
     pub(crate) fn line_opened(&mut self, port: Port, host: HostEnd) {
         if let Some(line) = self.lines.get_mut(&port) {
             line.host = host;
@@ -55,6 +55,7 @@ impl Endpoints {
     }
 
     fn is_half_duplex(&self, context: &Context, port: Port) -> bool {
+        // 2.2.2 calls HOST half-duplex; COM1 is full-duplex (SER-01).
         port == Port::Host && context.config.options.while_sending == WhileSending::Lost
     }
 
@@ -68,6 +69,8 @@ impl Endpoints {
         let now = context.now;
         let (own, line) = self.line(port)?;
         let Some(far) = line.host_settings(own) else {
+            // A real cable has taken its time and made its errors already: modelling them again would count both
+            // twice.
             return Some(self.take_from_device(context, port, bytes));
         };
         self.compare_settings(context, port, own);
@@ -103,6 +106,7 @@ impl Endpoints {
             if let Some((own, line)) = self.line(port)
                 && line.outbound.is_busy()
             {
+                // If the far end became a real cable meanwhile, the rest arrives undamaged.
                 let far = line.host_settings(own).unwrap_or(own);
                 let read = line.outbound.take(now, far);
                 send_read(context, port, read.into_iter().map(|arrival| arrival.character));
@@ -145,6 +149,7 @@ impl Endpoints {
         let Some(line) = self.lines.get_mut(&port).filter(|line| line.inbound.queued() > 0) else {
             return false;
         };
+        // The rest of an answer is for the peer that is gone: the next one must not hear it.
         line.outbound = Direction::default();
         line.sending = None;
         line.departed_peer = Some(DepartedPeer {
@@ -217,6 +222,7 @@ impl Endpoints {
                 Some(fault) if !keeps => bad.push(fault.description()),
                 _ => {
                     heard.push(arrival.character.byte);
+                    // A lost or bad character does not restart the 10 s between characters (SER-06).
                     heard_at = Some(arrival.end);
                 }
             }
@@ -314,6 +320,8 @@ impl Endpoints {
         let Some(line) = self.lines.get_mut(&port) else {
             return now;
         };
+        // PRINT has waited for room (`line_free_at`); an answer cannot wait. Only a host that asks on and on fills
+        // the buffer.
         if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
             let reason = "the robot has more to send than its buffer holds";
             context.dropped(port, bytes.len(), reason);

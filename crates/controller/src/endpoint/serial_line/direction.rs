@@ -1,6 +1,6 @@
 //! One direction of a serial line in time: bytes given to the sender, and when its characters arrive.
 //!
-//! What a character means, and what happens to a garbled one, is decided by the owner of the line.
+//! The owner of the line decides about garbled characters and about the meaning of the others.
 
 use super::clock::{Clock, frame_time};
 use super::uart::{Character, Receiver};
@@ -69,6 +69,8 @@ impl Direction {
 
     /// Queues bytes for transmission; returns when the first begins and the last ends.
     pub fn push(&mut self, now: Time, bytes: &[u8], sender: SerialSettings) -> (Time, Time) {
+        // Only an idle line starts at `now`. On a busy one the next character follows the last without a gap,
+        // whenever it was handed over.
         if self.bursts.is_empty() && self.clock.now() < now {
             let idle = now.since(self.clock.now());
             self.idle = u64::try_from(idle.as_micros()).unwrap_or(u64::MAX);
@@ -140,6 +142,7 @@ impl Direction {
         let mut read = Vec::new();
         let mut left = most;
         while let Some(burst) = self.bursts.front_mut() {
+            // More bytes follow on the line, so the receiver is not flushed: its half character may go on.
             if left == 0 {
                 return arrivals;
             }
@@ -163,9 +166,11 @@ impl Direction {
             receiver.set(sender, own);
             receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
             receiver.receive(byte, &mut read);
+            // A receiver at another speed may read none, one or several characters of one that was sent.
             let arrived = read.drain(..);
             arrivals.extend(arrived.map(|character| Arrival::new(character, begin, end)));
         }
+        // The last byte may end while the receiver is inside a character: the idle line gives it the remaining samples.
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
             && ended + frame_time(receiver.own()) <= now
@@ -191,6 +196,7 @@ impl Direction {
         let Some(first) = self.bursts.front_mut() else {
             return;
         };
+        // The character whose start bit is out cannot be taken back; all others can.
         let begun = usize::from(self.clock.now() < now);
         first.bytes.truncate(begun);
         self.queued = begun;

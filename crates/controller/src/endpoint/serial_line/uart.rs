@@ -1,5 +1,4 @@
-//! What a UART receives when the settings of both ends differ: each character is sampled bit by bit, at the receiver's
-//! speed.
+//! A UART that receives while the settings of both ends differ: it samples each character bit by bit, at its own speed.
 //!
 //! With equal settings every character arrives as sent. `direction` adds the time.
 
@@ -61,8 +60,15 @@ fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
         .chain(core::iter::repeat_n(true, usize::from(line.stop)))
 }
 
-/// Where a receiver stands. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
+/// State of a receiver. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
 /// in which the bits of both, and half a bit, are whole numbers.
+///
+/// ```text
+///   Idle --line falls--> Frame --first sample high: no start bit---------> Idle
+///                          | \--stop bit high: character read------------> Idle
+///                          \---stop bit low: framing error--> Low --high--> Idle
+/// ```
+/// Low is a state of its own because a break is one bad character, not one after the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 enum ReceiverState {
     /// It waits for the line to fall.
@@ -72,9 +78,9 @@ enum ReceiverState {
     Frame {
         /// Units to the next sample.
         left: u64,
-        /// Samples taken.
+        /// Number of samples taken.
         taken: u8,
-        /// Them, the start bit lowest.
+        /// The samples, the start bit lowest.
         bits: u16,
     },
     /// There was no stop bit: it waits for the line to rise.
@@ -136,6 +142,7 @@ impl Receiver {
             });
             return;
         }
+        // In units: a bit of the sender is 1/speed seconds, so the speeds change places.
         let bit = 2 * u64::from(self.own.speed);
         for level in levels(self.sender, byte) {
             self.advance(level, bit, read);
@@ -160,6 +167,7 @@ impl Receiver {
         loop {
             self.state = match self.state {
                 ReceiverState::Idle if !level => ReceiverState::Frame {
+                    // Half a bit of the receiver: it samples in the middle of each bit.
                     left: u64::from(self.sender.speed),
                     taken: 0,
                     bits: 0,
