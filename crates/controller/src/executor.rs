@@ -66,7 +66,7 @@ pub struct Executor {
     main: Option<Task>,
     /// The tasks it has started, by their IDs.
     tasks: BTreeMap<u16, Task>,
-    /// Whose turn it is to execute statements.
+    /// ID of the task that executes statements next.
     turn: u16,
     /// ID of the next task.
     next_task: u16,
@@ -98,7 +98,7 @@ pub struct Executor {
     spare_memory: Memory,
 }
 
-/// The program of what was read back, until it is compiled again.
+/// The program of a snapshot that was read back, until it is compiled again.
 fn no_program() -> Arc<Program> {
     Program::empty(&LanguageOptions::default())
 }
@@ -170,18 +170,19 @@ impl Executor {
         }
     }
 
-    /// Whether PAUSE holds a motion, or something that waits for one: RESUME does not come while the program is to stop.
+    /// Whether PAUSE holds a motion, or a statement that waits for one. A program that is to stop executes no RESUME, so such a
+    /// motion would never end.
     fn waits_for_resume(&self, arm: &Arm) -> bool {
         let mut parts = self.program_tasks().flat_map(Task::parts);
         self.paused && (arm.is_held() || parts.any(|task| *task.state() != TaskState::Ready))
     }
 
-    /// The program stands at its first step.
+    /// Whether the program stands at its first step.
     pub(crate) fn is_reset(&self) -> bool {
         self.operation.state() == RunState::Reset
     }
 
-    /// The program, which does not run, stands there from here on.
+    /// The program, which does not run, stands at this place from now on.
     pub(crate) fn stand(&mut self, place: Standstill) {
         self.operation.stand(place);
         self.run_shown_until = None;
@@ -196,7 +197,7 @@ impl Executor {
         found
     }
 
-    /// Power is off: the selection stays, what ran of it does not.
+    /// Ends everything that runs, as the power goes off; the file stays selected.
     pub(crate) fn power_off(&mut self, now: Time) {
         self.direct = None;
         self.rewind(now);
@@ -224,18 +225,18 @@ impl Executor {
         self.main.iter().chain(self.tasks.values())
     }
 
-    /// The same, to be changed.
+    /// As [`Executor::program_tasks`], to change them.
     fn program_tasks_mut(&mut self) -> impl Iterator<Item = &mut Task> {
         self.main.iter_mut().chain(self.tasks.values_mut())
     }
 
-    /// Those, and that of the statement of DO.
+    /// The program's tasks and that of the statement of DO.
     fn all_tasks(&self) -> impl Iterator<Item = &Task> {
         let direct = self.direct.as_ref().map(|direct| &direct.task);
         self.program_tasks().chain(direct)
     }
 
-    /// The IDs of the program's tasks, that whose turn it is first.
+    /// The IDs of the program's tasks, beginning with the task that has the turn.
     pub(crate) fn order(&self) -> impl Iterator<Item = u16> + use<> {
         let mut ids = [0; MAX_TASKS];
         let (mut count, mut first) = (0, 0);
@@ -248,7 +249,7 @@ impl Executor {
         places.filter_map(move |at| ids.get(at).copied())
     }
 
-    /// Takes a task out, to work with it.
+    /// Takes a task out, to work with it. Until it is put back it is missing in `program_tasks()` and in every count.
     pub(crate) fn take_task(&mut self, id: u16) -> Option<Task> {
         if id == MAIN_TASK {
             self.main.take()
@@ -267,7 +268,7 @@ impl Executor {
         }
     }
 
-    /// The tasks end, the main program apart; it counts them from the beginning again.
+    /// Ends all tasks but the main program; the next ID is 2 again.
     pub(crate) fn drop_tasks(&mut self) {
         self.tasks.clear();
         if let Some(selected) = &mut self.selected {
@@ -286,12 +287,14 @@ impl Executor {
         }
     }
 
-    /// Everything stops inside its step, which will be done again: where the program stands then. A motion that can
-    /// be taken up again is waited for.
+    /// Stops every task inside its step, which will be done again, and returns where the program stands. With `keeps_motion`
+    /// a statement goes on waiting for its motion, which can be taken up again.
     pub(crate) fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
         let mut place = Standstill::InsideStep;
         for id in self.order() {
             if let Some(mut task) = self.take_task(id) {
+                // An INPUT is over at any stop (INP-09). The status speaks of the main program, whatever the other
+                // tasks do.
                 if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
                     place = Standstill::BetweenSteps;
                 }
@@ -339,12 +342,13 @@ impl Executor {
         parts.filter_map(|task| task.state().channel())
     }
 
-    /// When something that runs can go on by itself.
+    /// When a task or the statement of DO can go on by itself.
     pub(crate) fn deadline(&self, arm: &Arm, now: Time) -> Option<Time> {
         let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
         let tasks = self.program_tasks().filter(|_| self.program_runs());
         let program = tasks.filter_map(|task| task.deadline(stopping));
         let direct = self.direct.as_ref();
+        // A statement that is over waits for the end of its RUN only.
         let direct = direct.and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
         let others = [direct, self.run_shown_until, self.arrives_at(arm, now)];
         program.chain(others.into_iter().flatten()).min()
@@ -358,6 +362,8 @@ impl Executor {
         let mut acting = self.program_tasks().map(|task| task.acting().state());
         let waits = acting.any(|state| matches!(state, TaskState::Queued { .. }));
         let begins = waits.then(|| arm.last_begins_at()).flatten();
+        // Moments that have passed are served. Asked for again, they would hold the controller at this instant for
+        // ever.
         ends.chain(begins).filter(|at| *at > now).min()
     }
 

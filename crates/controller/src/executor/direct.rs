@@ -26,7 +26,7 @@ pub struct Direct {
     pub(super) begun: bool,
     /// It has moved the arm.
     pub(super) moved: bool,
-    /// It counts as under way until then, and the next DO is refused; set once the statement is over.
+    /// The statement is over and counts as under way until then: the next DO is refused.
     pub(super) shown_until: Option<Time>,
 }
 
@@ -74,6 +74,7 @@ impl Executor {
     pub(crate) fn end_direct(&mut self, rest: Time, now: Time) {
         self.cancel_direct_input();
         if let Some(direct) = &mut self.direct {
+            // Not longer than it was to show RUN anyway, if it was over already.
             direct.shown_until = Some(direct.shown_until.unwrap_or(rest).min(rest).max(now));
         }
     }
@@ -90,7 +91,7 @@ impl Executor {
 }
 
 impl Robot {
-    /// Takes the statement of DO one step further.
+    /// Carries the statement of DO forward by one step.
     pub(super) fn step_direct(&mut self, ports: &dyn PortFacts) -> Turn {
         let shown = &mut self.executor.run_shown_until;
         if shown.take_if(|until| *until <= self.context.now).is_some() {
@@ -109,6 +110,7 @@ impl Robot {
             }
             return if over { Turn::Taken } else { Turn::Over };
         }
+        // A stop does not end a DO: SP cancels its INPUT at once, and BREAK gives it up (`end_direct()`).
         let step = self.advance(ports, &mut direct.task, false, false);
         let turn = if matches!(step, Step::Blocked) {
             Turn::Over
@@ -127,6 +129,7 @@ impl Robot {
                 return Turn::Printed(Printed {
                     port,
                     bytes,
+                    // It is no step of the program: step mode does not count it.
                     by_program: false,
                 });
             }
@@ -148,8 +151,8 @@ impl Robot {
         turn
     }
 
-    /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts
-    /// that wait to see RUN see it for a while all the same (hosts 8.1, 8.10).
+    /// Ends a DO statement that moved nothing, or failed. DC counts it if it had begun something, and RUN is shown for
+    /// `do.min_run` all the same: real hosts wait to see it (hosts 8.1, 8.10).
     fn leave_direct(&mut self, direct: &Direct) {
         if direct.begun || direct.moved {
             self.executor.count_direct();

@@ -104,6 +104,7 @@ impl Robot {
             Accuracy::Coarse => COARSE_LEAD,
             Accuracy::Fine => Duration::ZERO,
         };
+        // With PASS the statement is over early, so that the next MOVE can be put behind the motion in time.
         let reads_ahead = motion.conditions.passing && task.machine().motion_ahead().is_some();
         let passing = reads_ahead || motion.conditions.nowait;
         let moving = self.arm.is_moving();
@@ -129,6 +130,7 @@ impl Robot {
                     task.enter(TaskState::Queued { lead, passing });
                     return Step::Begun;
                 }
+                // A motion without a way ends at the instant at which it begins.
                 self.arm.finish_due(self.context.now);
                 self.begun(task, lead, passing)
             }
@@ -184,6 +186,7 @@ impl Robot {
         cut: usize,
     ) -> Step {
         let (line, port) = (task.line(), Port::from_channel(channel));
+        // Before the finding: a PRINT that waits for room is served again, and would be reported each time.
         if let Some(until) = port.and_then(|port| ports.line_free_at(port, data.len())) {
             return task.wait(TaskState::Pausing { until });
         }
@@ -212,6 +215,7 @@ impl Robot {
         if self.context.config.options.no_peer == NoPeer::Alarm {
             self.blame_alarm(&rules::PRINT_WITHOUT_PEER, Some(port));
         }
+        // The statement is over first: RN after the alarm of level 2 goes on with the next one.
         let step = self.executor.done(task);
         match self.context.config.options.no_peer {
             NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
@@ -302,6 +306,7 @@ impl Robot {
 
     /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
     fn cancel_input(&mut self, task: &mut Task, values: Vec<Number>, code: AlarmCode, reason: &str) -> Step {
+        // The text first: the answer moves the task on to the next line.
         let trouble = task.trouble(code, reason);
         self.executor.answer(task, Answer::Cancelled(values));
         trouble
@@ -309,6 +314,7 @@ impl Robot {
 
     /// OPEN, CLOSE: when the arm rests, or at once.
     fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
+        // OPEN and CLOSE work where the motion before them has led.
         if !at_once && self.arm.is_moving() {
             return task.wait(TaskState::Resting);
         }

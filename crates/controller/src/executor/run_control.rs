@@ -14,6 +14,7 @@ use ts3100_proto::status::AlarmLevel;
 impl Robot {
     /// Automatic operation starts or goes on.
     pub(crate) fn run_program(&mut self) {
+        // First: it asks whether the program stands at step 1, which `start()` changes.
         self.take_up_motion();
         self.executor.leave_breakpoints();
         self.executor.operation.start();
@@ -34,10 +35,11 @@ impl Robot {
         }
     }
 
-    /// Automatic operation has come to a stand.
+    /// Automatic operation stops here. `by` decides whether hosts get an SP.
     pub(crate) fn stop_program(&mut self, place: Standstill, by: StopCause) {
         self.executor.operation.stand(place);
         self.executor.drop_target();
+        // PAUSE ends with the run: its RESUME is a statement that does not come.
         self.executor.paused = false;
         if !self.arm.is_interrupted() {
             self.executor.program_tasks_mut().for_each(Task::end_motion);
@@ -73,6 +75,7 @@ impl Robot {
             return;
         }
         self.arm.interrupt(self.context.now);
+        // The arm first: whether its motion can go on decides which statements keep waiting for it.
         let place = self.executor.abort_steps(self.arm.is_interrupted());
         self.stop_program(place, by);
     }
@@ -83,7 +86,7 @@ impl Robot {
         self.context.outputs.event(self.panel.servo_off());
     }
 
-    /// Raises an alarm and lets its level act (D6).
+    /// Raises an alarm and lets its level act (D6). Events come in the order of cause and effect: alarm, stop, servo off.
     pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
         let at = self.context.calendar();
         let alarm = Alarm { code, detail, at };
@@ -102,7 +105,7 @@ impl Robot {
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        // A low battery is told once.
+        // The battery is left out: its alarm can be reset while the battery is low, and comes again at power-on.
         let [stop, fence, _] = self.panel.alarm_causes();
         let persists = |code: &AlarmCode| [stop, fence].contains(&(true, *code));
         if self.alarms.reset(persists) {

@@ -1,16 +1,22 @@
-//! Whether the program runs, and where it stands while it does not. Every change goes through [`Operation`]; who asks
-//! for one is `run_control`'s, what the tasks do meanwhile is `scheduler`'s.
+//! Whether the program runs, and the place where it stands while it does not. Every change goes through [`Operation`].
+//! `run_control` asks for changes, `scheduler` runs the tasks meanwhile.
 //!
 //! Automatic operation (SU STATUS, SF-06):
 //! ```text
-//!            RN                     END (cycle mode), RS,PRG, RS,STP, SL
+//!            RN                     END (not in continuous mode)
 //!   Reset ---------> Running ------------------------------------------> Reset
 //!                     ^   |
 //!                  RN |   | SP, STOP, step and segment mode, alarm of level 2: the step ends  -> Continue
 //!                     +---+ BREAK, servo off, emergency stop, alarm of level 4 or 8: at once  -> Retry
 //! ```
+//! SP ends in Retry, too, where the step cannot end: in feed hold (CMD-FD-03) and while PAUSE holds the arm. BREAK ends in
+//! Continue where the step was an INPUT, which any stop cancels (INP-09).
+//!
+//! A program that stands is moved by resets only (CMD-RS-10): RS,PRG, RS,STP, RS,SEL, SL and a download of the selected file
+//! lead to Reset, RS,CYC to Continue at the step of its label. All of them are refused while it runs. An interrupted step is
+//! never skipped otherwise: it is done again, or its program begins anew.
 
-/// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
+/// Who wanted the program to stop: a host gets no SP for a stop that it asked for (CMD-SP-09).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopCause {
     /// A command of the host.
@@ -24,7 +30,7 @@ pub enum StopCause {
 pub enum RunState {
     /// At step 1.
     Reset,
-    /// Runs; with a wish, until the present step has ended.
+    /// Runs; with `stop`, only until the present step has ended.
     Running {
         /// Who wants it to stop, if anyone.
         stop: Option<StopCause>,
@@ -63,14 +69,16 @@ impl Operation {
         self.state = RunState::Running { stop: None };
     }
 
-    /// A program that runs is to stop after its present step. The first cause stays: a host that asked is not told.
+    /// Asks a running program to stop after its present step. The first cause stays: a host that asked first gets no SP, even
+    /// if STOP is pressed before the step ends.
     pub(crate) fn request_stop(&mut self, cause: StopCause) {
+        // A stop of a program that stands changes nothing (CMD-SP-04): the next start must not end with its first step.
         if self.state == (RunState::Running { stop: None }) {
             self.state = RunState::Running { stop: Some(cause) };
         }
     }
 
-    /// The program stands: at its first step, inside a step, or between two.
+    /// The program stands at this place from now on.
     pub(crate) fn stand(&mut self, place: Standstill) {
         self.state = match place {
             Standstill::FirstStep => RunState::Reset,

@@ -25,11 +25,11 @@ pub(crate) struct Printed {
 
 /// Result of the turn of a task.
 pub(super) enum Turn {
-    /// All wait, or nothing runs.
+    /// All tasks wait, or nothing runs.
     Over,
-    /// Something has gone on.
+    /// A task has gone on.
     Taken,
-    /// Something has gone on that is to be sent.
+    /// A task has gone on, and these bytes are to be sent.
     Printed(Printed),
 }
 
@@ -39,12 +39,14 @@ impl Robot {
     pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<Printed> {
         if self.panel.state().powered {
             loop {
+                // A DO and a program never run together (D7), so the order decides nothing.
                 let mut turn = self.step_direct(ports);
                 if matches!(turn, Turn::Over) {
                     turn = self.step_program(ports);
                 }
                 match turn {
                     Turn::Over => break,
+                    // RESTORE waits for its file: nothing goes on at this instant, outputs and counters included.
                     Turn::Taken if self.persistence.is_waiting() => return None,
                     Turn::Taken => {}
                     Turn::Printed(printed) => return Some(printed),
@@ -68,6 +70,7 @@ impl Robot {
         let RunState::Running { stop } = self.executor.operation.state() else {
             return Turn::Over;
         };
+        // One statement at a time where something is looked at between two of them.
         let single = self.context.outputs.is_traced()
             || self.panel.state().run_mode == RunMode::Step
             || self.executor.breakpoints().are_set();
@@ -81,6 +84,7 @@ impl Robot {
             let Some(mut task) = self.executor.take_task(id) else {
                 continue;
             };
+            // A task between two steps waits here until the others have ended theirs.
             if stop.is_some() && self.end_step(&mut task) {
                 self.executor.put_task(task);
                 continue;
@@ -94,6 +98,8 @@ impl Robot {
             }
         }
         let held = self.executor.waits_for_resume(&self.arm);
+        // A motion with PASS or NOWAIT outlasts its statement: the program stands when the arm rests. An arm that
+        // PAUSE holds never would, so its motion is interrupted.
         let stops = stop.filter(|_| standing && (held || !self.arm.is_moving()));
         match stops {
             Some(by) if held => self.interrupt(by),
@@ -122,6 +128,7 @@ impl Robot {
             Step::Stopped => self.stop_after_step(StopCause::Other),
             Step::Ended => self.end_task(id),
             Step::Killed { id } => {
+                // The step ends before the task: with a stop pending, a killed main program begins no further cycle.
                 self.between_steps(false);
                 self.end_task(id);
             }
@@ -151,9 +158,11 @@ impl Robot {
         if self.panel.state().run_mode == RunMode::Continuous && stop.is_none() {
             self.executor.begin_cycle();
         } else {
+            // Rewound first, so that the status of the stop shows the first line.
             self.executor.rewind(self.context.now);
             self.stop_program(Standstill::FirstStep, stop.unwrap_or(StopCause::Other));
         }
+        // Last: CYC_END is a pulse or a level, depending on whether the program runs on.
         self.show_cycle_end();
     }
 
@@ -179,6 +188,7 @@ impl Robot {
         } else if !stopping && let Some(step) = self.look_at_monitors(task) {
             return step;
         }
+        // Monitors are looked at between statements, so one statement at a time.
         self.carry(ports, task, single || task.machine().has_monitors())
     }
 
@@ -218,12 +228,12 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            // What the arm is held before does not begin.
+            // A motion behind one that is held has no begin yet.
             TaskState::Queued { .. } => {
                 let begin = self.arm.last_begins_at();
                 begin.map_or(self.arm.is_moving(), |begin| begin > now)
             }
-            // Before its end it counts as over by so much; while it is held it has no end.
+            // With ACCUR = COARSE the statement is over `lead` before the motion. A motion that is held has no end.
             TaskState::Moving { lead } => {
                 let end = self.arm.ends_at();
                 end.map_or(self.arm.is_moving(), |end| end - lead > now)

@@ -1,4 +1,4 @@
-//! What a running program can read: digital lines, the motion under way, the present position.
+//! The inputs of a running program: digital lines, the motion under way, the present position.
 //!
 //! It implements the trait `Inputs` of scol-mini for one instant.
 

@@ -1,4 +1,4 @@
-//! What becomes of a task when it is carried forward by one statement, or one slice of statements.
+//! The result of carrying a task forward by one statement, or by one slice of statements.
 
 use crate::alarm::{self, AlarmCode};
 use crate::port::Port;

@@ -39,11 +39,14 @@ pub struct TaskView {
 ///   | +----- Pausing: next scan
 ///   +-------> Watching: WAIT is false; Ready when it is true
 /// ```
-/// A stop lets a motion, a DELAY and their waits end, and ends the others; BREAK ends all but a motion that can be
+/// A stop lets a motion, a DELAY and their waits end, and ends the others (CMD-SP-03); BREAK ends all but a motion that can be
 /// taken up again.
+///
+/// No state is left for another waiting one: the machine holds one request, and its answer or its end (`Ready`) comes first.
+/// The exceptions are one statement each: a queued motion that begins, and an INPUT that has some of its values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum TaskState {
-    /// Nothing: the next statement may run.
+    /// The next statement may run.
     Ready,
     /// The statements of this scan are used up.
     Pausing {
@@ -90,6 +93,7 @@ pub enum TaskState {
 impl TaskState {
     /// Whether the statement has asked for something and waits for the answer.
     pub(super) fn needs_answer(&self) -> bool {
+        // Resting may follow a statement that is over: BREAK, and END behind a motion with NOWAIT.
         !matches!(
             self,
             TaskState::Ready | TaskState::Pausing { .. } | TaskState::Resting | TaskState::Watching { .. }
@@ -100,7 +104,9 @@ impl TaskState {
     /// another one begins: only a motion that was queued begins, and INPUT goes on waiting for what is missing.
     fn may_become(&self, next: &TaskState) -> bool {
         match (self, next) {
+            // Nothing has been asked for: the next statement, or the same WAIT, may ask for anything.
             (TaskState::Ready | TaskState::Pausing { .. } | TaskState::Watching { .. }, _)
+            // The statement is over, or broken off by a stop.
             | (_, TaskState::Ready)
             | (TaskState::Queued { .. }, TaskState::Moving { .. })
             | (TaskState::Reading { .. }, TaskState::Reading { .. }) => true,
@@ -149,7 +155,7 @@ impl TaskState {
     }
 }
 
-/// A machine and what it is doing.
+/// A machine and its state.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
@@ -254,7 +260,7 @@ impl Task {
         &self.state
     }
 
-    /// Does something else from here on: the only way to change what a task is doing.
+    /// Changes the state: the only way to do so.
     pub(crate) fn enter(&mut self, next: TaskState) {
         debug_assert!(
             self.state.may_become(&next),
@@ -265,7 +271,7 @@ impl Task {
         self.state = next;
     }
 
-    /// The statement under way waits so before it goes on.
+    /// Lets the statement under way wait in this state.
     pub(super) fn wait(&mut self, state: TaskState) -> Step {
         self.enter(state);
         Step::Blocked
@@ -288,6 +294,7 @@ impl Task {
 
     /// Whether statements are left in the scan; otherwise it pauses until the next one.
     pub(super) fn has_budget(&mut self, now: Time) -> bool {
+        // A task that was blocked begins a new scan when it goes on: only one that never waits has to pause.
         if self.scan_at < now {
             self.budget = STATEMENTS_PER_SCAN;
             self.scan_at = now;
@@ -328,7 +335,7 @@ impl Task {
         pause
     }
 
-    /// Gives the statement under way what it has asked for.
+    /// Answers the request of the statement under way.
     pub(super) fn answer(&mut self, memory: &mut Memory, answer: Answer, motion: bool) -> Step {
         self.enter(TaskState::Ready);
         match self.machine.answer(memory, answer) {
@@ -365,9 +372,12 @@ impl Task {
         }
         self.end_reading(memory);
         match &self.state {
+            // These end with the motion, so the stop waits for it, unless PAUSE holds the arm
+            // (`Executor::waits_for_resume`).
             TaskState::Moving { .. } | TaskState::Queued { .. } | TaskState::Resting | TaskState::Holding => {
                 return paused;
             }
+            // SP lets a DELAY end (CMD-SP-03, sp.txt).
             TaskState::Delaying { .. } => return false,
             TaskState::Watching { .. } if wait == WaitAfterStop::Next => self.machine.skip(),
             TaskState::Watching { .. }
@@ -420,8 +430,8 @@ impl Task {
         }
     }
 
-    /// Takes the handler out, to carry it forward. While one acts, or the task is to stop, nobody looks at the
-    /// monitors: a time to do so would come again and again.
+    /// Takes the handler out, to carry it forward. While it acts, or the task is to stop, the monitors are not looked at, so
+    /// their time is dropped: it would stay due for ever.
     pub(super) fn take_handler(&mut self, stopping: bool) -> Option<Box<Task>> {
         let handler = self.handler.take();
         if stopping || handler.is_some() {
@@ -488,8 +498,7 @@ impl Task {
         core::iter::once(self).chain(self.handler.as_deref())
     }
 
-    /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
-    /// beside it.
+    /// Whether the task cannot go on at this instant: the statements of its scan are used up, and it has no monitors.
     pub(crate) fn sleeps(&self, now: Time) -> bool {
         let watched = self.look_at.is_some() || self.machine.has_monitors();
         self.handler.is_none()
@@ -497,7 +506,7 @@ impl Task {
             && matches!(self.state, TaskState::Pausing { until } if until > now)
     }
 
-    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
+    /// When the task can go on by itself. Its monitors are not looked at while it is to stop or its handler acts.
     pub(crate) fn deadline(&self, stopping: bool) -> Option<Time> {
         let own = self.acting().state.until();
         let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
