@@ -28,7 +28,7 @@ pub struct Controller {
     /// Several kilobytes, which a move of the controller would copy.
     pub(crate) robot: Box<Robot>,
     pub(crate) endpoints: Endpoints,
-    /// When the first timer of all is due. It is asked for several times an input and found once after it.
+    /// When the first timer is due. It is asked for several times an input and computed once after it.
     pub(crate) due: Option<Time>,
 }
 
@@ -69,10 +69,12 @@ impl Controller {
             return self.persisted(answer);
         }
         while self.robot.persistence.is_waiting() {
-            // Whoever did not wait for the answer does not wait for the result either.
+            // Whoever did not wait for the answer does not wait for the result either. A loop: the texts and the input that
+            // waited come first, and may begin the next change.
             let _late = self.persisted(Err(PersistError::NoAnswer));
         }
         let settled = self.advance_to(now);
+        // Something that was due has changed a file. The input belongs after that, so it waits for the same answer.
         if self.robot.persistence.is_waiting() {
             self.robot.persistence.defer(now, input);
             return Ok(Accepted::Pending);
@@ -88,6 +90,7 @@ impl Controller {
             | Input::SerialErrors { .. }
             | Input::SerialPurged { .. }
                 if !robot.panel.state().powered => {}
+            // `advance_to()` has settled at this very moment: once more would change nothing.
             Input::Tick if settled => return result,
             Input::Tick | Input::Persisted(_) => {}
             Input::Connected { port, peer } => self.connected(port, &peer),
@@ -166,11 +169,14 @@ impl Controller {
         self.robot.persistence.set_outside(outside);
     }
 
-    /// The answer has come: what waited for it goes on, and then what came at the same instant.
+    /// Goes on after the answer about a change: makes or drops it, then serves the texts and the input that waited behind it.
     fn persisted(&mut self, answer: Result<(), PersistError>) -> Result<Accepted, ActionError> {
         let Some(waiting) = self.robot.persistence.take_waiting() else {
             return Ok(Accepted::Done);
         };
+        // As if the change had been made at once: its answer, then the texts after it in the segment, then the input
+        // that came at the same instant. `a_day_on_which_everything_is_kept_is_the_same_day` compares both ways byte
+        // for byte.
         let result = self.finish(waiting, answer);
         self.settle();
         for port in [Port::Host, Port::Ip0] {

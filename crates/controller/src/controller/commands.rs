@@ -20,6 +20,7 @@ impl Controller {
     /// Carries out a command and answers it, or lets it wait until the file that it changes is stored.
     pub(super) fn answer_command(&mut self, port: Port, message: Bytes, command: Command) {
         let asked = self.asked(port, message, command);
+        // A refusal is a finding of its own unless the command has made one: the count tells which are new.
         let outputs = self.robot.context.outputs.count();
         let outcome = self.command(&asked);
         if let Outcome::Change(change) = outcome {
@@ -53,6 +54,7 @@ impl Controller {
         if !context.config.serves(command) {
             return Outcome::Ng(Refusal::NotServed);
         }
+        // Also where the tables forbid it: that the host knows an extension says that it polls (hosts 8.3).
         if command.is_extension() {
             self.endpoints.disable_unsolicited_sp(context, *port);
         }
@@ -62,11 +64,12 @@ impl Controller {
         }
     }
 
-    /// Why the permission tables do not have a command valid now.
+    /// Checks the permission tables; returns the reason if they forbid the command now.
     fn forbidden(&mut self, asked: &AskedCommand) -> Option<Refusal> {
         let (port, letters): (Port, Letters) = (asked.port, asked.command.permission_row());
         let reason = match asked.permission? {
             Permission::Valid => return None,
+            // A DO counts as running, and so does a program in feed hold (PRM-LEG-06).
             Permission::WhenStopped if !self.robot.executor.is_running() => return None,
             Permission::WhenStopped => Refusal::OnlyWhenStopped { letters, port },
             Permission::Invalid => Refusal::NotInMode {
@@ -103,6 +106,8 @@ impl Controller {
 
     /// The last text of a download has come: stores the file and answers (CMD-DL-02, CMD-DL-06).
     pub(super) fn end_download(&mut self, port: Port, name: &FileName, content: Bytes, last: &Bytes) {
+        // DL was accepted while the robot stood (tables 5.3, 5.4). Since then the panel, a signal or the other port
+        // may have started it.
         if self.robot.executor.is_running() {
             let reason = Refusal::Started;
             let context = &mut self.robot.context;
@@ -123,7 +128,7 @@ impl Controller {
         }
     }
 
-    /// The file of a download is stored, or is not.
+    /// Answers the last text of a download, when its file is stored or cannot be.
     fn answer_download(&mut self, port: Port, file: &Staged, last: &Bytes, stored: Result<(), DriveError>) {
         match stored {
             Ok(()) => {

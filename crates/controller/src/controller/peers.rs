@@ -47,6 +47,7 @@ impl Controller {
 
     fn disconnected(&mut self, port: Port) {
         let robot = &mut self.robot;
+        // The findings first: they read the exchange, the jog and the half value that the next lines drop.
         robot.check_left_jogging(port);
         self.endpoints.check_left_exchange(&mut robot.context, port);
         robot.check_left_channel(port);
@@ -57,6 +58,7 @@ impl Controller {
         {
             channel.disconnect_peer();
         }
+        // The alarm of [E10] is for a running program: a channel that drops between two runs raises none (PAR-E10-02).
         let levels = robot.parameters.ethernet().alarm_level;
         let level = port.ethernet_index().and_then(|index| levels[index]);
         if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
@@ -77,13 +79,14 @@ impl Controller {
             return;
         };
         self.connected(port, &next);
+        // `disconnected()` has reset the line: the settings of the new host, and bytes printed for it, come back.
         self.endpoints.take_over_line(port, before);
         self.receive_from_lines();
     }
 
-    /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
-    /// own peers is gone as with a cable that was cut, and those that are there now are met as new ones. Only what kind
-    /// of host one is stays known.
+    /// Takes over the peers of the controller that this one replaces: the edge keeps its links. The peers that this controller
+    /// knew leave, and the present ones connect anew. Only the kind of each host stays known: its framing, the end of its
+    /// texts, and whether it gets SP.
     pub fn adopt_peers(&mut self, before: &Controller) {
         self.robot
             .context

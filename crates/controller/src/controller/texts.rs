@@ -11,7 +11,8 @@ use bytes::Bytes;
 use ts3100_proto::text::{CR, Decoded, Text};
 
 impl Controller {
-    /// Bytes have come through, the last of them at `at`. Whether the robot has run as far as it goes since.
+    /// Takes bytes of a peer, the last of which came at `at`. Returns whether the robot has run since as far as it goes at this
+    /// instant.
     pub(super) fn received(&mut self, port: Port, at: Time, bytes: &Bytes) -> bool {
         let came = self.endpoints.received(&mut self.robot.context, port, at, bytes);
         self.perform_fired();
@@ -67,13 +68,14 @@ impl Controller {
         }
     }
 
-    /// Serves the texts that are there; `first`: none of their segment was served before. Whether the robot has run as far as
-    /// it goes since.
+    /// Serves the complete texts; `first`: none of their segment was served before. Returns whether the robot has run since as
+    /// far as it goes at this instant.
     pub(super) fn read_texts(&mut self, port: Port, mut first: bool) -> bool {
         let mut settled = false;
         while !self.robot.persistence.is_waiting()
             && let Some(decoded) = self.endpoints.session(port).next_text()
         {
+            // Before the first text of a segment an SP may still wait for a pause; between two of them there is none.
             if !core::mem::take(&mut first) {
                 self.endpoints.release_overdue_sp(&mut self.robot.context, port);
             }
@@ -111,6 +113,7 @@ impl Controller {
 
     /// Serves a text: what it asks of the robot is done after what a fault does to the machine.
     fn serve(&mut self, port: Port, text: Text) {
+        // Any text counts, a broken one too: WD asks whether the host is alive (S11).
         self.robot.panel.feed_watchdog(self.robot.context.now);
         let event = self.endpoints.text(&mut self.robot.context, port, text);
         self.perform_fired();

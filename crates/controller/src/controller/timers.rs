@@ -35,8 +35,9 @@ enum Timer {
     UnsolicitedSp,
 }
 
-/// Served when their time comes, in this order. It shows on the wire: an action of a fault comes before a text that
-/// leaves late, characters come off a line before the limit of their host is looked at.
+/// Served when their time comes, in this order. Of two that are due at one moment the first can change the second: an action
+/// of a fault comes before a text that leaves late, the last character of a text saves it from the limit of its host, and
+/// any text that has come feeds the watchdog.
 const AT_PORTS: [Timer; 5] = [
     Timer::FaultAction,
     Timer::SendQueue,
@@ -45,7 +46,9 @@ const AT_PORTS: [Timer; 5] = [
     Timer::Watchdog,
 ];
 
-/// Served after those, in this order, and after every input too, which can make them due at once.
+/// Served after those, in this order, and after every input too, which can make them due at once. An arm that arrives and an
+/// input that changes come before the program, which sees both at this instant (`programs.rs` of the suites). SP comes last:
+/// the program that ends now has its SP at this instant, after its last PRINT.
 const BEHIND_PORTS: [Timer; 5] = [
     Timer::Motion,
     Timer::Lines,
@@ -90,6 +93,8 @@ impl Timer {
             Timer::Lines => robot.change_due_lines(),
             Timer::Servo => robot.end_servo_interval(),
             Timer::Program => {
+                // The bytes go before the program does: the next PRINT waits for the room that they leave on a serial
+                // line.
                 while let Some(printed) = robot.run(endpoints) {
                     let bytes = printed.bytes.clone();
                     endpoints.send(&mut robot.context, printed.port, bytes, &printed.bytes);
@@ -126,12 +131,14 @@ impl Controller {
             }
             self.settle();
             settled = self.robot.context.now >= now;
+            // Time stands still until the answer: the timers that are left are served afterwards, at their own times.
             if self.robot.persistence.is_waiting() {
                 return settled;
             }
         }
         if !settled {
             self.robot.context.now = self.robot.context.now.max(now);
+            // Characters have no timer each (`UART_FIFO`): those that have passed by now come before the input.
             self.receive_from_lines();
             if self.robot.persistence.is_waiting() {
                 self.find_due();
@@ -156,6 +163,8 @@ impl Controller {
     /// Tells the hosts of stops that they did not ask for.
     fn tell_of_stops(&mut self) {
         self.take_notices();
+        // While a file is stored its download is no open exchange any more, and its OK has not left: SP would come
+        // between (`no_sp_leaves_while_a_file_is_being_stored`).
         if self.robot.panel.state().powered && !self.robot.persistence.is_waiting() {
             self.endpoints.release_sp(&mut self.robot.context);
         }
