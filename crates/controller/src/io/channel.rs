@@ -1,6 +1,6 @@
 //! A SCOL channel: the ring buffer between a port and INPUT, and the parsing of values (NPC-01, INP-01 to INP-17, D10).
 //!
-//! What INPUT does with the values is decided by `requests`.
+//! `executor::requests` decides what INPUT does with the values.
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;
@@ -41,7 +41,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Stores bytes as far as there is room; returns how many were stored.
+    /// Stores bytes as far as there is room; returns how many were stored. The newest are lost, not the oldest (INP-13).
     pub fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = bytes.len().min(RING_BUFFER.saturating_sub(self.ring.len()));
         self.ring.extend(bytes.iter().take(taken));
@@ -94,12 +94,14 @@ impl Channel {
     /// Clears the peer and drops its incomplete last value, so that it does not become part of the next peer's.
     pub fn disconnect_peer(&mut self) {
         self.had_peer |= self.peer.take().is_some();
+        // Complete values stay for an INPUT that comes to them later.
         let last = self.ring.iter().rposition(|&byte| is_separator(byte));
         self.ring.truncate(last.map_or(0, |last| last + 1));
     }
 
     /// Removes the next value from the buffer.
     pub fn take(&mut self, malformed: Malformed) -> Datum {
+        // `1,2,` CR has two values. Without this its CR would end a third one, and INPUT would read 0 (INP-17).
         self.skip_record_end();
         let Some(end) = self.ring.iter().position(|&byte| is_separator(byte)) else {
             return Datum::Incomplete;
@@ -136,6 +138,7 @@ fn parse_datum(token: &str, malformed: Malformed) -> Datum {
         (Some(value), _) => value,
         (None, Malformed::Alarm) => return Datum::Malformed(String::from(token)),
         (None, Malformed::LeadingNumber) => {
+            // The longest beginning counts: `12mm` is 12, `1E3x` is 1000 (INP-14).
             let mut beginnings = (1..=token.len()).rev().filter_map(|end| token.get(..end));
             beginnings.find_map(number).unwrap_or(Number::Integer(0))
         }
@@ -161,6 +164,7 @@ fn number(token: &str) -> Option<Number> {
     let real = token.parse::<f32>().ok()?;
     // An integer below the range must not be rounded into it.
     let is_integer = !token.bytes().any(|byte| matches!(byte, b'.' | b'E' | b'e'));
+    // The upper end needs no such step: 2147483648 is above the range as a real, too.
     let real = match is_integer && real == i32::MIN as f32 {
         true => real.next_down(),
         false => real,

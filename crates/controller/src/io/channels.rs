@@ -1,7 +1,7 @@
-//! What PRINT and INPUT have besides the ports themselves: the ring buffer of each channel, the figures typed at the
-//! teach pendant, and the text shown on it.
+//! The buffers of PRINT and INPUT: the ring buffer of each channel, the figures typed at the teach pendant, and the text
+//! shown on it.
 //!
-//! A single ring buffer with its values is `channel`; when PRINT and INPUT use them is decided by `requests`.
+//! `channel` has a single ring buffer with its values; `executor::requests` uses them for PRINT and INPUT.
 
 use super::channel::Channel;
 use crate::limits::PENDANT_TEXT;
@@ -12,7 +12,7 @@ use alloc::collections::BTreeMap;
 /// The channels when the power comes on, and what has come since.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Channels {
-    /// COM1, IP1, IP2, and IP3 for its peer alone.
+    /// COM1, IP1 and IP2. IP3 has one for the name of its peer only: its data is discarded.
     ports: BTreeMap<Port, Channel>,
     /// Figures typed at the teach pendant.
     keys: Channel,
@@ -83,7 +83,7 @@ impl Channels {
         (&self.ports, &self.keys, &self.pendant)
     }
 
-    /// Those of a snapshot.
+    /// The channels of a snapshot.
     pub(crate) fn restored(ports: BTreeMap<Port, Channel>, keys: Channel, pendant: String) -> Channels {
         Channels { ports, keys, pendant }
     }

@@ -69,6 +69,7 @@ fn switch<T>(lines: &mut BTreeSet<u16>, changes: &mut BTreeMap<u16, T>, line: u1
 
 /// Removes and returns the changes that are due.
 fn take_due<T: Copy>(changes: &mut BTreeMap<u16, T>, is_due: impl Fn(&T) -> bool) -> Vec<(u16, T)> {
+    // In the order of the lines: inputs that change at one moment act one after the other, in each run the same way.
     let due = changes.iter().filter(|(_, change)| is_due(change));
     let due: Vec<(u16, T)> = due.map(|(line, change)| (*line, *change)).collect();
     changes.retain(|_, change| !is_due(change));
@@ -120,6 +121,7 @@ impl Signals {
         states: impl Iterator<Item = (u16, bool)> + Clone,
         bus: FieldBus,
     ) -> Result<(), u16> {
+        // All are checked before the first is switched: IW is all or nothing (CMD-IW-05), and so is DOUT.
         let mut lines = states.clone().map(|(line, _)| line);
         if let Some(other) = lines.find(|line| !Signals::is_user_output(*line, bus)) {
             return Err(other);
@@ -239,6 +241,7 @@ impl Signals {
     pub fn clear_outputs(&mut self) {
         self.outputs.clear();
         self.pulses.clear();
+        // An output without power is off, forced or not. The force on an input comes from outside, like its state.
         self.forced.retain(|(kind, _), _| *kind == IoKind::Input);
     }
 

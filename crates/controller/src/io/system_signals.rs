@@ -51,10 +51,12 @@ impl Robot {
         }
         match line {
             din::LOW_SPD => self.arm.set_speed_limits(self.context.now, self.pace()),
+            // A level, unlike the others: on is CYCLE, off is CONTINUOUS.
             din::CYCLE if self.by_signals() => {
                 self.panel
                     .set_run_mode(if on { RunMode::Cycle } else { RunMode::Continuous });
             }
+            // Inputs that stop act in every master mode (PRM-LEG-08), without STROBE.
             din::STOP if on => self.stop_by_hand(),
             din::BREAK if on => {
                 self.panel.note_break_request();
@@ -76,6 +78,7 @@ impl Robot {
     fn strobe(&mut self) {
         let required = self.context.config.options.strobe == Strobe::Required;
         let is_on = |line: &u16| required && self.signals.input(*line);
+        // Resets first: they need a program that stands, and RUN may be on beside them.
         let resets: Vec<u16> = RESETS.into_iter().filter(is_on).collect();
         let others: Vec<u16> = UNANSWERED.into_iter().filter(is_on).collect();
         if resets.is_empty() {
@@ -123,6 +126,7 @@ impl Robot {
     /// # Errors
     /// Another was the first.
     fn first_at_once(&self) -> Result<(), OperateError> {
+        // No field of its own: an ACK that began at this instant is the only trace that a first one leaves.
         if self.signals.pulse_end(dout::ACK) == Some(self.context.now + PULSE) {
             return Err(OperateError::NotFirst);
         }
