@@ -61,7 +61,7 @@ impl Endpoints {
         }
     }
 
-    /// The conversation of HOST or IP0, which is there from the start.
+    /// The conversation of HOST or IP0.
     pub(crate) fn session(&mut self, port: Port) -> &mut Session {
         debug_assert!(port.protocol().is_some(), "{port} has no conversation");
         // `new()` has made both sessions. A lookup that cannot fail saves every caller a case that never occurs.

@@ -1,6 +1,5 @@
-//! What goes in and out of the robot besides the protocol: the digital lines, the lines that have a meaning for the
-//! controller itself, the hands on some of them, and the ring buffers of INPUT. Which statement or command uses them is
-//! `executor`'s and `ops`'.
+//! Inputs and outputs of the robot besides the protocol: the digital lines, the lines that have a meaning for the
+//! controller itself, the hands on some of them, and the ring buffers of INPUT. `executor` and `ops` use them.
 
 pub mod channel;
 pub(crate) mod channels;

@@ -1,7 +1,7 @@
-//! Passes what is done to the controller itself, at the panel or by its owner, to the part that does it. Power off and a
-//! power cycle drop every peer.
+//! Passes actions at the panel and of the owner to the part that carries them out. Power off and a power cycle drop every
+//! peer.
 //!
-//! The panel is in `panel`, what else an owner does in `ops::actions`.
+//! The panel is in `panel`, the other actions of an owner are in `ops::actions`.
 
 use crate::action::error::ActionResult;
 use crate::action::{Accepted, Action, ActionError};
@@ -19,11 +19,10 @@ use crate::prelude::*;
 use ts3100_proto::words::Word as _;
 
 impl Controller {
-    /// Does what one who holds the controller wants. A change of a file that is to be kept outside first is done when
-    /// the answer has come.
+    /// Carries out an action of the owner. A change of a file that is stored outside first is made when its answer has come.
     ///
     /// # Errors
-    /// Why it had no effect; the event says the same.
+    /// Why the action had no effect; the event says the same.
     pub(super) fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
         let robot = &mut self.robot;
         let at_once = |done: ActionResult| done.map(|()| None);
@@ -99,7 +98,7 @@ impl Controller {
         Err(error)
     }
 
-    /// Does something at the panel for which nobody waits: what has no effect is a finding.
+    /// Carries out an action at the panel whose result nobody reads: a refusal becomes a finding.
     pub(super) fn panel(&mut self, panel: PanelAction) {
         let what = if let PanelAction::Servo(_) = panel {
             "servo on"
@@ -146,7 +145,7 @@ impl Controller {
         Ok(())
     }
 
-    /// Power off: nothing of any conversation remains.
+    /// Turns the power off, which ends every conversation.
     fn power_off(&mut self) {
         if self.robot.panel.state().powered {
             self.robot.power_off();
@@ -154,14 +153,14 @@ impl Controller {
         }
     }
 
-    /// Power on: the parameters act, those of the serial lines too.
+    /// Turns the power on. The parameter files act from here, also on the serial lines.
     fn power_on(&mut self) {
         self.robot.power_on();
         self.endpoints.settings = self.robot.parameters.serial_lines();
     }
 
-    /// Does to the machine what faults that have fired do to it at once; their events come after what comes of it. Only a
-    /// command, a text of a download and a record meet such a fault, before the robot is asked for anything.
+    /// Carries out the immediate actions of faults that have fired. The event of a fault follows the events of its actions. Such
+    /// a fault meets a command, a text of a download or a record, before the robot is asked for anything.
     pub(super) fn perform_fired(&mut self) {
         for (actions, event) in core::mem::take(&mut self.endpoints.fired) {
             for action in actions {
@@ -171,7 +170,7 @@ impl Controller {
         }
     }
 
-    /// Performs the actions of faults that are due, in the order of their times.
+    /// Performs the scheduled actions of faults that are due, in the order of their times.
     pub(super) fn perform_scheduled(&mut self) {
         while let Some(action) = self.endpoints.faults.take_due(self.robot.context.now) {
             self.perform(action);

@@ -38,7 +38,7 @@ impl Controller {
         }
     }
 
-    /// The peer is gone: at once, or after what it has put on a serial line.
+    /// Drops a peer that has left: at once, or when its bytes have passed the serial line.
     pub(super) fn peer_left(&mut self, port: Port) {
         if !self.endpoints.leaves_later(port) {
             self.disconnected(port);
@@ -68,7 +68,7 @@ impl Controller {
         }
     }
 
-    /// All that a former peer sent has passed: it is gone, and the next one is there.
+    /// Drops a former peer whose bytes have all passed, and lets the next one connect.
     pub(super) fn replace_peer(&mut self, port: Port) {
         let Some(before) = self.endpoints.end_leaving(port) else {
             return;

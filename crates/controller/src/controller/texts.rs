@@ -111,7 +111,7 @@ impl Controller {
         }
     }
 
-    /// Serves a text: what it asks of the robot is done after what a fault does to the machine.
+    /// Serves a text. A fault that fires at it acts on the machine first: its command meets the changed machine.
     fn serve(&mut self, port: Port, text: Text) {
         // Any text counts, a broken one too: WD asks whether the host is alive (S11).
         self.robot.panel.feed_watchdog(self.robot.context.now);

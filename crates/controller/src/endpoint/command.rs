@@ -13,7 +13,7 @@ use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::status::MasterMode;
 
-/// A command on its way to its answer, as it was when it came: what it does can change the mode.
+/// A command on its way to its answer. Mode and permission are those of its arrival: the command itself may change the mode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct AskedCommand {
     pub(crate) port: Port,

@@ -21,6 +21,8 @@ impl Endpoints {
         data: &Bytes,
     ) -> Option<PortEvent> {
         let mut event = None;
+        // `FL,` alone is a command, so `ops` refuses it like any other. The texts that follow it are known by
+        // `file_refused` only.
         if let Ok(Command::Fl(_)) = Command::parse(data) {
             event = self.message(context, port, data);
         } else {

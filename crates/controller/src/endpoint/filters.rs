@@ -1,7 +1,7 @@
 //! Faults and legal variation, applied to the bytes, texts and commands that pass a port. Without them bytes and texts do
 //! not pass here at all, and the protocol (`exchange`, `download`, `session`) is complete without this file.
 //!
-//! Which fault fires and what it does is in `faults`, what varies in `variation`.
+//! `faults` decides which fault fires and what it changes, `variation` draws what varies.
 
 use super::Endpoints;
 use super::send_queue::{Departure, Segment};
@@ -60,6 +60,7 @@ impl Endpoints {
         let mut kept = Vec::new();
         for byte in bytes {
             let record = FaultSite::new(InjectionPoint::Record, port, Bytes::new());
+            // A record may come in several segments: its first byte decides about all of them.
             let state = match self.faults.records.get(&port).copied() {
                 Some(state) => state,
                 // Line ends and blanks between records belong to none.
@@ -132,6 +133,7 @@ impl Endpoints {
             Some(_) if is_stop => (InjectionPoint::Reply, "SP", 0),
             Some(session) => (InjectionPoint::Reply, session.asked, session.block),
         };
+        // SP is no answer: `announce_stop()` has drawn its delay already.
         let answers = point == InjectionPoint::Reply && !is_stop;
         let varied = match &mut self.variation {
             Some(variation) if answers => variation.reply_delay(),
@@ -207,6 +209,7 @@ impl Endpoints {
         let Some((effect, at_once, event)) = fired else {
             return Effect::Unchanged;
         };
+        // The event of a fault that acts on the machine comes after the events of its effect (`perform_fired()`).
         if at_once.is_empty() {
             context.outputs.event(event);
         } else {
@@ -216,8 +219,8 @@ impl Endpoints {
     }
 }
 
-/// How long this answer takes by option `reply.delay`: drawn from between two quartiles, each as likely as the others. The
-/// time is what is drawn from, so that nothing has to be remembered.
+/// Delay of this answer by option `reply.delay`: one of the quarters between its five times, each as likely as the others,
+/// and a time within it. The seed is the present time, so no generator has to be kept in snapshots.
 fn reply_delay(context: &Context) -> Duration {
     let times = &context.config.options.reply_delay;
     let [.., greatest] = times;

@@ -10,7 +10,7 @@ use alloc::collections::{BTreeMap, VecDeque};
 use bytes::Bytes;
 use core::time::Duration;
 
-/// One part of what is sent instead of a text.
+/// One part of the bytes that leave instead of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
     /// Pause after the previous part.

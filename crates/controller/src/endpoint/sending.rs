@@ -1,8 +1,8 @@
 //! Texts and bytes on their way out: framed like the host's last text, passed through the filters, and written at once
 //! or when their time has come.
 //!
-//! `exchange` and `ops` decide what is answered, `filters` what faults and variation make of it. `send_queue` holds what
-//! leaves later, `serial_lines` what takes time on the line.
+//! `exchange` and `ops` decide the answer, `filters` applies faults and variation to it. `send_queue` holds bytes that leave
+//! later, `serial_lines` those that take time on the line.
 
 use crate::context::Context;
 use crate::endpoint::Endpoints;
@@ -88,7 +88,7 @@ impl Endpoints {
         last
     }
 
-    /// Sends what is due.
+    /// Sends the segments that are due.
     pub(crate) fn send_due(&mut self, context: &mut Context) {
         while let Some((port, what)) = self.send_queue.take_due(context.now) {
             match what {

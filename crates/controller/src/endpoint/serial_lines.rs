@@ -133,7 +133,7 @@ impl Endpoints {
         (self.hear(context, port, arrivals), gone)
     }
 
-    /// The host of a serial line, or the one before, is gone: what it has put on the line stays there.
+    /// Resets a serial line whose host is gone. Bytes that the host has put on the line stay there.
     pub(super) fn reset_line(&mut self, port: Port) {
         if let Some(line) = self.lines.get_mut(&port) {
             let inbound = core::mem::take(&mut line.inbound);
@@ -266,7 +266,7 @@ impl Endpoints {
         }
     }
 
-    /// The host's port forgets what it has not put on the line.
+    /// Drops the bytes that the host's port has not put on the line yet.
     pub(crate) fn purge_line(&mut self, context: &mut Context, port: Port) {
         let now = context.now;
         if let Some(line) = self.lines.get_mut(&port) {
@@ -308,7 +308,7 @@ impl Endpoints {
             return now;
         };
         if line.departed_peer.is_some() && port.protocol().is_some() {
-            // Whoever asked is not there any more, and the next one did not.
+            // The host that asked has gone, and the next one asked for nothing.
             return now;
         }
         self.compare_settings(context, port, own);

@@ -1,5 +1,5 @@
-//! One port of the simple protocol: where its text decoder stands, and which exchange is open. What a
-//! command does is in `ops`; this file knows only the conversation.
+//! The conversation on one port of the simple protocol: its text decoder and its open exchange. The effect of a command is
+//! in `ops`.
 
 use crate::findings::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT, TEXT_END_WAIT};
@@ -105,8 +105,8 @@ impl Session {
         }
     }
 
-    /// A peer came or went: nothing of the former conversation remains (ETH-07), but what HOST has been shown and what its
-    /// texts end by (T6): a serial line has no connection, so its conversation begins with the power.
+    /// Drops the conversation, as a peer came or went (ETH-07). HOST keeps the requests that SM has shown and the end of its
+    /// texts (T6): a serial line has no connection, so these last as long as the power.
     pub fn reset(&mut self, options: TextOptions, peer: Option<String>) {
         // IP0 gets other latches from `begin_session()`, and no mark: a new connection may be another host (T6.6).
         let mark = self.decoder.mark().filter(|_| self.port == Port::Host);

@@ -45,6 +45,7 @@ impl Breakpoints {
         if self.left.contains(&(task, line)) {
             return false;
         }
+        // The task has left its line: a loop that comes back to it stops there.
         self.left.retain(|(left, _)| *left != task);
         self.lines.contains(&line) || self.target == Some(Target::Line(line))
     }
@@ -63,7 +64,7 @@ impl Breakpoints {
         }
     }
 
-    /// Whether they can be those of a run.
+    /// Whether a run can have these breakpoints; for a snapshot.
     pub(super) fn is_valid(&self) -> bool {
         self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= 2 * scol_mini::MAX_TASKS
     }
@@ -82,19 +83,19 @@ impl Executor {
         Ok(())
     }
 
-    /// The program, which starts now, stops after one step.
+    /// Lets the program, which starts now, stop after one step.
     pub(crate) fn stop_after_next_step(&mut self) {
         self.breakpoints.target = Some(Target::NextStep);
     }
 
-    /// The program stops before the first line from here on that has a statement; false if there is none.
+    /// Lets the program stop before the first statement from this line on; false if there is none.
     pub(crate) fn stop_before_line(&mut self, line: u32) -> bool {
         let found = next_statement(&self.program().statement_lines(), line);
         self.breakpoints.target = found.map(Target::Line);
         found.is_some()
     }
 
-    /// The program, which has come to a stand, runs as usual at the next start.
+    /// Drops the step or line up to which the program was to run, as it has stopped.
     pub(crate) fn drop_target(&mut self) {
         self.breakpoints.target = None;
     }
@@ -107,7 +108,7 @@ impl Executor {
             && self.breakpoints.stops_before(task.id(), task.line())
     }
 
-    /// The program starts or goes on: with the line at which each task and its handler stand, whatever is set there.
+    /// Notes the line of each task and its handler, as the program starts: its breakpoint does not count for the start.
     pub(crate) fn leave_breakpoints(&mut self) {
         let parts = self.program_tasks().flat_map(Task::parts);
         self.breakpoints.left = parts.map(|task| (task.id(), task.line())).collect();

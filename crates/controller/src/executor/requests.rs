@@ -243,7 +243,7 @@ impl Robot {
         self.read_values(task)
     }
 
-    /// Gives a waiting INPUT what its channel holds.
+    /// Gives a waiting INPUT the values of its channel.
     pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
         let malformed = self.context.config.options.malformed(self.arm.kind());
         let TaskState::Reading {

@@ -220,7 +220,7 @@ impl Robot {
         task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
-    /// Goes on with what the machine is doing, which may be to execute what comes next.
+    /// Ends the wait of the task if it is over, or executes its next statements.
     fn carry(&mut self, ports: &dyn PortFacts, task: &mut Task, single: bool) -> Step {
         let now = self.context.now;
         let waits = match *task.state() {

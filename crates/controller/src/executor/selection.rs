@@ -1,4 +1,4 @@
-//! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
+//! The selected file: SL, RS,SEL and the selection at the start. `scheduler` runs it.
 
 use crate::executor::{Breakpoints, Executor};
 use crate::output::Event;
@@ -92,8 +92,8 @@ impl Selected {
 }
 
 impl Executor {
-    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
-    /// its lines are those of the file (SF-24).
+    /// Takes the selected file as it was rewritten with another initial value (MW, RESTORE). Its tasks go on in the new program,
+    /// so that their lines are lines of the file (SF-24).
     pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         tasks.for_each(|task| task.relocate(&program));
@@ -103,6 +103,7 @@ impl Executor {
             direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
+            // Lines are found by way of the old program, which is replaced last.
             let old = &selected.program;
             self.motion_line = old.line_in(&program, self.motion_line);
             self.breakpoints.relocate(|line| old.line_in(&program, line));
@@ -163,6 +164,7 @@ impl Robot {
         }
         let (source, program) = self.compile_file(name)?;
         let memory = Memory::new(&program);
+        // The same file selected again, or downloaded anew, keeps its breakpoints.
         if self.executor.file() != name.as_str() {
             self.executor.breakpoints = Breakpoints::default();
         }
@@ -198,7 +200,7 @@ impl Robot {
         Err(SelectError::Errors { name, rendered })
     }
 
-    /// The program that the next start runs: that of the file as it is on the drive (CMD-DL-07).
+    /// The program that the next start runs, compiled from the file on the drive (CMD-DL-07).
     ///
     /// # Errors
     /// See [`SelectError`].

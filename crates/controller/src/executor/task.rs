@@ -1,4 +1,4 @@
-//! A task: a machine, what it is doing, and how many statements are left in its scan.
+//! A task: a machine with its state, and the statements left in its scan.
 //!
 //! How tasks take turns is in `scheduler`.
 
@@ -100,8 +100,8 @@ impl TaskState {
         )
     }
 
-    /// Whether a task that is in this state can come into `next`. A statement that waits is over, or broken off, before
-    /// another one begins: only a motion that was queued begins, and INPUT goes on waiting for what is missing.
+    /// Whether this state can become `next`. A statement that waits is over, or broken off, before another one begins: only a
+    /// queued motion begins, and INPUT goes on waiting for its missing values.
     fn may_become(&self, next: &TaskState) -> bool {
         match (self, next) {
             // Nothing has been asked for: the next statement, or the same WAIT, may ask for anything.
@@ -287,7 +287,7 @@ impl Task {
         self.machine.line()
     }
 
-    /// Whether a statement begins with what is executed next.
+    /// Whether the next instruction begins a statement. A WAIT that looks again has begun already.
     pub(super) fn begins_statement(&self) -> bool {
         self.machine.begins_statement() && !matches!(self.state, TaskState::Watching { .. })
     }
@@ -305,8 +305,8 @@ impl Task {
         self.budget > 0
     }
 
-    /// The instant of which a WAIT sees the inputs: it looks at what time alone changes once a scan, however often
-    /// something else happens in between.
+    /// The instant of which a WAIT sees the inputs. It looks once a scan at inputs that change by time alone, however often the
+    /// task is asked in between: otherwise the polling of a host would decide when the WAIT ends.
     pub(super) fn sees(&self, now: Time) -> Time {
         if let TaskState::Watching { again: Some(again) } = self.state
             && again > now
@@ -402,8 +402,8 @@ impl Task {
         reading
     }
 
-    /// The motion that was cut short is to begin anew. It is that of the statement under way, or, while that one has not
-    /// begun to move, of the statement before it.
+    /// Has the motion that was cut short begin anew: the motion of the statement under way, or of the statement before it if
+    /// the present one has not begun to move.
     pub(super) fn redo_motion(&mut self) {
         if !matches!(self.state, TaskState::Moving { .. }) {
             self.machine.redo_motion_before();
@@ -414,7 +414,7 @@ impl Task {
         }
     }
 
-    /// No motion is to begin anew: all have come to their ends.
+    /// Forgets the motion that could begin anew: all motions are over.
     pub(super) fn end_motion(&mut self) {
         self.machine.end_motion_before();
         if let Some(handler) = &mut self.handler {
@@ -453,8 +453,8 @@ impl Task {
         }
     }
 
-    /// The instant of which the monitors see the inputs, like `sees()`: between statements, when something changes, and
-    /// once a scan while time alone can change them. `None` without monitors.
+    /// The instant of which the monitors see the inputs, as in `sees()`. They look between statements, at each change, and once
+    /// a scan while time alone can change their inputs. `None` without monitors.
     pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
         let due = self.look_at.take();
         let due = due.filter(|due| *due > now && self.state != TaskState::Ready);

@@ -9,17 +9,17 @@ use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
 
 impl Executor {
-    /// The statement of the task has what it asked for, and no motion was part of it.
+    /// Answers the statement of the task, which was no motion.
     pub(crate) fn answer(&mut self, task: &mut Task, answer: Answer) -> Step {
         task.answer(self.memory_mut(), answer, false)
     }
 
-    /// The statement of the task is over, and no motion was part of it.
+    /// Ends the statement of the task, which was no motion.
     pub(crate) fn done(&mut self, task: &mut Task) -> Step {
         self.answer(task, Answer::Done)
     }
 
-    /// The motion statement of the task is over.
+    /// Ends the motion statement of the task.
     pub(crate) fn moved(&mut self, task: &mut Task) -> Step {
         task.answer(self.memory_mut(), Answer::Done, true)
     }
@@ -34,6 +34,7 @@ impl Executor {
         }
         let id = self.free_task_id(task);
         let step = self.answer(task, Answer::Values([Number::Integer(i32::from(id))].into()));
+        // A task whose number cannot be stored could never be killed, so it is not started.
         if let Step::Done { .. } = step {
             let program = Arc::clone(self.program());
             self.next_task = self.next_task.saturating_add(1);
@@ -67,6 +68,7 @@ impl Executor {
     pub(super) fn kill_task(&mut self, task: &mut Task, victim: i32) -> Step {
         let known = |id: &u16| *id == task.id() || *id == MAIN_TASK || self.tasks.contains_key(id);
         let victim = u16::try_from(victim).ok().filter(known);
+        // KILL is over first: a task may kill itself, and then has no statement to end.
         let step = self.done(task);
         match victim {
             Some(id) => step.then(Step::Killed { id }),

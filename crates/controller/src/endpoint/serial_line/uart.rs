@@ -106,14 +106,14 @@ impl Receiver {
         }
     }
 
-    /// These settings hold from now on. A character that others have begun is given up.
+    /// Changes the settings. A character that began with other settings is given up.
     pub fn set(&mut self, sender: SerialSettings, own: SerialSettings) {
         if (self.sender, self.own) != (sender, own) {
             *self = Receiver::new(sender, own);
         }
     }
 
-    /// Its own settings.
+    /// Settings of the receiver's end.
     pub fn own(&self) -> SerialSettings {
         self.own
     }
@@ -188,7 +188,7 @@ impl Receiver {
         }
     }
 
-    /// A sample has been taken; the last one is that of the first stop bit, as in every UART.
+    /// Takes a sample. The last sample of a character is its first stop bit, as in every UART.
     fn sample(&self, level: bool, taken: u8, bits: u16, read: &mut Vec<Character>) -> ReceiverState {
         let samples = 2 + self.own.length + u8::from(has_parity(self.own));
         if taken == 1 && level {
