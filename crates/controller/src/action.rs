@@ -1,11 +1,9 @@
 //! Actions: what the control interface, a scenario or a test does to the controller itself.
 //!
 //! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen;
-//! `endpoint::actions` passes each action to the part that does it.
+//! `controller::owner` passes each action to the part that does it.
 
-pub(crate) mod error;
-
-pub use self::error::{ActionError, ActionErrorKind};
+pub use crate::action_error::{ActionError, ActionErrorKind};
 use crate::faults::FaultAction;
 pub use crate::io::signals::IoKind;
 use crate::panel::PanelAction;

@@ -6,7 +6,7 @@
 
 use crate::action::{Action, IoKind};
 use crate::faults::{Fault, FaultAction, FaultError};
-use crate::input::{ControlRight, JogMode, KeySwitch, PanelAction};
+use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
 use crate::prelude::*;
 use crate::text_form::{single_word, split};
 use crate::time::parse_duration;

@@ -9,7 +9,7 @@ mod trajectory;
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, Pose, Route, Target, Transform, pairwise};
 use crate::prelude::*;
-use crate::snapshot::error::{SnapshotError, check};
+use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
 use core::time::Duration;
 use scol_mini::{Conditions, Configuration, FULL, Frame, Path, Position};

@@ -6,7 +6,7 @@
 use crate::action::IoKind;
 use crate::alarm::AlarmCode;
 use crate::condition::Condition;
-use crate::findings::{RULES, Rule};
+use crate::finding::{RULES, Rule};
 use crate::port::Port;
 use crate::prelude::*;
 use crate::signals::{LINE_NUMBERS, Signals};

@@ -1,8 +1,10 @@
 //! What every part of a controller works with, the ports as well as the robot: the configuration, the present moment, what
 //! is to be done outside, and the faults that findings are put down to.
 
+pub(crate) mod checks;
+
 use crate::faults::effects::FaultEffects;
-use crate::findings::{Finding, MAX_BYTES, Message, Rule};
+use crate::finding::{Finding, MAX_BYTES, Message, Rule};
 use crate::options::Config;
 use crate::output::Event;
 use crate::outputs::Outputs;

@@ -11,12 +11,12 @@ use crate::action::{Accepted, ActionError};
 use crate::alarm::Alarm;
 use crate::drive::{DriveError, PersistError};
 use crate::endpoint::Endpoints;
-use crate::executor::selection::SelectError;
 use crate::input::Input;
 use crate::options::Config;
 use crate::output::Output;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::SelectError;
 use crate::robot::Robot;
 use crate::time::Time;
 use bytes::Bytes;
@@ -30,6 +30,8 @@ pub struct Controller {
     pub(crate) endpoints: Endpoints,
     /// When the first timer is due. It is asked for several times an input and computed once after it.
     pub(crate) due: Option<Time>,
+    /// The input that came at the instant at which a change had to be stored first; it is handled when it is.
+    pub(crate) deferred: Option<Box<(Time, Input)>>,
 }
 
 impl Controller {
@@ -46,6 +48,7 @@ impl Controller {
             robot,
             endpoints,
             due: None,
+            deferred: None,
         };
         controller.find_due();
         Ok(controller)
@@ -76,7 +79,7 @@ impl Controller {
         let settled = self.advance_to(now);
         // Something that was due has changed a file. The input belongs after that, so it waits for the same answer.
         if self.robot.persistence.is_waiting() {
-            self.robot.persistence.defer(now, input);
+            self.deferred = Some(Box::new((now, input)));
             return Ok(Accepted::Pending);
         }
         let mut result = Ok(Accepted::Done);
@@ -186,8 +189,11 @@ impl Controller {
         if self.robot.persistence.is_waiting() {
             return Ok(Accepted::Pending);
         }
-        match self.robot.persistence.take_deferred() {
-            Some((now, input)) => self.handle(now, input),
+        match self.deferred.take() {
+            Some(deferred) => {
+                let (now, input) = *deferred;
+                self.handle(now, input)
+            }
             None => result,
         }
     }

@@ -2,6 +2,7 @@
 //! (HOST, IP0) has a [`Session`]; HOST and COM1 have a serial line in front; faults and variation act on what passes.
 //! The effect of a command is in `ops`; the data of INPUT waits in the robot's channels.
 
+mod checks;
 pub(crate) mod command;
 mod download;
 pub(crate) mod exchange;
@@ -9,13 +10,11 @@ mod filters;
 mod notices;
 pub(crate) mod send_queue;
 mod sending;
-pub mod serial_line;
 pub(crate) mod serial_lines;
 pub(crate) mod session;
 
 use crate::context::Context;
 use crate::endpoint::send_queue::SendQueue;
-use crate::endpoint::serial_line::SerialLine;
 use crate::endpoint::session::Session;
 use crate::faults::Faults;
 use crate::faults::kind::ScheduledAction;
@@ -23,6 +22,7 @@ use crate::options::Config;
 use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::serial_line::SerialLine;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;

@@ -1,15 +1,13 @@
 //! The selected file, its tasks, and the statement of DO.
 //!
-//! `run_state` has the states of automatic operation with their diagram, `scheduler` runs the tasks, `requests` serves
-//! what they ask for, `run_control` starts and stops. Commands reach it through `ops`.
+//! `run_state` has the states of automatic operation with their diagram, `task` those of a task. It does nothing by itself:
+//! `robot::scheduler` runs the tasks against arm, lines and ports, `robot::requests` serves what they ask for,
+//! `robot::run_control` starts and stops.
 
 mod breakpoints;
 pub(crate) mod direct;
 mod relink;
-pub(crate) mod requests;
-pub(crate) mod run_control;
 mod run_state;
-pub(crate) mod scheduler;
 pub(crate) mod scol_inputs;
 pub(crate) mod selection;
 pub(crate) mod step;
@@ -129,6 +127,99 @@ impl Executor {
         }
     }
 
+    /// The state of automatic operation.
+    pub(crate) fn run_state(&self) -> RunState {
+        self.operation.state()
+    }
+
+    /// Automatic operation starts or goes on, from the lines at which the tasks stand.
+    pub(crate) fn start(&mut self) {
+        self.leave_breakpoints();
+        self.operation.start();
+        self.run_shown_until = None;
+    }
+
+    /// The program is to stop when the present step has ended.
+    pub(crate) fn request_stop(&mut self, by: StopCause) {
+        self.operation.request_stop(by);
+    }
+
+    /// Automatic operation has come to a stand; a motion that is not kept for retry is over for its statement.
+    pub(crate) fn stop(&mut self, place: Standstill, keeps_motion: bool) {
+        self.stand(place);
+        self.drop_target();
+        // PAUSE ends with the run: its RESUME is a statement that does not come.
+        self.paused = false;
+        if !keeps_motion {
+            self.program_tasks_mut().for_each(Task::end_motion);
+        }
+    }
+
+    /// Statements whose motion was cut short move again.
+    pub(crate) fn redo_motions(&mut self) {
+        self.program_tasks_mut().for_each(Task::redo_motion);
+    }
+
+    /// RUN that was shown for a DO statement longer than it lasted ends now: whether it was shown until now.
+    pub(crate) fn end_shown_run(&mut self, now: Time) -> bool {
+        self.run_shown_until.take_if(|until| *until <= now).is_some()
+    }
+
+    /// Shows RUN for a DO statement that is over, until then (hosts 8.10).
+    pub(crate) fn show_run(&mut self, until: Time, now: Time) {
+        self.run_shown_until = Some(until).filter(|until| *until > now);
+    }
+
+    /// A stop ends the RUN that is only shown.
+    pub(crate) fn hide_run(&mut self) {
+        self.run_shown_until = None;
+    }
+
+    /// Whether PAUSE holds the motions.
+    pub(crate) fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// PAUSE; whether it holds the motions only from now on.
+    pub(crate) fn pause(&mut self) -> bool {
+        !core::mem::replace(&mut self.paused, true)
+    }
+
+    /// RESUME; whether PAUSE held the motions.
+    pub(crate) fn resume(&mut self) -> bool {
+        core::mem::take(&mut self.paused)
+    }
+
+    /// TIMER is set.
+    pub(crate) fn set_timer(&mut self, seconds: f64, now: Time) {
+        self.timer = Stopwatch::new(seconds, now);
+    }
+
+    /// TIMER, in seconds.
+    pub(crate) fn timer(&self, now: Time) -> f64 {
+        self.timer.read(now)
+    }
+
+    /// PASS of the last motion, in percent; 0 where the arm is to rest at its end.
+    pub(crate) fn pass(&self) -> f64 {
+        self.pass
+    }
+
+    /// A motion with this PASS is on its way.
+    pub(crate) fn set_pass(&mut self, percent: f64) {
+        self.pass = percent;
+    }
+
+    /// The motion of a statement in this line has begun.
+    pub(crate) fn begin_motion(&mut self, line: u32) {
+        self.motion_line = line;
+    }
+
+    /// This task has the turn.
+    pub(crate) fn give_turn(&mut self, id: u16) {
+        self.turn = id;
+    }
+
     /// Whether a program runs in automatic operation.
     pub(crate) fn program_runs(&self) -> bool {
         self.operation.is_running()
@@ -172,7 +263,7 @@ impl Executor {
 
     /// Whether PAUSE holds a motion, or a statement that waits for one. A program that is to stop executes no RESUME, so such a
     /// motion would never end.
-    fn waits_for_resume(&self, arm: &Arm) -> bool {
+    pub(crate) fn waits_for_resume(&self, arm: &Arm) -> bool {
         let mut parts = self.program_tasks().flat_map(Task::parts);
         self.paused && (arm.is_held() || parts.any(|task| *task.state() != TaskState::Ready))
     }

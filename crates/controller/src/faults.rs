@@ -24,7 +24,7 @@ pub mod rng;
 mod saved;
 mod spec;
 
-pub use crate::findings::FaultCause;
+pub use crate::finding::FaultCause;
 pub use causes::{CAUSES, CauseRow, Reach};
 pub use error::FaultError;
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues};
@@ -35,7 +35,7 @@ use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::snapshot::error::{SnapshotError, check};
+use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use effects::FaultEffects;

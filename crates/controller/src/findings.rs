@@ -1,29 +1,15 @@
-//! Findings: protocol mistakes of hosts.
-//!
-//! A finding never changes an answer. The rules are one table, [`RULES`]; `checks` compares what a host does with them.
-//! Each violation is an [`Event::Finding`]. One that a fault has caused names the fault ([`crate::faults::CAUSES`]); it is a
-//! note, and no mistake of the host. [`Findings`] counts them and keeps the first of each rule. Reports in the
-//! formats of other tools (SARIF, JUnit) are written by the emulator.
+//! The findings of a run, counted by rule, in bounded memory. Reports in the formats of other tools (SARIF, JUnit) are
+//! written by the emulator.
 
-mod checks;
-pub(crate) mod finding;
-mod history;
-mod message;
-pub mod rules;
-
-pub use finding::{FaultCause, Finding};
-pub use history::HostHistory;
-pub use message::{MAX_MESSAGE, Message};
-pub use rules::{RULES, Rule, Severity};
+pub use crate::finding::{
+    FaultCause, Finding, HostHistory, MAX_BYTES, MAX_MESSAGE, Message, RULES, Rule, Severity, rules,
+};
 
 use crate::output::Event;
 use crate::prelude::*;
 
 /// Findings kept of one rule; further ones are only counted.
 pub const MAX_PER_RULE: usize = 10;
-/// Most bytes of the host that a finding keeps.
-pub const MAX_BYTES: usize = 64;
-
 /// The violations of one rule.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tally {

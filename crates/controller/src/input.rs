@@ -4,11 +4,11 @@
 
 use crate::action::Action;
 use crate::drive::PersistError;
-use crate::endpoint::serial_line::HostEnd;
 use crate::faults::FaultAction;
 pub use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
 use crate::port::Port;
 use crate::prelude::*;
+use crate::serial_line::HostEnd;
 use bytes::Bytes;
 
 /// One thing that happened outside.

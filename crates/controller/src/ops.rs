@@ -4,7 +4,7 @@
 //! The methods of a group of commands are in a file of their own. Whether a command is served and valid is decided by the
 //! caller.
 
-mod actions;
+pub(crate) mod actions;
 mod extended;
 mod files;
 mod jog;
@@ -12,65 +12,20 @@ mod maintenance;
 mod operate;
 mod panel;
 mod parameters;
-mod refusal;
 mod reset;
 mod status;
-mod variables;
-
-pub(crate) use actions::no_line;
-pub(crate) use panel::OperateError;
-pub(crate) use refusal::Refusal;
-pub(crate) use variables::numbers;
+pub(crate) mod variables;
 
 use crate::executor::StopCause;
+use crate::outcome::Outcome;
 use crate::panel::StopRequests;
-use crate::persistence::Change;
 use crate::port::Port;
-use crate::prelude::*;
+use crate::refusal::Refusal;
 use crate::robot::Robot;
 use crate::variation::Variation;
-use extended::alarm_list;
 use ts3100_proto::command::Command;
-use ts3100_proto::file::{FlReceiver, FlSender};
-use ts3100_proto::name::FileName;
-use ts3100_proto::status::eu::YearDigits;
+use ts3100_proto::file::FlSender;
 use ts3100_proto::status::su::StatusBody;
-
-/// The answer to a command before it is sent.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Outcome {
-    /// OK.
-    Ok,
-    /// NG.
-    Ng(Refusal),
-    /// FL with these texts.
-    File(FlSender),
-    /// OK, once this change of a file is made.
-    Change(Box<Change>),
-    /// OK, and the file's texts are awaited.
-    Receive(FileName, FlReceiver),
-}
-
-impl Outcome {
-    /// OK, or NG for the reason of the error.
-    pub(crate) fn from_result(result: Result<(), impl Into<Refusal>>) -> Outcome {
-        result.map_or_else(|error| Outcome::Ng(error.into()), |()| Outcome::Ok)
-    }
-
-    /// OK, at once or once the change is made, or NG.
-    fn change(result: Result<Option<Change>, impl Into<Refusal>>) -> Outcome {
-        match result {
-            Ok(Some(change)) => Outcome::Change(Box::new(change)),
-            Ok(None) => Outcome::Ok,
-            Err(reason) => Outcome::Ng(reason.into()),
-        }
-    }
-
-    /// FL with a body that is cut into texts as needed.
-    pub(crate) fn file(content: Vec<u8>) -> Outcome {
-        Outcome::File(FlSender::new(content))
-    }
-}
 
 /// The reason of the first condition that holds forbids something.
 fn refuse_if<E>(conditions: impl IntoIterator<Item = (bool, E)>) -> Result<(), E> {
@@ -127,11 +82,8 @@ impl Robot {
             Command::Do(statement) => self.op_direct(statement, false),
             Command::Sm(_) => self.op_quick_status(context),
             Command::Wd { timeout_ms, level } => self.op_watchdog(*timeout_ms, *level),
-            Command::Ac => alarm_list(
-                self.alarms.active().iter().rev(),
-                self.context.config.options.ac_date,
-            ),
-            Command::Ah => alarm_list(self.alarms.history(), YearDigits::Two),
+            Command::Ac => self.op_active_alarms(),
+            Command::Ah => self.op_alarm_history(),
             Command::Io(_) => Outcome::File(FlSender::single_text(self.signals.line_words().encode(), &[])),
             Command::Hi { first, count } => self.op_read_inputs(*first, *count),
             Command::Ho { first, count, value } => self.op_write_outputs(*first, *count, *value),

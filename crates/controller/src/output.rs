@@ -2,9 +2,9 @@
 //!
 //! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
-use crate::action::error::ActionError;
+use crate::action_error::ActionError;
 use crate::event_form;
-use crate::findings::finding::Finding;
+use crate::finding::Finding;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;

@@ -5,12 +5,10 @@
 //! files are kept inside alone it is made at once; otherwise it waits here, the controller stands still at this instant,
 //! and the answer makes the change or drops it. Either way `then` is done once. The driver does the writing.
 
+use crate::asked_command::AskedCommand;
 use crate::drive::Staged;
-use crate::endpoint::command::AskedCommand;
-use crate::input::Input;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::time::Time;
 use alloc::sync::Arc;
 use bytes::Bytes;
 use scol_mini::{Program, Value};
@@ -61,8 +59,6 @@ pub(crate) struct Waiting {
 pub(crate) struct Persistence {
     outside: bool,
     waiting: Option<Box<Waiting>>,
-    /// The input that came at the same instant, after what waits.
-    deferred: Option<Box<(Time, Input)>>,
 }
 
 impl Persistence {
@@ -90,16 +86,6 @@ impl Persistence {
     /// The answer has come for what waits.
     pub fn take_waiting(&mut self) -> Option<Waiting> {
         self.waiting.take().map(|waiting| *waiting)
-    }
-
-    /// Keeps an input until the change under way is stored.
-    pub fn defer(&mut self, now: Time, input: Input) {
-        self.deferred = Some(Box::new((now, input)));
-    }
-
-    /// The input that came while the answer was awaited.
-    pub fn take_deferred(&mut self) -> Option<(Time, Input)> {
-        self.deferred.take().map(|deferred| *deferred)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::faults::effects::FaultEffects;
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::network::NetworkConfig;
-use crate::ops::numbers;
+use crate::ops::variables::numbers;
 use crate::options::Config;
 use crate::panel::PanelState;
 use crate::port::Port;

@@ -1,13 +1,21 @@
 //! Everything behind the ports as one value: the parts a command, a program or a button acts on, and what several of
 //! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
 
+mod checks;
+mod direct;
+mod requests;
+mod run_control;
+pub(crate) mod scheduler;
+mod selection;
+mod system_signals;
+
 use crate::alarm::Alarms;
 use crate::arm::Arm;
 use crate::context::Context;
 use crate::drive::{Drive, DriveError, PersistError};
 use crate::executor::Executor;
 use crate::faults::effects::MachineState;
-use crate::findings::Rule;
+use crate::finding::Rule;
 use crate::io::channels::Channels;
 use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;

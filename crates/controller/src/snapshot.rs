@@ -8,11 +8,6 @@
 //! snapshot: drain them first, as [`Controller::feed`] does.
 
 mod bounds;
-pub(crate) mod error;
-pub(crate) mod field;
-
-pub use error::SnapshotError;
-use error::check;
 
 use crate::Controller;
 use crate::alarm::Alarms;
@@ -21,7 +16,6 @@ use crate::context::Context;
 use crate::drive::Drive;
 use crate::endpoint::Endpoints;
 use crate::endpoint::send_queue::SendQueue;
-use crate::endpoint::serial_line::SerialLine;
 use crate::endpoint::session::Session;
 use crate::executor::Executor;
 use crate::faults::Faults;
@@ -39,6 +33,8 @@ use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
+use crate::serial_line::SerialLine;
+use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;
@@ -198,6 +194,7 @@ impl Controller {
             robot,
             endpoints,
             due: None,
+            deferred: None,
         };
         bounds::check_controller(&controller)?;
         controller.find_due();

@@ -3,13 +3,13 @@
 //! Everything follows from one seed: the same seed and the same inputs give the same bytes at the same times. Each
 //! variation is a row of [`VARIATIONS`] and a method here.
 
-use crate::endpoint::send_queue::{Departure, Segment};
 use crate::faults::rng::Rng;
 use crate::limits::{
     MAX_SEND, MAX_VARIED_BLANKS, MAX_VARIED_GAP_MS, MAX_VARIED_PIECES, MAX_VARIED_REPLY_MS, MAX_VARIED_SP_MS,
     MIN_VARIED_TEXT,
 };
 use crate::prelude::*;
+use crate::segment::{Departure, Segment};
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::status::ca::DirectoryEntry;

@@ -2,15 +2,17 @@
 //! command out, has it answered. The same for the file of a download, and for the end of a change that was stored outside.
 
 use crate::action::{Accepted, ActionError, ActionErrorKind};
+use crate::asked_command::AskedCommand;
 use crate::controller::Controller;
 use crate::drive::{DriveError, PersistError, Staged};
-use crate::endpoint::command::AskedCommand;
 use crate::endpoint::session::Letters;
-use crate::findings::rules;
-use crate::ops::{CommandContext, Outcome, Refusal};
+use crate::finding::rules;
+use crate::ops::CommandContext;
+use crate::outcome::Outcome;
 use crate::persistence::{Change, Then, Waiting};
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::Refusal;
 use bytes::Bytes;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;

@@ -3,19 +3,20 @@
 //!
 //! The panel is in `panel`, the other actions of an owner are in `ops::actions`.
 
-use crate::action::error::ActionResult;
 use crate::action::{Accepted, Action, ActionError};
+use crate::action_error::ActionResult;
 use crate::alarm;
 use crate::controller::Controller;
 use crate::executor::StopCause;
 use crate::faults::kind::ScheduledAction;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::io::signals::{IoKind, Signals};
-use crate::ops::{OperateError, no_line};
+use crate::ops::actions::no_line;
 use crate::output::{Event, Output};
 use crate::panel::PanelAction;
 use crate::persistence::Then;
 use crate::prelude::*;
+use crate::refusal::OperateError;
 use ts3100_proto::words::Word as _;
 
 impl Controller {

@@ -2,11 +2,11 @@
 
 use crate::alarm::ethernet_disconnected;
 use crate::controller::Controller;
-use crate::endpoint::serial_line::SerialLine;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::options::Reconnect;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::serial_line::SerialLine;
 
 impl Controller {
     /// Address and port of the peer on a port, as the edge gave it; `None` while there is none.

@@ -4,7 +4,7 @@
 use crate::controller::Controller;
 use crate::endpoint::exchange::PortEvent;
 use crate::endpoint::serial_lines::Heard;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::port::Port;
 use crate::time::Time;
 use bytes::Bytes;

@@ -6,7 +6,7 @@
 use crate::alarm;
 use crate::controller::Controller;
 use crate::endpoint::Endpoints;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::robot::{Robot, RunNotice};
 use crate::time::Time;
 

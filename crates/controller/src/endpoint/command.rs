@@ -3,28 +3,10 @@
 //! The controller carries it out (`controller::commands`). What each command does is in `ops`.
 
 use super::Endpoints;
+use crate::asked_command::AskedCommand;
 use crate::context::Context;
-use crate::findings::Rule;
-use crate::ops::Outcome;
+use crate::outcome::Outcome;
 use crate::output::{Event, Verdict};
-use crate::port::Port;
-use bytes::Bytes;
-use ts3100_proto::command::Command;
-use ts3100_proto::permission::Permission;
-use ts3100_proto::status::MasterMode;
-
-/// A command on its way to its answer. Mode and permission are those of its arrival: the command itself may change the mode.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct AskedCommand {
-    pub(crate) port: Port,
-    pub(crate) message: Bytes,
-    pub(crate) command: Command,
-    pub(crate) mode: MasterMode,
-    /// Its cell of the permission tables; none: they do not have it.
-    pub(crate) permission: Option<Permission>,
-    /// The rule that it breaks by being obeyed.
-    pub(crate) risk: Option<(&'static Rule, &'static str)>,
-}
 
 impl Endpoints {
     /// A command has come to its outcome: answers it. Findings among the outputs after the first `outputs` say why it

@@ -5,10 +5,10 @@
 use super::Endpoints;
 use crate::context::Context;
 use crate::endpoint::exchange::PortEvent;
-use crate::findings::rules;
-use crate::ops::Refusal;
+use crate::finding::rules;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::Refusal;
 use bytes::Bytes;
 use ts3100_proto::command::Command;
 

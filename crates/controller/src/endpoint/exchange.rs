@@ -8,13 +8,13 @@
 use crate::context::Context;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::{Exchange, Letters};
-use crate::findings::{Message, rules};
+use crate::finding::{Message, rules};
 use crate::limits::HOST_DELAY;
-use crate::ops::Refusal;
 use crate::output::Event;
 use crate::panel::StopRequests;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::Refusal;
 use crate::time::Time;
 use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};

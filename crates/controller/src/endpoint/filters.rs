@@ -4,18 +4,18 @@
 //! `faults` decides which fault fires and what it changes, `variation` draws what varies.
 
 use super::Endpoints;
-use super::send_queue::{Departure, Segment};
 use crate::action::ActionError;
-use crate::action::error::ActionResult;
+use crate::action_error::ActionResult;
 use crate::context::Context;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::faults::rng::Rng;
 use crate::faults::{FaultAction, InjectionPoint, RecordState};
 use crate::limits::MAX_FAULTS;
-use crate::ops::Refusal;
 use crate::output::Event;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::Refusal;
+use crate::segment::{Departure, Segment};
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::file::FlSender;

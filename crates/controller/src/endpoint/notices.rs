@@ -5,7 +5,7 @@
 use super::Endpoints;
 use super::session::Session;
 use crate::context::Context;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::limits::MAX_SP_DELAY;
 use crate::options::UnsolicitedSp;
 use crate::port::Port;

@@ -3,55 +3,10 @@
 //! Without faults and variation the queue stays empty. `sending` fills it.
 
 use crate::limits::MAX_SEND;
-use crate::output::DisconnectMode;
 use crate::port::Port;
+use crate::segment::{Departure, Segment};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
-use bytes::Bytes;
-use core::time::Duration;
-
-/// One part of the bytes that leave instead of a text.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Segment {
-    /// Pause after the previous part.
-    pub delay: Duration,
-    pub departure: Departure,
-}
-
-/// Something that happens at the sending side of a port.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Departure {
-    /// These bytes are sent in one write.
-    Bytes(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
-    /// These bytes are sent in one write with the next ones, or alone when their pause is over.
-    Held(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
-    /// The connection ends.
-    Disconnect(DisconnectMode),
-    /// From now on nothing is read or written, until the connection ends.
-    Stall,
-}
-
-impl Departure {
-    /// Number of bytes it sends.
-    pub fn length(&self) -> usize {
-        match self {
-            Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
-            Departure::Disconnect(_) | Departure::Stall => 0,
-        }
-    }
-}
-
-impl Segment {
-    /// Bytes that are sent without a pause.
-    pub fn bytes(bytes: impl Into<Bytes>) -> Segment {
-        Segment::after(Duration::ZERO, Departure::Bytes(bytes.into()))
-    }
-
-    /// Something that happens after a pause.
-    pub fn after(delay: Duration, departure: Departure) -> Segment {
-        Segment { delay, departure }
-    }
-}
 
 /// Segments that wait to be sent, by port.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -123,7 +78,10 @@ impl SendQueue {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::DisconnectMode;
     use crate::prelude::*;
+    use bytes::Bytes;
+    use core::time::Duration;
 
     fn bytes(text: &[u8]) -> Departure {
         Departure::Bytes(Bytes::copy_from_slice(text))

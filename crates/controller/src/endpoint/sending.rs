@@ -6,11 +6,11 @@
 
 use crate::context::Context;
 use crate::endpoint::Endpoints;
-use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::prelude::*;
+use crate::segment::{Departure, Segment};
 use crate::time::Time;
 use bytes::Bytes;
 use core::time::Duration;

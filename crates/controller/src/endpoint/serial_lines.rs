@@ -5,16 +5,16 @@
 
 use crate::context::Context;
 use crate::endpoint::Endpoints;
-use crate::endpoint::serial_line::direction::{Arrival, Direction, receive_unpaced};
-use crate::endpoint::serial_line::uart::{Character, CharacterError};
-use crate::endpoint::serial_line::{DepartedPeer, HostEnd, SerialLine, describe};
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::limits::{DEPARTED_LINE_TIME, LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::Output;
 use crate::port::Port;
 use crate::port_facts::PortFacts;
 use crate::prelude::*;
+use crate::serial_line::direction::{Arrival, Direction, receive_unpaced};
+use crate::serial_line::uart::{Character, CharacterError};
+use crate::serial_line::{DepartedPeer, HostEnd, SerialLine, describe};
 use crate::time::Time;
 use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;

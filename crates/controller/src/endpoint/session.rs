@@ -1,7 +1,7 @@
 //! The conversation on one port of the simple protocol: its text decoder and its open exchange. The effect of a command is
 //! in `ops`.
 
-use crate::findings::HostHistory;
+use crate::finding::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT, TEXT_END_WAIT};
 use crate::panel::StopRequests;
 use crate::port::Port;
@@ -68,7 +68,7 @@ pub struct Session {
     /// The host has sent a text without STX or an extension command: no such host listens for SP (hosts 8.3).
     pub never_told_of_stops: bool,
     /// Letters of the command that is served or was served last; empty before the first.
-    #[serde(deserialize_with = "crate::snapshot::field::letters")]
+    #[serde(deserialize_with = "crate::serde_form::letters")]
     pub asked: Letters,
     /// FL texts of its exchange that have passed, in either direction.
     pub block: u32,

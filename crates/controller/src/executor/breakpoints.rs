@@ -51,12 +51,12 @@ impl Breakpoints {
     }
 
     /// Whether the program stops after the step that has just ended.
-    pub(super) fn stops_after_step(&self) -> bool {
+    pub(crate) fn stops_after_step(&self) -> bool {
         self.target == Some(Target::NextStep)
     }
 
     /// The file has been written anew: each of its lines is another one.
-    pub(super) fn relocate(&mut self, moved: impl Fn(u32) -> u32) {
+    pub(crate) fn relocate(&mut self, moved: impl Fn(u32) -> u32) {
         self.lines = self.lines.iter().map(|line| moved(*line)).collect();
         self.left.iter_mut().for_each(|(_, line)| *line = moved(*line));
         if let Some(Target::Line(line)) = &mut self.target {
@@ -65,7 +65,7 @@ impl Breakpoints {
     }
 
     /// Whether a run can have these breakpoints; for a snapshot.
-    pub(super) fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         self.lines.len() <= MAX_BREAKPOINTS && self.left.len() <= 2 * scol_mini::MAX_TASKS
     }
 }
@@ -101,7 +101,7 @@ impl Executor {
     }
 
     /// Whether a task stops before the statement that it would begin now. A statement of DO has no line of the file.
-    pub(super) fn stops_before(&mut self, task: &Task) -> bool {
+    pub(crate) fn stops_before(&mut self, task: &Task) -> bool {
         self.breakpoints.are_set()
             && task.id() >= MAIN_TASK
             && task.begins_statement()

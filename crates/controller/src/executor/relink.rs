@@ -4,7 +4,7 @@
 use super::selection::render;
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
-use crate::snapshot::error::{SnapshotError, check};
+use crate::snapshot_error::{SnapshotError, check};
 use alloc::sync::Arc;
 use scol_mini::{MAX_TASKS, Program, compile_direct};
 use ts3100_proto::name::FileName;

@@ -5,44 +5,25 @@
 use crate::arm::{Arm, Frames};
 use crate::io::signals::Signals;
 use crate::limits::SCAN;
-use crate::options::UnknownInput;
-use crate::robot::Robot;
 use crate::time::Time;
 use core::cell::Cell;
-use scol_mini::{Inputs, Memory, Position};
+use scol_mini::{Inputs, Position};
 use ts3100_proto::command::RunMode;
 
 /// Inputs of the program at one instant.
 pub(crate) struct ScolInputs<'a> {
-    signals: &'a Signals,
-    arm: &'a Arm,
+    pub(crate) signals: &'a Signals,
+    pub(crate) arm: &'a Arm,
     /// Base, work and tool when the machine began to run.
-    frames: Frames,
-    run_mode: RunMode,
-    now: Time,
+    pub(crate) frames: Frames,
+    pub(crate) run_mode: RunMode,
+    pub(crate) now: Time,
     /// TIMER, in seconds.
-    timer: f64,
+    pub(crate) timer: f64,
     /// Inputs that do not exist are off, and not refused.
-    unknown_inputs: bool,
+    pub(crate) unknown_inputs: bool,
     /// Something was read that changes by time alone, so a WAIT must look again.
-    changing: Cell<bool>,
-}
-
-impl Robot {
-    /// Inputs of a program at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
-    pub(super) fn inputs_and_memory(&mut self, now: Time) -> (ScolInputs<'_>, &mut Memory) {
-        let inputs = ScolInputs {
-            signals: &self.signals,
-            arm: &self.arm,
-            frames: self.arm.frames(now, self.executor.memory().conditions()),
-            run_mode: self.panel.state().run_mode,
-            now,
-            timer: self.executor.timer.read(now),
-            unknown_inputs: self.context.config.options.din_unknown == UnknownInput::Zero,
-            changing: Cell::new(false),
-        };
-        (inputs, self.executor.memory_mut())
-    }
+    pub(crate) changing: Cell<bool>,
 }
 
 impl ScolInputs<'_> {

@@ -1,65 +1,43 @@
-//! The selected file: SL, RS,SEL and the selection at the start. `scheduler` runs it.
+//! The selected file: its text, its program, its data. Who selects it is in `robot::selection`.
 
 use crate::executor::{Breakpoints, Executor};
-use crate::output::Event;
 use crate::prelude::*;
-use crate::robot::Robot;
 use crate::time::Time;
 use alloc::sync::Arc;
 use scol_mini::{
-    AccessError, Diagnostic, Memory, Program, Severity, Value, compile_direct, restore_values, rewrite_value,
+    AccessError, Diagnostic, Memory, Program, Value, compile_direct, restore_values, rewrite_value,
 };
-use ts3100_proto::name::{FileName, NameError, VariableName};
-
-/// Why a file was not selected.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SelectError {
-    /// Not a file name.
-    #[error("file name: {0}")]
-    Name(NameError),
-    /// Not on the RAM drive.
-    #[error("file {0} is not on the RAM drive")]
-    Missing(String),
-    /// A parameter file.
-    #[error("file {0} is a parameter file, not a program")]
-    Parameter(String),
-    /// A program runs.
-    #[error("a program is running; stop it first")]
-    Running,
-    /// It does not compile; the diagnostics rendered.
-    #[error("file {name} has errors\n{rendered}")]
-    Errors {
-        /// The file.
-        name: String,
-        /// Its diagnostics with carets.
-        rendered: String,
-    },
-}
-
-impl From<NameError> for SelectError {
-    fn from(error: NameError) -> SelectError {
-        SelectError::Name(error)
-    }
-}
+use ts3100_proto::name::VariableName;
 
 /// The selected file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Selected {
     /// Its name.
-    pub(super) name: String,
+    pub(crate) name: String,
     /// Its text.
-    pub(super) source: String,
+    pub(crate) source: String,
     /// Its program.
     #[serde(skip, default = "super::no_program")]
-    pub(super) program: Arc<Program>,
+    pub(crate) program: Arc<Program>,
     /// Its data.
-    pub(super) memory: Memory,
+    pub(crate) memory: Memory,
     /// The file was downloaded anew; the next start takes it (CMD-DL-07).
-    pub(super) stale: bool,
+    pub(crate) stale: bool,
 }
 
 impl Selected {
+    /// A file with its text and its program; its data is as the program gives it.
+    pub(crate) fn new(name: String, source: String, program: Arc<Program>) -> Selected {
+        Selected {
+            memory: Memory::new(&program),
+            name,
+            source,
+            program,
+            stale: false,
+        }
+    }
+
     /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
@@ -113,6 +91,22 @@ impl Executor {
         }
     }
 
+    /// Selects a file, which stands at its first step. The same file selected again, or downloaded anew, keeps its breakpoints.
+    pub(crate) fn select(&mut self, selected: Selected, now: Time) {
+        if self.file() != selected.name {
+            self.breakpoints = Breakpoints::default();
+        }
+        self.selected = Some(selected);
+        self.rewind(now);
+    }
+
+    /// No file is selected any more.
+    pub(crate) fn deselect(&mut self, now: Time) {
+        self.selected = None;
+        self.breakpoints = Breakpoints::default();
+        self.rewind(now);
+    }
+
     /// The selected file.
     pub(crate) fn selected(&self) -> Option<&Selected> {
         self.selected.as_ref()
@@ -150,88 +144,6 @@ impl Executor {
                 self.rewind(now);
             }
         }
-    }
-}
-
-impl Robot {
-    /// Selects the file, which must compile; the program stands at its first step then.
-    ///
-    /// # Errors
-    /// See [`SelectError`].
-    pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
-        if self.executor.is_running() {
-            return Err(SelectError::Running);
-        }
-        let (source, program) = self.compile_file(name)?;
-        let memory = Memory::new(&program);
-        // The same file selected again, or downloaded anew, keeps its breakpoints.
-        if self.executor.file() != name.as_str() {
-            self.executor.breakpoints = Breakpoints::default();
-        }
-        let name = name.as_str().to_string();
-        self.context.outputs.event(Event::Selected(Some(name.clone())));
-        self.executor.selected = Some(Selected {
-            name,
-            source,
-            program,
-            memory,
-            stale: false,
-        });
-        self.executor.rewind(self.context.now);
-        Ok(())
-    }
-
-    /// The text and the program of a file of the drive.
-    fn compile_file(&self, name: &FileName) -> Result<(String, Arc<Program>), SelectError> {
-        let label = || name.as_str().to_string();
-        if name.is_parameter() {
-            return Err(SelectError::Parameter(label()));
-        }
-        let content = self.drive.get(name.as_str());
-        let content = content.ok_or_else(|| SelectError::Missing(label()))?;
-        let source = String::from_utf8_lossy(content).into_owned();
-        let compilation = self.context.config.compile(&source);
-        if let Some(program) = compilation.program {
-            return Ok((source, program));
-        }
-        let found = compilation.diagnostics.iter();
-        let errors = found.filter(|found| found.severity == Severity::Error);
-        let (name, rendered) = (label(), render(errors, &source, name.as_str()));
-        Err(SelectError::Errors { name, rendered })
-    }
-
-    /// The program that the next start runs, compiled from the file on the drive (CMD-DL-07).
-    ///
-    /// # Errors
-    /// See [`SelectError`].
-    pub(crate) fn next_program(&self) -> Result<Arc<Program>, SelectError> {
-        match self.stale_file()? {
-            Some(name) => Ok(self.compile_file(&name)?.1),
-            None => Ok(Arc::clone(self.executor.program())),
-        }
-    }
-
-    /// A file that was downloaded anew since it was selected is taken now.
-    ///
-    /// # Errors
-    /// See [`SelectError`].
-    pub(crate) fn renew_stale(&mut self) -> Result<(), SelectError> {
-        let stale = self.stale_file()?;
-        stale.map_or(Ok(()), |name| self.select_file(&name))
-    }
-
-    /// The selected file, if it was downloaded anew since.
-    fn stale_file(&self) -> Result<Option<FileName>, NameError> {
-        let stale = self.executor.selected().filter(|selected| selected.is_stale());
-        stale.map(|stale| FileName::parse(stale.name())).transpose()
-    }
-
-    /// No file is selected any more (RS,SEL).
-    pub(crate) fn deselect(&mut self) {
-        self.executor.selected = None;
-        self.executor.breakpoints = Breakpoints::default();
-        self.executor.rewind(self.context.now);
-        self.context.outputs.event(Event::Selected(None));
     }
 }
 

@@ -9,7 +9,7 @@ use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::snapshot::error::{SnapshotError, check};
+use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
 use alloc::sync::Arc;
 use core::fmt::Display;
@@ -92,7 +92,7 @@ pub enum TaskState {
 
 impl TaskState {
     /// Whether the statement has asked for something and waits for the answer.
-    pub(super) fn needs_answer(&self) -> bool {
+    pub(crate) fn needs_answer(&self) -> bool {
         // Resting may follow a statement that is over: BREAK, and END behind a motion with NOWAIT.
         !matches!(
             self,
@@ -134,7 +134,7 @@ impl TaskState {
     }
 
     /// How long before the end of its motion the statement is over.
-    pub(super) fn lead(&self) -> Option<Duration> {
+    pub(crate) fn lead(&self) -> Option<Duration> {
         if let TaskState::Moving { lead } = self {
             return Some(*lead);
         }
@@ -142,7 +142,7 @@ impl TaskState {
     }
 
     /// The channel from which an INPUT waits for values.
-    pub(super) fn channel(&self) -> Option<Channel> {
+    pub(crate) fn channel(&self) -> Option<Channel> {
         if let TaskState::Reading { channel, .. } = self {
             return Some(*channel);
         }
@@ -171,7 +171,7 @@ pub struct Task {
     /// When the monitors are to be looked at again, if time alone can change them.
     look_at: Option<Time>,
     /// Its motion stays at the present height of the tool point (MP,1).
-    pub(super) keeps_height: bool,
+    pub(crate) keeps_height: bool,
 }
 
 impl Task {
@@ -189,7 +189,7 @@ impl Task {
     }
 
     /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
-    pub(super) fn end_reading(&mut self, memory: &mut Memory) -> bool {
+    pub(crate) fn end_reading(&mut self, memory: &mut Memory) -> bool {
         let TaskState::Reading { got, .. } = &self.state else {
             return false;
         };
@@ -204,7 +204,7 @@ impl Task {
 
     /// An INPUT that waits at this port, in the task or in the action of its monitor, has all its values: those that
     /// came, then zeros. The task goes on at its next turn.
-    pub(super) fn release_input(&mut self, port: Port) {
+    pub(crate) fn release_input(&mut self, port: Port) {
         if let Some(handler) = &mut self.handler {
             handler.release_input(port);
         }
@@ -216,7 +216,7 @@ impl Task {
     }
 
     /// The next cycle: to the label `RCYCLE`, or to step 1.
-    pub(super) fn begin_cycle(&mut self) {
+    pub(crate) fn begin_cycle(&mut self) {
         if !self.machine.go_to_rcycle() {
             self.machine.restart();
         }
@@ -225,7 +225,7 @@ impl Task {
     }
 
     /// To the label `RCYCLE`; false (and nothing done) without one.
-    pub(super) fn go_to_rcycle(&mut self) -> bool {
+    pub(crate) fn go_to_rcycle(&mut self) -> bool {
         let found = self.machine.go_to_rcycle();
         if found {
             self.enter(TaskState::Ready);
@@ -235,7 +235,7 @@ impl Task {
     }
 
     /// The task as it is shown; nothing acts while its program does not run.
-    pub(super) fn view(&self, runs: bool) -> TaskView {
+    pub(crate) fn view(&self, runs: bool) -> TaskView {
         let acting = self.acting();
         let doing = match &acting.state {
             TaskState::Ready => "ready",
@@ -256,7 +256,7 @@ impl Task {
         }
     }
 
-    pub(super) fn state(&self) -> &TaskState {
+    pub(crate) fn state(&self) -> &TaskState {
         &self.state
     }
 
@@ -272,28 +272,28 @@ impl Task {
     }
 
     /// Lets the statement under way wait in this state.
-    pub(super) fn wait(&mut self, state: TaskState) -> Step {
+    pub(crate) fn wait(&mut self, state: TaskState) -> Step {
         self.enter(state);
         Step::Blocked
     }
 
     /// The interpreter, to ask it.
-    pub(super) fn machine(&self) -> &Machine {
+    pub(crate) fn machine(&self) -> &Machine {
         &self.machine
     }
 
     /// File line of the statement under way or next.
-    pub(super) fn line(&self) -> u32 {
+    pub(crate) fn line(&self) -> u32 {
         self.machine.line()
     }
 
     /// Whether the next instruction begins a statement. A WAIT that looks again has begun already.
-    pub(super) fn begins_statement(&self) -> bool {
+    pub(crate) fn begins_statement(&self) -> bool {
         self.machine.begins_statement() && !matches!(self.state, TaskState::Watching { .. })
     }
 
     /// Whether statements are left in the scan; otherwise it pauses until the next one.
-    pub(super) fn has_budget(&mut self, now: Time) -> bool {
+    pub(crate) fn has_budget(&mut self, now: Time) -> bool {
         // A task that was blocked begins a new scan when it goes on: only one that never waits has to pause.
         if self.scan_at < now {
             self.budget = STATEMENTS_PER_SCAN;
@@ -307,7 +307,7 @@ impl Task {
 
     /// The instant of which a WAIT sees the inputs. It looks once a scan at inputs that change by time alone, however often the
     /// task is asked in between: otherwise the polling of a host would decide when the WAIT ends.
-    pub(super) fn sees(&self, now: Time) -> Time {
+    pub(crate) fn sees(&self, now: Time) -> Time {
         if let TaskState::Watching { again: Some(again) } = self.state
             && again > now
         {
@@ -317,7 +317,7 @@ impl Task {
     }
 
     /// Executes one statement, or as many as are left in the scan; a WAIT that goes on waiting has been counted.
-    pub(super) fn run(&mut self, memory: &mut Memory, inputs: &ScolInputs, single: bool) -> Pause {
+    pub(crate) fn run(&mut self, memory: &mut Memory, inputs: &ScolInputs, single: bool) -> Pause {
         let given = match (&self.state, single) {
             (TaskState::Watching { .. }, _) => 0,
             (_, true) => 1,
@@ -336,7 +336,7 @@ impl Task {
     }
 
     /// Answers the request of the statement under way.
-    pub(super) fn answer(&mut self, memory: &mut Memory, answer: Answer, motion: bool) -> Step {
+    pub(crate) fn answer(&mut self, memory: &mut Memory, answer: Answer, motion: bool) -> Step {
         self.enter(TaskState::Ready);
         match self.machine.answer(memory, answer) {
             Ok(()) => Step::Done { motion },
@@ -345,7 +345,7 @@ impl Task {
     }
 
     /// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.
-    pub(super) fn fail(&mut self, fault: &Fault) -> Step {
+    pub(crate) fn fail(&mut self, fault: &Fault) -> Step {
         self.machine.skip();
         Step::Trouble(alarm_of(fault.kind), format!("{fault}"))
     }
@@ -358,13 +358,13 @@ impl Task {
     }
 
     /// Something is wrong with the statement under way, which stays as it is.
-    pub(super) fn trouble(&self, code: AlarmCode, reason: impl Display) -> Step {
+    pub(crate) fn trouble(&self, code: AlarmCode, reason: impl Display) -> Step {
         Step::Trouble(code, format!("line {}: {reason}", self.line()))
     }
 
     /// Ends the present step for a stop, where that can be done now; true if the task stands between steps, or waits
     /// for an arm that is `paused`.
-    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop, paused: bool) -> bool {
+    pub(crate) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop, paused: bool) -> bool {
         if let Some(handler) = &mut self.handler
             && !handler.end_step(memory, wait, paused)
         {
@@ -391,7 +391,7 @@ impl Task {
 
     /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its
     /// motion keeps waiting if the motion can be taken up again.
-    pub(super) fn abort_step(&mut self, memory: &mut Memory, keeps_motion: bool) -> bool {
+    pub(crate) fn abort_step(&mut self, memory: &mut Memory, keeps_motion: bool) -> bool {
         if let Some(handler) = &mut self.handler {
             handler.abort_step(memory, keeps_motion);
         }
@@ -404,7 +404,7 @@ impl Task {
 
     /// Has the motion that was cut short begin anew: the motion of the statement under way, or of the statement before it if
     /// the present one has not begun to move.
-    pub(super) fn redo_motion(&mut self) {
+    pub(crate) fn redo_motion(&mut self) {
         if !matches!(self.state, TaskState::Moving { .. }) {
             self.machine.redo_motion_before();
         }
@@ -415,7 +415,7 @@ impl Task {
     }
 
     /// Forgets the motion that could begin anew: all motions are over.
-    pub(super) fn end_motion(&mut self) {
+    pub(crate) fn end_motion(&mut self) {
         self.machine.end_motion_before();
         if let Some(handler) = &mut self.handler {
             handler.end_motion();
@@ -423,7 +423,7 @@ impl Task {
     }
 
     /// Goes on in a program of the same steps.
-    pub(super) fn relocate(&mut self, program: &Arc<Program>) {
+    pub(crate) fn relocate(&mut self, program: &Arc<Program>) {
         self.machine.relocate(program);
         if let Some(handler) = &mut self.handler {
             handler.relocate(program);
@@ -432,7 +432,7 @@ impl Task {
 
     /// Takes the handler out, to carry it forward. While it acts, or the task is to stop, the monitors are not looked at, so
     /// their time is dropped: it would stay due for ever.
-    pub(super) fn take_handler(&mut self, stopping: bool) -> Option<Box<Task>> {
+    pub(crate) fn take_handler(&mut self, stopping: bool) -> Option<Box<Task>> {
         let handler = self.handler.take();
         if stopping || handler.is_some() {
             self.look_at = None;
@@ -441,12 +441,12 @@ impl Task {
     }
 
     /// Takes the action of a monitor, to begin it or to go on with it.
-    pub(super) fn put_handler(&mut self, handler: Box<Task>) {
+    pub(crate) fn put_handler(&mut self, handler: Box<Task>) {
         self.handler = Some(handler);
     }
 
     /// The action of a monitor is over.
-    pub(super) fn end_handler(&mut self, handler: &Task) -> Step {
+    pub(crate) fn end_handler(&mut self, handler: &Task) -> Step {
         match self.machine.end_handler(&handler.machine) {
             Ok(()) => Step::DONE,
             Err(fault) => Step::Trouble(alarm_of(fault.kind), format!("{fault}")),
@@ -455,7 +455,7 @@ impl Task {
 
     /// The instant of which the monitors see the inputs, as in `sees()`. They look between statements, at each change, and once
     /// a scan while time alone can change their inputs. `None` without monitors.
-    pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
+    pub(crate) fn monitors_see(&mut self, now: Time) -> Option<Time> {
         let due = self.look_at.take();
         let due = due.filter(|due| *due > now && self.state != TaskState::Ready);
         let seen = due.map_or(now, |due| due - SCAN);
@@ -463,7 +463,7 @@ impl Task {
     }
 
     /// Asks the monitors for an action.
-    pub(super) fn check_monitors(
+    pub(crate) fn check_monitors(
         &mut self,
         memory: &mut Memory,
         inputs: &ScolInputs,
@@ -474,7 +474,7 @@ impl Task {
     }
 
     /// A monitor leads elsewhere. An INPUT ends as at a stop: what has not come is 0.
-    pub(super) fn jump(&mut self, memory: &mut Memory, jump: Jump) {
+    pub(crate) fn jump(&mut self, memory: &mut Memory, jump: Jump) {
         self.end_reading(memory);
         self.machine.jump(jump);
         self.enter(TaskState::Ready);
@@ -516,7 +516,7 @@ impl Task {
 
 impl Task {
     /// Gives a task that was read back its program, and validates it.
-    pub(super) fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
+    pub(crate) fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
         self.machine
             .relink(Arc::clone(program))
             .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;

@@ -1,9 +1,8 @@
-//! TASK, SWITCH and KILL, and which task moves the arm. How tasks take turns is in `scheduler`.
+//! TASK, SWITCH and KILL, and which task moves the arm. How tasks take turns is in `robot::scheduler`.
 
 use crate::alarm;
 use crate::executor::step::Step;
 use crate::executor::{Executor, MAIN_TASK, Task};
-use crate::robot::Robot;
 use crate::time::Time;
 use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
@@ -25,7 +24,7 @@ impl Executor {
     }
 
     /// TASK: the new task has the turn (M-58762 p.2-27).
-    pub(super) fn start_task(&mut self, task: &mut Task, block: usize, now: Time) -> Step {
+    pub(crate) fn start_task(&mut self, task: &mut Task, block: usize, now: Time) -> Step {
         // The main program always counts, and this task has been taken out of the others.
         let others = self.tasks.len() + usize::from(task.id() != MAIN_TASK);
         if others + 1 >= MAX_TASKS {
@@ -53,7 +52,7 @@ impl Executor {
     }
 
     /// SWITCH: the turn goes to the next task.
-    pub(super) fn switch_task(&mut self, task: &mut Task) -> Step {
+    pub(crate) fn switch_task(&mut self, task: &mut Task) -> Step {
         let id = task.id();
         let step = self.done(task);
         let others = || self.program_tasks().map(Task::id);
@@ -65,7 +64,7 @@ impl Executor {
     }
 
     /// KILL; a task that is not there has ended already.
-    pub(super) fn kill_task(&mut self, task: &mut Task, victim: i32) -> Step {
+    pub(crate) fn kill_task(&mut self, task: &mut Task, victim: i32) -> Step {
         let known = |id: &u16| *id == task.id() || *id == MAIN_TASK || self.tasks.contains_key(id);
         let victim = u16::try_from(victim).ok().filter(known);
         // KILL is over first: a task may kill itself, and then has no statement to end.
@@ -77,24 +76,22 @@ impl Executor {
     }
 
     /// The first task that moves the arm owns it until it ends; false for another one.
-    pub(super) fn takes_arm(&mut self, task: &Task) -> bool {
+    pub(crate) fn takes_arm(&mut self, task: &Task) -> bool {
         let id = task.id();
         id == 0 || *self.arm_owner.get_or_insert(id) == id
     }
-}
 
-impl Robot {
-    /// A task is over, and its motion with it; with the main program the cycle is, and every motion.
-    pub(crate) fn end_task(&mut self, id: u16) {
-        let owner = self.executor.arm_owner;
-        if owner == Some(id) || (id == MAIN_TASK && owner.is_some()) {
-            self.arm.stop(self.context.now);
-            self.executor.arm_owner = None;
+    /// Whether the task moves the arm; the statement of DO does, whoever owns it.
+    pub(crate) fn owns_arm(&self, task: &Task) -> bool {
+        task.id() == 0 || self.arm_owner == Some(task.id())
+    }
+
+    /// A task is over: whether a motion ends with it. With the main program the motion of every task does.
+    pub(crate) fn release_arm(&mut self, id: u16) -> bool {
+        let ends = self.arm_owner == Some(id) || (id == MAIN_TASK && self.arm_owner.is_some());
+        if ends {
+            self.arm_owner = None;
         }
-        if id == MAIN_TASK {
-            self.end_cycle();
-        } else {
-            self.executor.drop_task(id);
-        }
+        ends
     }
 }

@@ -3,7 +3,7 @@
 //! [`CAUSES`] has a reason for each row. `effects` remembers which faults have fired, and asks the table for each finding.
 //! Legal variation is not in it, because a host has to cope with that.
 
-use crate::findings::{Rule, rules};
+use crate::finding::{Rule, rules};
 
 ts3100_proto::codes! {
     /// Where and how long a fault can cause a finding.

@@ -6,14 +6,14 @@
 use super::Fault;
 use super::causes::{CAUSES, CauseRow, Reach};
 use super::kind::{Effect, FaultKind, FaultSite, InjectionPoint};
-use crate::endpoint::send_queue::{Departure, Segment};
-use crate::findings::FaultCause;
-use crate::findings::{Rule, rules};
+use crate::finding::FaultCause;
+use crate::finding::{Rule, rules};
 use crate::limits::MAX_FAULT_EFFECTS;
 use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::prelude::*;
-use crate::snapshot::error::{SnapshotError, check};
+use crate::segment::{Departure, Segment};
+use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
 use core::time::Duration;
 use ts3100_proto::reply::Reply;

@@ -5,11 +5,11 @@
 
 use super::rng::Rng;
 use crate::alarm::AlarmCode;
-use crate::endpoint::send_queue::Segment;
 use crate::faults::error::FaultError;
-use crate::input::PanelAction;
+use crate::panel::PanelAction;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::segment::Segment;
 use alloc::collections::BTreeMap;
 use bytes::Bytes;
 use core::fmt;
@@ -278,3 +278,59 @@ impl PartialEq for FaultKind {
 }
 
 impl Eq for FaultKind {}
+
+/// Points of faults in what is sent.
+pub(super) const OUTGOING: &[InjectionPoint] = &[InjectionPoint::Reply, InjectionPoint::Print];
+/// Points that can trigger a fault of the machine.
+pub(super) const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Record];
+/// Longest duration of a parameter: ten minutes, in ms.
+const LONGEST: u64 = 600_000;
+
+/// This is sent instead; the message says so.
+pub(super) fn sends(segments: impl IntoIterator<Item = Segment>, message: String) -> (Effect, String) {
+    (Effect::ReplaceOutput(segments.into_iter().collect()), message)
+}
+
+/// A parameter without a default.
+pub(super) const fn parameter(name: &'static str, value_type: ParameterType) -> Parameter {
+    Parameter {
+        name,
+        value_type,
+        default: None,
+        description: "",
+    }
+}
+
+/// A whole number, at least the first and at most the second of the bounds.
+pub(super) const fn number(name: &'static str, unit: &'static str, (min, max): (u64, u64)) -> Parameter {
+    parameter(name, ParameterType::Number { unit, min, max })
+}
+
+/// A duration.
+pub(super) const fn millis(name: &'static str, default: &'static str) -> Parameter {
+    number(name, "ms", (0, LONGEST)).or(default)
+}
+
+/// One of some words, the first if the fault does not say which.
+pub(super) const fn word(name: &'static str, words: &'static [&'static str]) -> Parameter {
+    Parameter {
+        default: words.first().copied(),
+        ..parameter(name, ParameterType::Word(words))
+    }
+}
+
+impl Parameter {
+    /// The same with a default.
+    pub(super) const fn or(self, default: &'static str) -> Parameter {
+        let default = Some(default);
+        Parameter { default, ..self }
+    }
+
+    /// The same with its line for help.
+    pub(super) const fn help(self, description: &'static str) -> Parameter {
+        Parameter { description, ..self }
+    }
+}
+
+/// Delay between the triggering site and a fault of the machine.
+pub(super) const DELAY: Parameter = millis("delay", "0").help("delay after the occasion");

@@ -6,9 +6,9 @@
 use super::kind::{InjectionPoint, ParameterType};
 use super::kinds::key_turned;
 use super::{Fault, FaultError, FaultFilter};
-use crate::input::KeySwitch;
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::options::ControllerType;
+use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::prelude::*;
 use ts3100_proto::calendar::CalendarTime;

@@ -1,7 +1,7 @@
 //! The lines that have a name: those by which other equipment operates the controller, and the outputs of the hands.
 //!
 //! The manual gives the names of the system signals (SF-31, SF-38). The outputs of a hand are named after its statements. The
-//! effect of a line is in `system_signals` and `executor::requests`.
+//! effect of a line is in `robot::system_signals` and `robot::requests`.
 
 use super::signals::IoKind;
 

@@ -49,7 +49,7 @@ pub struct Signals {
     /// Inputs that change by themselves: when, and to which state.
     scheduled_inputs: BTreeMap<u16, (Time, bool)>,
     /// Lines that read as this state, whatever drives them.
-    #[serde(with = "crate::snapshot::field::pairs")]
+    #[serde(with = "crate::serde_form::pairs")]
     forced: BTreeMap<(IoKind, u16), bool>,
 }
 
@@ -102,6 +102,12 @@ impl Signals {
     /// Whether this is a line of the field bus.
     pub(crate) fn is_on_field_bus(line: u16) -> bool {
         FIELD_BUS.iter().any(|range| range.contains(&line))
+    }
+
+    /// Why an output is not switched.
+    pub(crate) fn no_output(found: u16, bus: FieldBus) -> String {
+        let numbers = Signals::user_output_numbers(found, bus);
+        format!("there is no output {found}; outputs are {numbers}")
     }
 
     /// The numbers of the user outputs in words, for the message that refuses `line`.

@@ -1,16 +1,16 @@
 //! What the owner of the controller does to the robot without a command: `crate::action`.
 //!
-//! `endpoint::actions` calls these; a refusal says why in a sentence.
+//! `controller::owner` calls these; a refusal says why in a sentence.
 
 use crate::action::ActionError;
-use crate::action::error::ActionResult;
+use crate::action_error::ActionResult;
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::arm::Frames;
-use crate::executor::selection::SelectError;
 use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
 use crate::limits::MAX_BREAKPOINTS;
 use crate::persistence::Change;
 use crate::prelude::*;
+use crate::refusal::SelectError;
 use crate::robot::Robot;
 use bytes::Bytes;
 use core::fmt::Display;

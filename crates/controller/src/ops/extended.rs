@@ -1,15 +1,16 @@
 //! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
 //! with the option `extensions`.
 
+use super::CommandContext;
 use super::variables::in_range;
-use super::{CommandContext, Outcome, Refusal};
 use crate::alarm::Alarm;
 use crate::arm::ArmPose;
-use crate::executor::requests::no_output;
 use crate::io::signals::Signals;
 use crate::motion::Pose;
 use crate::ops::status::quiet;
+use crate::outcome::Outcome;
 use crate::prelude::*;
+use crate::refusal::Refusal;
 use crate::robot::Robot;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
@@ -25,6 +26,19 @@ use ts3100_proto::status::{AlarmLevel, MasterMode};
 const VELOCITY_SPAN: Duration = Duration::from_millis(1);
 
 impl Robot {
+    /// AC: the active alarms.
+    pub(crate) fn op_active_alarms(&self) -> Outcome {
+        alarm_list(
+            self.alarms.active().iter().rev(),
+            self.context.config.options.ac_date,
+        )
+    }
+
+    /// AH: the history of alarms.
+    pub(crate) fn op_alarm_history(&self) -> Outcome {
+        alarm_list(self.alarms.history(), YearDigits::Two)
+    }
+
     /// SM: the quick status (hosts.md SM). EE, SE, SC and BC are events since the last SM of this connection; ES and SS are
     /// states (T1). An FL that the host does not acknowledge has shown them all the same.
     pub(super) fn op_quick_status(&mut self, context: &mut CommandContext<'_>) -> Outcome {
@@ -73,7 +87,7 @@ impl Robot {
         let states = lines.map(|(bit, line)| (line, value >> bit & 1 == 1));
         let bus = self.context.config.options.field_bus;
         let set = self.signals.set_user_outputs(states, bus);
-        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(no_output(line, bus))))
+        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(Signals::no_output(line, bus))))
     }
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
@@ -150,7 +164,7 @@ fn lines(first: u16, count: u8) -> impl Iterator<Item = u16> + Clone {
 }
 
 /// AC and AH: these alarms, newest first.
-pub(super) fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>, year: YearDigits) -> Outcome {
+fn alarm_list<'a>(alarms: impl Iterator<Item = &'a Alarm>, year: YearDigits) -> Outcome {
     let records = alarms.map(|alarm| AlarmRecord {
         // `002-046` (ste80722 S21, S22).
         number: format!("{:03}-{:03}", alarm.code.level.number(), alarm.code.code),

@@ -1,8 +1,10 @@
 //! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
-use super::{CommandContext, Outcome, Refusal};
+use super::CommandContext;
 use crate::drive::{Drive, Staged};
+use crate::outcome::Outcome;
 use crate::prelude::*;
+use crate::refusal::Refusal;
 use crate::robot::Robot;
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;

@@ -1,11 +1,13 @@
 //! Jogging from the host (MD RT SC JG) and by the keys of the teach pendant. The arm moves until JG ! or the key that is
 //! let go ends it, or the host disconnects or loses the control right.
 
-use super::{OperateError, Outcome, refuse_if};
+use super::refuse_if;
 use crate::arm::{Guide, Jog, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
+use crate::outcome::Outcome;
 use crate::panel::{JogMode, KeySwitch};
 use crate::port::Port;
+use crate::refusal::OperateError;
 use crate::robot::Robot;
 use ts3100_proto::command::JogDirection;
 

@@ -1,8 +1,8 @@
 //! MN and RM, the maintenance information (S29, S74, S75), and the current position file of PS (S28). What is counted is in
 //! `crate::maintenance` and `crate::arm`.
 
-use super::Outcome;
 use crate::model::{ArmKind, Joints};
+use crate::outcome::Outcome;
 use crate::robot::Robot;
 use libm::round;
 use ts3100_proto::status::mn::MaintenanceItem;

@@ -2,11 +2,13 @@
 //!
 //! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
-use super::{OperateError, Outcome, Refusal, refuse_if};
+use super::refuse_if;
 use crate::executor::StopCause;
-use crate::executor::requests::no_output;
 use crate::executor::selection::render;
+use crate::io::signals::Signals;
+use crate::outcome::Outcome;
 use crate::panel::{ControlRight, Watchdog};
+use crate::refusal::{OperateError, Refusal};
 use crate::robot::Robot;
 use core::time::Duration;
 use ts3100_proto::command::{InternalCommand, LineWrite};
@@ -89,7 +91,7 @@ impl Robot {
         let states = writes.iter().map(|write| (write.line, write.on));
         let bus = self.context.config.options.field_bus;
         let set = self.signals.set_user_outputs(states, bus);
-        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(no_output(line, bus))))
+        Outcome::from_result(set.map_err(|line| Refusal::NoOutput(Signals::no_output(line, bus))))
     }
 
     /// WD (ste80722 S11): from now on a text is expected at least so often; without one an alarm of the level follows.

@@ -1,68 +1,20 @@
 //! The operating panel, the teach pendant and the power switch, as far as they act on the robot; the same by command and
 //! signal. The state of the panel is in `crate::panel`.
 //!
-//! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
+//! `controller::owner` drops the peers when the power goes off; stops are carried out by `robot::run_control`.
 
 use super::refuse_if;
 use crate::alarm::AlarmCode;
-use crate::executor::selection::SelectError;
 use crate::executor::{Executor, StopCause};
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::io::channels::Channels;
-use crate::motion::MotionError;
 use crate::output::{Event, Output};
 use crate::panel::{ControlRight, KeySwitch};
 use crate::prelude::*;
+use crate::refusal::OperateError;
 use crate::robot::Robot;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::name::FileName;
-
-/// Why something at the panel had no effect, or the command or signal that does the same.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(crate) enum OperateError {
-    #[error("the {0} has no INTERNAL position (5.3.2)")]
-    NoInternal(&'static str),
-    #[error("the emergency stop is pressed")]
-    EmergencyStop,
-    #[error("the safety switch is open")]
-    SafetyOpen,
-    #[error("an alarm of level 8 is active")]
-    ServoAlarm,
-    #[error("an alarm of level 4 or 8 is active")]
-    StartAlarm,
-    #[error("servo power is off")]
-    ServoOff,
-    #[error("feed hold is on")]
-    FeedHold,
-    #[error("a DO statement is under way")]
-    Direct,
-    #[error("the arm is being jogged")]
-    Jogging,
-    #[error("no file is selected")]
-    NoFile,
-    #[error("the program has no label RCYCLE")]
-    NoRcycle,
-    #[error("servo power is on already (SV_RDY)")]
-    ServoOn,
-    #[error("a reset is accepted only in stop mode")]
-    NotStopped,
-    #[error("the operation mode can be set only while the robot is stopped")]
-    Running,
-    #[error("of several inputs at once only the first is processed")]
-    NotFirst,
-    #[error("the key switch is not in TEACHING")]
-    NotTeaching,
-    #[error("a program or a DO statement is under way")]
-    Busy,
-    #[error("the guide mode is FREE")]
-    Free,
-    #[error("the arm is being guided; JG ! ends that")]
-    Guided,
-    #[error(transparent)]
-    Select(#[from] SelectError),
-    #[error(transparent)]
-    Jog(#[from] MotionError),
-}
 
 impl Robot {
     /// Turning the key while a program runs stops it behind the present step.

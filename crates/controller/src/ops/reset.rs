@@ -1,12 +1,13 @@
 //! RS and SL: back to a step, the reset of signals, the selection of a file.
 
-use super::{OperateError, Outcome, Refusal};
 use crate::SelectError;
 use crate::executor::Standstill;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::options::CycleWithoutLabel;
+use crate::outcome::Outcome;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::refusal::{OperateError, Refusal};
 use crate::robot::Robot;
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;

@@ -1,8 +1,9 @@
 //! SU SF EU VR: what the controller tells about itself. The layouts are in `ts3100_proto::status`.
 
-use super::{CommandContext, Outcome};
+use super::CommandContext;
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
+use crate::outcome::Outcome;
 use crate::prelude::*;
 use crate::robot::Robot;
 use crate::variation::Variation;

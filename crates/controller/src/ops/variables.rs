@@ -1,49 +1,17 @@
 //! MR and MW: the global variables and the data of the selected file.
 
-use super::Outcome;
 use crate::alarm;
 use crate::drive::DriveError;
+use crate::outcome::Outcome;
 use crate::persistence::{Change, Then, Waiting};
 use crate::prelude::*;
+use crate::refusal::VariableError;
 use crate::robot::Robot;
 use core::fmt::Display;
-use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
+use scol_mini::{Arm, Payload, Position, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::mr::encode_values;
-
-/// Why a variable was not read or written.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(crate) enum VariableError {
-    #[error("no file is selected")]
-    NoFile,
-    #[error("there is no variable {0}")]
-    Unknown(String),
-    #[error("the type of {0} is unknown")]
-    UnknownKind(String),
-    #[error("{name} is {}, not {}", found.description(), asked.description())]
-    Kind {
-        name: String,
-        found: ValueKind,
-        asked: ValueKind,
-    },
-    #[error("type {code} does not match the subscripts of {name}")]
-    Subscripts { code: i32, name: String },
-    #[error("expected {expected}, found `{found}`{hint}")]
-    Value {
-        expected: &'static str,
-        found: String,
-        hint: &'static str,
-    },
-    #[error("the file has been downloaded again; select it first")]
-    Stale,
-    #[error("the file does not compile with that value")]
-    Compile,
-    #[error(transparent)]
-    Access(#[from] AccessError),
-    #[error(transparent)]
-    Drive(#[from] DriveError),
-}
 
 type VariableResult<T> = Result<T, VariableError>;
 

@@ -2,8 +2,6 @@
 //!
 //! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
-use super::SnapshotError;
-use super::error::{CheckResult, check};
 use crate::alarm::Alarms;
 use crate::arm::Guide;
 use crate::controller::Controller;
@@ -20,6 +18,7 @@ use crate::panel::KeySwitch;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::robot::Robot;
+use crate::snapshot_error::{CheckResult, SnapshotError, check};
 use crate::variation::Variation;
 use alloc::collections::BTreeSet;
 use core::fmt::Display;

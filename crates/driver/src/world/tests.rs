@@ -430,3 +430,25 @@ fn the_order_in_which_robots_and_ports_are_polled_does_not_change_a_byte() {
         assert!(*first == found, "seed {seed}: {found:?}");
     }
 }
+
+#[test]
+fn a_robot_answers_alone_as_it_does_among_others() {
+    let exchange = |world: &mut World<Edge>, robot: usize| {
+        let peer = "suite".to_owned();
+        let connected = Input::Connected {
+            port: Port::Ip0,
+            peer,
+        };
+        world.feed(ms(10), robot, connected, Side::Host).unwrap();
+        for step in 0..20_u64 {
+            let input = Input::received(Port::Ip0, &b"\x02SF\r\x03\x02SU\r\x03"[..]);
+            world.feed(ms(100 + step * 70), robot, input, Side::Host).unwrap();
+        }
+        world.advance(ms(2_000));
+        world[robot].edge.sent.clone()
+    };
+    let alone = exchange(&mut world(&[FEEDER]), 0);
+    assert!(alone.len() > 20, "{}", alone.len());
+    let among_others = exchange(&mut world(&[PICKER, FEEDER, PICKER]), 1);
+    assert_eq!(among_others, alone);
+}

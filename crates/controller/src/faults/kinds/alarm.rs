@@ -2,8 +2,8 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::{DELAY, Effect, FaultKind, MACHINE, ParameterType, ScheduledAction, parameter};
 use crate::alarm::AlarmCode;
+use crate::faults::kind::{DELAY, Effect, FaultKind, MACHINE, ParameterType, ScheduledAction, parameter};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

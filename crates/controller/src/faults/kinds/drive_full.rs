@@ -3,7 +3,7 @@
 //! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
 use super::super::{FaultError, FaultFilter};
-use super::{Effect, FaultKind, InjectionPoint, number};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint, number};
 use crate::limits::MAX_FILE;
 
 /// Commands that store a file.

@@ -2,7 +2,8 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

@@ -2,7 +2,8 @@
 //!
 //! It applies to sent or to received bytes. Byte and bit are random by default.
 
-use super::{Effect, FaultContext, FaultKind, InjectionPoint, ParameterValues, Segment, number, word};
+use crate::faults::kind::{Effect, FaultContext, FaultKind, InjectionPoint, ParameterValues, number, word};
+use crate::segment::Segment;
 
 /// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";

@@ -2,8 +2,9 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
 use crate::output::DisconnectMode;
+use crate::segment::{Departure, Segment};
 use core::time::Duration;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,8 +2,8 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::{Effect, FaultKind, MACHINE, millis, word};
-use crate::input::{KeySwitch, PanelAction};
+use crate::faults::kind::{Effect, FaultKind, MACHINE, millis, word};
+use crate::panel::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;
 
 /// The row of this kind in [`super::KINDS`].

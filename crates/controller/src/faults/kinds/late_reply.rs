@@ -2,7 +2,8 @@
 //!
 //! The default delay is longer than the time-out of most hosts.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

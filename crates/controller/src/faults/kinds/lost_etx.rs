@@ -2,7 +2,8 @@
 //!
 //! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::{FaultKind, InjectionPoint, Segment, sends};
+use crate::faults::kind::{FaultKind, InjectionPoint, sends};
+use crate::segment::Segment;
 use ts3100_proto::text::ETX;
 
 /// The row of this kind in [`super::KINDS`].

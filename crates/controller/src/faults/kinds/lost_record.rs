@@ -2,7 +2,7 @@
 //!
 //! `Faults` drops the bytes of the record up to its CR.
 
-use super::{Effect, FaultKind, InjectionPoint};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

@@ -2,7 +2,8 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

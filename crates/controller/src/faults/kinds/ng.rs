@@ -2,7 +2,7 @@
 //!
 //! The command has no effect.
 
-use super::{Effect, FaultKind, InjectionPoint};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

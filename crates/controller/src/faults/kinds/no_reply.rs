@@ -2,7 +2,7 @@
 //!
 //! The parameter `lost` selects which of the two.
 
-use super::{Effect, FaultKind, InjectionPoint, word};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint, word};
 
 /// Value of `lost`: the reply is lost.
 const REPLY: &str = "reply";

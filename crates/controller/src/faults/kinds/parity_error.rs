@@ -2,7 +2,7 @@
 //!
 //! What the controller does with such a character is the option `serial.bad_character`.
 
-use super::{Effect, FaultKind, InjectionPoint, number};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint, number};
 
 /// Largest value of `character`.
 const FARTHEST: u64 = 15;

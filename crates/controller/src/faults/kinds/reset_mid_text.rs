@@ -2,9 +2,10 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, number, sends, word};
+use crate::faults::kind::{FaultKind, OUTGOING, number, sends, word};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
+use crate::segment::{Departure, Segment};
 use core::time::Duration;
 
 /// Pause before the reset: RST discards bytes that the host has not read yet.

@@ -2,8 +2,8 @@
 //!
 //! The alarm is ours: its real number is not known.
 
-use super::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 use crate::alarm::SERVO_FAILURE;
+use crate::faults::kind::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

@@ -2,7 +2,8 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, number, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, number, sends};
+use crate::segment::{Departure, Segment};
 use bytes::Bytes;
 use core::time::Duration;
 

@@ -2,8 +2,9 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::{Departure, FaultKind, OUTGOING, Segment, millis, number, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, millis, number, sends};
 use crate::limits::MAX_SEND;
+use crate::segment::{Departure, Segment};
 use core::time::Duration;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,8 +2,9 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::{FaultKind, InjectionPoint, ParameterType, Segment, parameter, sends};
+use crate::faults::kind::{FaultKind, InjectionPoint, ParameterType, parameter, sends};
 use crate::prelude::*;
+use crate::segment::Segment;
 use ts3100_proto::text::MAX_DATA;
 
 /// Sent instead of a file.

@@ -1,10 +1,10 @@
 //! Starts and stops: the end of a step, BREAK, servo off, emergency stop, and what an alarm of each level does.
 //!
-//! Panel, commands and system signals call this module. The state itself is in `run_state`; hosts learn of a stop from
+//! Panel, commands and system signals call this module. The state itself is in `executor::run_state`; hosts learn of a stop from
 //! `endpoint::notices`.
 
 use crate::alarm::{Alarm, AlarmCode};
-use crate::executor::{Standstill, StopCause, Task};
+use crate::executor::{Standstill, StopCause};
 use crate::io::line_names::dout;
 use crate::output::Event;
 use crate::prelude::*;
@@ -16,9 +16,7 @@ impl Robot {
     pub(crate) fn run_program(&mut self) {
         // First: it asks whether the program stands at step 1, which `start()` changes.
         self.take_up_motion();
-        self.executor.leave_breakpoints();
-        self.executor.operation.start();
-        self.executor.run_shown_until = None;
+        self.executor.start();
         self.notices.push(RunNotice::Started);
         self.panel.run_begins(self.context.now);
         self.signals.set_output(dout::CYC_END, false);
@@ -31,19 +29,13 @@ impl Robot {
         let locked = self.panel.state().machine_lock;
         if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.context.now, self.pace()) {
             self.arm.drop_interrupted();
-            self.executor.program_tasks_mut().for_each(Task::redo_motion);
+            self.executor.redo_motions();
         }
     }
 
     /// Automatic operation stops here. `by` decides whether hosts get an SP.
     pub(crate) fn stop_program(&mut self, place: Standstill, by: StopCause) {
-        self.executor.operation.stand(place);
-        self.executor.drop_target();
-        // PAUSE ends with the run: its RESUME is a statement that does not come.
-        self.executor.paused = false;
-        if !self.arm.is_interrupted() {
-            self.executor.program_tasks_mut().for_each(Task::end_motion);
-        }
+        self.executor.stop(place, self.arm.is_interrupted());
         self.panel.run_ends(self.context.now);
         self.report_status();
         if by == StopCause::Other {
@@ -55,7 +47,7 @@ impl Robot {
     /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
         self.arm.stop_jog(self.context.now);
-        self.executor.operation.request_stop(by);
+        self.executor.request_stop(by);
     }
 
     /// STOP of the panel or of input STOP: a request that SM shows, also when nothing is left to stop (T1).
@@ -67,7 +59,7 @@ impl Robot {
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: StopCause) {
-        self.executor.run_shown_until = None;
+        self.executor.hide_run();
         if !self.executor.program_runs() {
             self.arm.stop(self.context.now);
             let rest = self.arm.ends_at().unwrap_or(self.context.now);

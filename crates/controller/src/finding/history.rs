@@ -11,7 +11,7 @@ pub struct HostHistory {
     /// The last request for each status (by its letters) and when it was received.
     polls: Vec<(Vec<u8>, Time)>,
     /// The last message that was refused, and how often in a row.
-    pub(super) last_refused: Option<(Vec<u8>, u32)>,
+    pub(crate) last_refused: Option<(Vec<u8>, u32)>,
     /// The controller's last text was an unsolicited SP. A host cannot keep 50 ms after a text it does not expect.
     pub unsolicited_sp_sent: bool,
     /// A text of a file was refused before its end. A host that ignores the answer goes on sending the file.
@@ -20,7 +20,7 @@ pub struct HostHistory {
 
 impl HostHistory {
     /// Notes a request for a status; returns the time since the same request, if that was the last with its letters.
-    pub(super) fn note_poll(&mut self, message: &[u8], now: Time) -> Option<Duration> {
+    pub(crate) fn note_poll(&mut self, message: &[u8], now: Time) -> Option<Duration> {
         let same_letters = |(poll, _): &(Vec<u8>, Time)| match (poll.get(..2), message.get(..2)) {
             (Some(last), Some(letters)) => last.eq_ignore_ascii_case(letters),
             _ => false,

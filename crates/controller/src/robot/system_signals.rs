@@ -3,14 +3,14 @@
 //! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/reference/protocol/signals.md.
 
 use crate::executor::StopCause;
-use crate::findings::rules;
+use crate::finding::rules;
 use crate::io::line_names::{din, dout};
 use crate::io::signals::LINE_NUMBERS;
 use crate::limits::PULSE;
-use crate::ops::OperateError;
 use crate::options::Strobe;
 use crate::panel::{ControlRight, KeySwitch};
 use crate::prelude::*;
+use crate::refusal::OperateError;
 use crate::robot::Robot;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::MasterMode;

@@ -1,7 +1,17 @@
-//! One violation of a rule. What counts and keeps them is [`super::Findings`].
+//! Findings: protocol mistakes of hosts. A finding never changes an answer.
+//!
+//! The rules are one table, [`RULES`]; the files `checks` of context, ports and robot compare what a host does with them.
+//! One that a fault has caused names the fault ([`crate::faults::CAUSES`]); it is a note, and no mistake of the host.
+//! `findings` counts them.
 
-use super::message::Message;
-use super::rules::{Rule, Severity};
+mod history;
+mod message;
+pub mod rules;
+
+pub use history::HostHistory;
+pub use message::{MAX_MESSAGE, Message};
+pub use rules::{RULES, Rule, Severity};
+
 use crate::event_form;
 use crate::port::Port;
 use crate::prelude::*;
@@ -9,6 +19,9 @@ use crate::time::Time;
 use bytes::Bytes;
 use core::fmt;
 use serde::{Serialize, Serializer};
+
+/// Most bytes of the host that a finding keeps.
+pub const MAX_BYTES: usize = 64;
 
 /// The fault that has caused a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +47,7 @@ pub struct Finding {
     pub port: Option<Port>,
     /// When, in virtual time.
     pub at: Time,
-    /// The bytes concerned, at most [`super::MAX_BYTES`]; may be empty.
+    /// The bytes concerned, at most [`MAX_BYTES`]; may be empty.
     pub bytes: Bytes,
     /// One line, with values.
     pub message: Message,

@@ -3,15 +3,19 @@
 //! Start at `run()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
 //! and `panel`.
 
+use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::step::{Step, alarm_of};
-use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
+use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
+use crate::options::UnknownInput;
 use crate::output::Event;
 use crate::port::Port;
 use crate::port_facts::PortFacts;
 use crate::prelude::*;
 use crate::robot::Robot;
+use crate::time::Time;
 use bytes::Bytes;
-use scol_mini::{MonitorAction, Pause};
+use core::cell::Cell;
+use scol_mini::{Memory, MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 
 /// Bytes of a PRINT on their way to a port.
@@ -24,7 +28,7 @@ pub(crate) struct Printed {
 }
 
 /// Result of the turn of a task.
-pub(super) enum Turn {
+pub(crate) enum Turn {
     /// All tasks wait, or nothing runs.
     Over,
     /// A task has gone on.
@@ -67,7 +71,7 @@ impl Robot {
 
     /// Takes one task one step further.
     fn step_program(&mut self, ports: &dyn PortFacts) -> Turn {
-        let RunState::Running { stop } = self.executor.operation.state() else {
+        let RunState::Running { stop } = self.executor.run_state() else {
             return Turn::Over;
         };
         // One statement at a time where something is looked at between two of them.
@@ -93,7 +97,7 @@ impl Robot {
             let step = self.advance(ports, &mut task, single, stop.is_some());
             self.executor.put_task(task);
             if !matches!(step, Step::Blocked) {
-                self.executor.turn = id;
+                self.executor.give_turn(id);
                 return self.after(id, step);
             }
         }
@@ -121,7 +125,7 @@ impl Robot {
             Step::Blocked | Step::Begun => {}
             Step::Done { motion } => self.between_steps(motion),
             Step::Switch { to } => {
-                self.executor.turn = to;
+                self.executor.give_turn(to);
                 self.between_steps(false);
             }
             Step::Restore { names } => self.restore_data(&names, false),
@@ -151,7 +155,7 @@ impl Robot {
 
     /// END of the main program (D8, CMD-SP-10).
     pub(crate) fn end_cycle(&mut self) {
-        let stop = match self.executor.operation.state() {
+        let stop = match self.executor.run_state() {
             RunState::Running { stop } => stop,
             RunState::Reset | RunState::Retry | RunState::Continue => Some(StopCause::Other),
         };
@@ -166,9 +170,21 @@ impl Robot {
         self.show_cycle_end();
     }
 
+    /// A task is over, and its motion with it; with the main program the cycle is, and every motion.
+    pub(crate) fn end_task(&mut self, id: u16) {
+        if self.executor.release_arm(id) {
+            self.arm.stop(self.context.now);
+        }
+        if id == MAIN_TASK {
+            self.end_cycle();
+        } else {
+            self.executor.drop_task(id);
+        }
+    }
+
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
     /// everything is to stop and it stands between its statements.
-    pub(super) fn advance(
+    pub(crate) fn advance(
         &mut self,
         ports: &dyn PortFacts,
         task: &mut Task,
@@ -216,7 +232,10 @@ impl Robot {
     }
 
     fn end_step(&mut self, task: &mut Task) -> bool {
-        let (wait, paused) = (self.context.config.options.wait_after_stop, self.executor.paused);
+        let (wait, paused) = (
+            self.context.config.options.wait_after_stop,
+            self.executor.is_paused(),
+        );
         task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
@@ -274,8 +293,23 @@ impl Robot {
         }
     }
 
+    /// Inputs of a program at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.
+    pub(crate) fn inputs_and_memory(&mut self, now: Time) -> (ScolInputs<'_>, &mut Memory) {
+        let inputs = ScolInputs {
+            signals: &self.signals,
+            arm: &self.arm,
+            frames: self.arm.frames(now, self.executor.memory().conditions()),
+            run_mode: self.panel.state().run_mode,
+            now,
+            timer: self.executor.timer(now),
+            unknown_inputs: self.context.config.options.din_unknown == UnknownInput::Zero,
+            changing: Cell::new(false),
+        };
+        (inputs, self.executor.memory_mut())
+    }
+
     /// Whether the arm is on a motion of this task.
     pub(crate) fn moves(&self, task: &Task) -> bool {
-        self.arm.is_moving() && (task.id() == 0 || self.executor.arm_owner == Some(task.id()))
+        self.arm.is_moving() && self.executor.owns_arm(task)
     }
 }

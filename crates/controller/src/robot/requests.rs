@@ -6,14 +6,14 @@
 use crate::alarm::{self, AlarmCode};
 use crate::arm::SpeedLimits;
 use crate::executor::step::Step;
-use crate::executor::{Stopwatch, Task, TaskState};
-use crate::findings::rules;
+use crate::executor::{Task, TaskState};
+use crate::finding::rules;
 use crate::io::channel::Datum;
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, TEACHING_SPEED};
 use crate::motion::MotionError;
-use crate::options::{FieldBus, NoPeer, OutOfReach};
+use crate::options::{NoPeer, OutOfReach};
 use crate::output::Output;
 use crate::panel::KeySwitch;
 use crate::port::Port;
@@ -32,7 +32,7 @@ impl Robot {
             Request::Print { channel, data, cut } => return self.print(ports, task, channel, &data, cut),
             Request::Input { channel, expected } => return self.input(task, channel, expected),
             // DELAY dwells where the motion before it has led, or where PAUSE holds the arm.
-            Request::Delay { .. } if self.moves(task) && !self.executor.paused => {
+            Request::Delay { .. } if self.moves(task) && !self.executor.is_paused() => {
                 return task.wait(TaskState::Resting);
             }
             Request::Delay { seconds } => {
@@ -56,18 +56,18 @@ impl Robot {
             Request::Outputs(switches) => {
                 let bus = self.context.config.options.field_bus;
                 if let Err(other) = self.signals.set_user_outputs(switches.iter().copied(), bus) {
-                    return task.give_up(alarm::OUT_OF_RANGE, no_output(other, bus));
+                    return task.give_up(alarm::OUT_OF_RANGE, Signals::no_output(other, bus));
                 }
             }
             Request::Pause => {
                 // The motion slows along its path; one that has not begun does not begin.
-                if self.executor.program_runs() && !core::mem::replace(&mut self.executor.paused, true) {
+                if self.executor.program_runs() && self.executor.pause() {
                     self.arm.hold(self.context.now);
                 }
             }
             Request::Resume => self.end_pause(),
             Request::OverFull { percent } => self.report_over_full(task, Some(percent)),
-            Request::SetTimer { seconds } => self.executor.timer = Stopwatch::new(seconds, self.context.now),
+            Request::SetTimer { seconds } => self.executor.set_timer(seconds, self.context.now),
         }
         self.executor.done(task)
     }
@@ -112,9 +112,9 @@ impl Robot {
             let locked = self.panel.state().machine_lock;
             let started = self.arm.start(self.context.now, motion, self.pace(), locked);
             started.map(|()| true)
-        } else if self.executor.pass > 0.0 {
+        } else if self.executor.pass() > 0.0 {
             self.arm
-                .append(self.context.now, motion, self.executor.pass, self.pace())
+                .append(self.context.now, motion, self.executor.pass(), self.pace())
         } else {
             Ok(false)
         };
@@ -122,10 +122,10 @@ impl Robot {
             Ok(false) => task.wait(TaskState::Resting),
             Ok(true) => {
                 self.report_over_full(task, motion.over_full);
-                self.executor.pass = match motion.conditions.passing {
+                self.executor.set_pass(match motion.conditions.passing {
                     true => motion.conditions.pass,
                     false => 0.0,
-                };
+                });
                 if moving {
                     task.enter(TaskState::Queued { lead, passing });
                     return Step::Begun;
@@ -160,7 +160,7 @@ impl Robot {
 
     /// The motion of a statement has begun: the statement is over when the arm has arrived, or at once.
     pub(crate) fn begun(&mut self, task: &mut Task, lead: Duration, at_once: bool) -> Step {
-        self.executor.motion_line = task.line();
+        self.executor.begin_motion(task.line());
         if at_once {
             return self.executor.moved(task);
         }
@@ -330,7 +330,7 @@ impl Robot {
     fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
         let bus = self.context.config.options.field_bus;
         if !Signals::is_user_output(output, bus) {
-            return task.give_up(alarm::OUT_OF_RANGE, no_output(output, bus));
+            return task.give_up(alarm::OUT_OF_RANGE, Signals::no_output(output, bus));
         }
         let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
         self.signals.pulse_output(output, self.context.now + pulse);
@@ -350,14 +350,14 @@ impl Robot {
 
     /// Lets the arm go on after PAUSE, unless feed hold holds it too.
     pub(crate) fn end_pause(&mut self) {
-        if core::mem::take(&mut self.executor.paused) && !self.panel.state().feed_hold {
+        if self.executor.resume() && !self.panel.state().feed_hold {
             self.arm.resume(self.context.now);
         }
     }
 
     /// Whether no motion may go on or begin.
     pub(crate) fn is_held(&self) -> bool {
-        self.panel.state().feed_hold || self.executor.paused
+        self.panel.state().feed_hold || self.executor.is_paused()
     }
 
     /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.
@@ -365,10 +365,4 @@ impl Robot {
         let buffer = self.channels.get(port);
         port.ethernet_index().is_some() && buffer.is_none_or(|buffer| buffer.peer().is_none())
     }
-}
-
-/// Why an output is not switched.
-pub(crate) fn no_output(found: u16, bus: FieldBus) -> String {
-    let numbers = Signals::user_output_numbers(found, bus);
-    format!("there is no output {found}; outputs are {numbers}")
 }
