@@ -47,7 +47,7 @@ const ALLOWED: &[(&str, &str, &str)] = &[
     ("tests/suites/", "vary", "the field of the option `--vary`"),
     ("controller/src/options.rs", "vary", "the same"),
     ("controller/src/endpoint.rs", "vary", "the same"),
-    ("controller/src/snapshot.rs", "vary", "the same"),
+    ("controller/src/snapshot", "vary", "the same"),
     ("emulator/src/", "vary", "the option `--vary`"),
     ("emulator/src/embed.rs", "evidence", "a name of the embedding API"),
     (
@@ -56,7 +56,7 @@ const ALLOWED: &[(&str, &str, &str)] = &[
         "calls the embedding API",
     ),
     ("emulator/src/cli/", "evidence", "calls the embedding API"),
-    ("tests/src/reference/", "evidence", "a column of fidelity.md"),
+    ("tests/src/reference", "evidence", "a column of fidelity.md"),
     (
         "tests/suites/survey/",
         "evidence",
